@@ -174,15 +174,9 @@ def duration(text: str, option: str = "--wall-time") -> float:
 @app.command()
 def check(case: CaseArgument, override: Overrides = None) -> int:
     """Read and mesh a case, and report what its run will be."""
-    from mpi4py import MPI
+    from gapbeam.interface.single_case import check as check_file
 
-    from gapbeam.meshes.distribution.rank_zero import on_rank_zero
-    from gapbeam.solver.case.reading.case_reader import read_case
-    from gapbeam.studies.prediction.case_description import describe_case
-
-    comm = MPI.COMM_WORLD
-    read = on_rank_zero(comm, lambda: read_case(case, override or []))
-    description = describe_case(read, comm)
+    description = check_file(case, override or [])
     if first_rank():
         Console(soft_wrap=True).print(Group(*description.tables()))
     return 0

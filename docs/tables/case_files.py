@@ -16,12 +16,17 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.known_keys import KeyTable, tables
 from gapbeam.solver.case.reading.value_words import in_words, options, toml_value
+from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.table import models_in
 from gapbeam.solver.wording.short_words import either
 from gapbeam.studies.identification.identification_tables import Identification
 
 REFERENCE = Path(__file__).resolve().parents[1] / "reference"
-PAGES: dict[str, type[BaseModel]] = {"case-files.md": Case, "identification-files.md": Identification}
+PAGES: dict[str, type[BaseModel]] = {
+    "case-files.md": Case,
+    "identification-files.md": Identification,
+    "scene-files.md": SceneCase,
+}
 START, END = "<!-- tables: made by docs/tables/case_files.py -->\n", "<!-- end of tables -->\n"
 HEAD = ("| key | value | default | meaning |", "|---|---|---|---|")
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.march.simulation import Simulation
     from gapbeam.solver.run.outcome import Outcome
     from gapbeam.solver.scene.scene import Scene
+    from gapbeam.solver.scene_file.scene_description import SceneDescription
     from gapbeam.studies.modes.find_modes import ModesResult
     from gapbeam.studies.prediction.case_description import CaseDescription
 
@@ -73,10 +74,16 @@ def run(
     Collective.
     """
     from gapbeam.solver.scene.scene import Scene
+    from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
 
     given = {"relative_error": relative_error, "of": of, "at_most": at_most, "overrides": overrides or None}
     if isinstance(case, Scene):
         return _run_of_scene(case, output, overwrite, resume, given, march)
+    if is_scene(case):
+        _refuse(march, 'a file, whose step and end are keys: overrides={"time.end": 0.2}')
+        read = read_scene(case, overrides)
+        given["overrides"] = None
+        return _run_of_scene(read.scene, folder_from(output, read.name), overwrite, resume, given, read.march())
     if march:
         _refuse(march, 'a case, whose step and end are keys: overrides={"time.end": 0.2}')
     comm = _ranks()
@@ -85,10 +92,10 @@ def run(
     from gapbeam.studies.error_estimate.run_errors import errors_wanted, with_errors
 
     folder = folder_from(output, name_of(case))
-    read, rule = case_and_rule(case, overrides, relative_error, of, at_most, comm)
-    wanted = errors_wanted(read)
-    outcome = run_case(read, folder, comm, overwrite, resume, rule)
-    outcome = with_errors(read, outcome, comm) if wanted else outcome
+    whole, rule = case_and_rule(case, overrides, relative_error, of, at_most, comm)
+    wanted = errors_wanted(whole)
+    outcome = run_case(whole, folder, comm, overwrite, resume, rule)
+    outcome = with_errors(whole, outcome, comm) if wanted else outcome
     return replace(outcome, body=None)  # its memory goes
 
 
@@ -148,7 +155,7 @@ def model(case: CaseSource, overrides: Overrides = (), comm: MPI.Comm | None = N
 
 
 def scene(case: CaseSource, overrides: Overrides = ()) -> Scene:
-    """Return the scene of a case with a reduced, beam or rigid model: its structure, contacts and loads.
+    """Return the scene of a file with [[structure]], or of a case with a reduced, beam or rigid model.
 
     The scene moves as the case does; `run`, `march` and `ensemble` take it with a step and a start of their own: it has
     neither, nor gates or an analysis. What else a scene cannot carry is refused by name.
@@ -162,12 +169,18 @@ def scene(case: CaseSource, overrides: Overrides = ()) -> Scene:
         UserError: The case has what a scene has no noun for.
     """
     from gapbeam.interface.case_scene import scene_of_model
+    from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
+
+    if is_scene(case):
+        return read_scene(case, overrides).scene
 
     return scene_of_model(model(case, overrides).model)
 
 
-def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription:
+def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription | SceneDescription:
     """Mesh, assemble and seat a case, march some steps, and describe what its run will be and will cost.
+
+    Of a file with [[structure]]: its structures, points, frequencies, contacts and seat.
 
     Args:
         case: As in `run`.
@@ -181,6 +194,11 @@ def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription:
 
     Collective.
     """
+    from gapbeam.solver.scene_file.scene_description import describe_scene
+    from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
+
+    if is_scene(case):
+        return describe_scene(read_scene(case, overrides))
     comm = _ranks()
     from gapbeam.studies.prediction.case_description import describe_case
 

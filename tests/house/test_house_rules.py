@@ -39,7 +39,7 @@ IMPORTED_AS = {
     "llvmlite": "numba",  # which comes with the release that it needs
 }
 PUBLIC_NOUNS = ["BaseMotion", "Contact", "Joint", "Load"]  # of scenes, and the tables of case files that say the same
-OPTIONAL = {"imageio_ffmpeg", "pyarrow", "dask"}  # the last comes with distributed
+OPTIONAL = {"imageio_ffmpeg", "pyarrow", "pyyeti", "dask"}  # the last comes with distributed
 BY_NAME = {"h5netcdf"}  # asked for by its name, as the engine of xarray
 
 MODULE_NAMES = {"util", "utils", "helper", "helpers", "manager", "managers", "handler", "handlers", "common", "misc"}
@@ -120,8 +120,8 @@ def test_import_arrows() -> None:
 # The rooms of solver/ from the bottom up: a module imports from its own room and from rooms below.
 ROOMS = (
     "wording", "sections", "supports", "system", "loads", "attachments", "contact", "integrators", "case", "assembly",
-    "memory", "linear_algebra", "models", "scene", "seat", "modes", "start", "diagnostics", "march", "beam_theory",
-    "periodic", "run",
+    "memory", "linear_algebra", "models", "scene", "scene_file", "seat", "modes", "start", "diagnostics", "march",
+    "beam_theory", "periodic", "run",
 )  # fmt: skip
 
 

@@ -67,8 +67,14 @@ def section(
             for one in error.errors()
         )
         raise UserError(f"section {type!r}: {faults}") from None
-    area = table.area(*size)
-    return CrossSection(area, table.second_moment(*size), area * table.shear_coefficient(*size, poisson_ratio))
+    return figures(table, *size, poisson_ratio)
+
+
+def figures(table: Any, thickness: float, width: float, poisson_ratio: float) -> CrossSection:
+    """Return the figures of a section's table at outer sizes, m."""
+    area = table.area(thickness, width)
+    second, shear = table.second_moment(thickness, width), table.shear_coefficient(thickness, width, poisson_ratio)
+    return CrossSection(area, second, area * shear)
 
 
 @cache

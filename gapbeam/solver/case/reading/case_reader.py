@@ -32,6 +32,8 @@ from gapbeam.solver.wording.short_words import printable
 __all__ = ["CaseError", "Fault", "case_to_toml", "read_case", "read_tables", "schema", "warnings"]
 
 Root = TypeVar("Root", bound=BaseModel)
+SCENE = "structure"
+"""The table that files of several structures have, and no others."""
 
 
 def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
@@ -77,15 +79,15 @@ def read_case_tables(tables: Mapping[str, object], overrides: Overrides = (), na
     Raises:
         CaseError: As in `read_case`.
     """
-    return _case({str(key): _plain(value) for key, value in tables.items()}, "", Path(name), overrides)
+    return _case({str(key): plain_tables(value) for key, value in tables.items()}, "", Path(name), overrides)
 
 
-def _plain(value: Any) -> Any:
+def plain_tables(value: Any) -> Any:
     """Return a value as TOML would give it; what TOML does not know stays for the checks of types."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(inner) for key, inner in value.items() if inner is not None}
+        return {str(key): plain_tables(inner) for key, inner in value.items() if inner is not None}
     if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
+        return [plain_tables(inner) for inner in value]
     if isinstance(value, Path):
         return str(value)
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
@@ -93,6 +95,7 @@ def _plain(value: Any) -> Any:
 
 def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> Case:
     """Return the case of the tables of a file, or raise all of their faults."""
+    refuse_scene(data, path)
     typed, faults = override(data, overrides)
     _refuse_endless(data, path)
     _find_files(data, path)
@@ -110,6 +113,23 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
     if faults:
         raise CaseError(str(path), faults[:MOST_FAULTS])
     return with_checksums(case or Case.model_validate(data))
+
+
+def refuse_scene(data: Mapping[str, Any], path: Path) -> None:
+    """Refuse a file with [[structure]], which makes a scene, where a case with one beam is needed.
+
+    Raises:
+        CaseError: It is one.
+    """
+    if SCENE in data:
+        fault = Fault(
+            (SCENE,),
+            f"a file with [[{SCENE}]], which is a scene of several structures",
+            "a case with [beam]: of scenes there are gapbeam check, gapbeam run and gapbeam.scene",
+            "gapbeam run, or march gapbeam.scene(file) from Python",
+            where=f"{path}: [[{SCENE}]]",
+        )
+        raise CaseError(str(path), [fault])
 
 
 def _chosen(data: Mapping[str, Any]) -> tuple[Case | None, list[Fault]]:
@@ -136,13 +156,40 @@ def read_tables(
     """
     path = Path(path)
     text = read_text(path)
-    data = parse(text, str(path))
-    _refuse_endless(data, path)
-    tables, wrong = check_types(data, root)
-    wrong += check(tables)
-    if wrong:
-        raise CaseError(str(path), Places(path, data, key_lines(text), {}, root).put_in_order(wrong))
-    return root.model_validate(data)
+    found: Root = checked_tables(parse(text, str(path)), Places(path, {}, key_lines(text), {}, root), check)[0]
+    return found
+
+
+def checked_tables(
+    data: dict[str, Any],
+    places: Places,
+    check: Callable[[Mapping[str, Any]], Sequence[Fault]],
+    overrides: Overrides = (),
+    prepare: Callable[[dict[str, Any], Path], None] = lambda _data, _path: None,
+) -> tuple[Any, Places]:
+    """Return the model of a file's tables, and the places of its keys.
+
+    Args:
+        data: Its tables as read.
+        places: File, lines and model of the whole file.
+        check: As in `read_tables`.
+        overrides: As in `read_case`.
+        prepare: Makes paths of files absolute.
+
+    Raises:
+        CaseError: There are faults: all of them.
+    """
+    typed, faults = override(data, overrides, places.root)
+    _refuse_endless(data, places.path)
+    prepare(data, places.path)
+    tables, wrong = check_types(data, places.root)
+    missing = incomplete(wrong, data, places.root)
+    wrong += [fault for fault in check(tables) if not missing & set(fault.lacks)]
+    placed = replace(places, data=data, typed=typed)
+    faults += placed.put_in_order(wrong)
+    if faults:
+        raise CaseError(str(places.path), faults[:MOST_FAULTS])
+    return places.root.model_validate(data), placed
 
 
 def _refuse_endless(data: Mapping[str, Any], path: Path) -> None:

@@ -52,9 +52,9 @@ def check_types(data: Mapping[str, Any], root: type[BaseModel] = Case) -> tuple[
     return intact, [*others, *(_fault(key, data, root) for key in words if key[:1] not in known)]
 
 
-def incomplete(faults: Iterable[Fault], data: Mapping[str, Any]) -> frozenset[str]:
+def incomplete(faults: Iterable[Fault], data: Mapping[str, Any], root: type[BaseModel] = Case) -> frozenset[str]:
     """Return the arrays of tables of which an entry has a fault of its own."""
-    return frozenset(str(one.key[0]) for one in faults if len(one.key) > 1 and is_array(one.key[0], data))
+    return frozenset(str(one.key[0]) for one in faults if len(one.key) > 1 and is_array(one.key[0], data, root))
 
 
 def _innermost(error: ValidationError) -> list[tuple[int | str, ...]]:

@@ -7,6 +7,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from pydantic import BaseModel
+
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.known_keys import candidates, is_array, value_at
 from gapbeam.solver.case.reading.toml_text import read_toml
 from gapbeam.solver.case.reading.value_words import shown
@@ -21,12 +24,15 @@ POINT_WITHOUT_DECIMALS = re.compile(r"(?<![\w.])(?P<number>[+-]?\d[\d_]*)\.(?![\
 Overrides = Mapping[str, object] | Sequence[str]
 
 
-def override(data: dict[str, Any], overrides: Overrides) -> tuple[dict[Key, str], list[Fault]]:
+def override(
+    data: dict[str, Any], overrides: Overrides, root: type[BaseModel] = Case
+) -> tuple[dict[Key, str], list[Fault]]:
     """Put overrides into the tables of a case file.
 
     Args:
         data: The case file as read; changed in place.
         overrides: Dotted keys and values (None removes the key), or texts KEY=VALUE.
+        root: Model of the whole file.
 
     Returns:
         For each key that was replaced, how it was typed; and faults for those that have no place.
@@ -39,7 +45,7 @@ def override(data: dict[str, Any], overrides: Overrides) -> tuple[dict[Key, str]
             faults.append(entry)
             continue
         name, value = entry
-        place = _place(data, name)
+        place = _place(data, name, root)
         if isinstance(place, Fault):
             faults.append(place)
             continue
@@ -53,16 +59,16 @@ def override(data: dict[str, Any], overrides: Overrides) -> tuple[dict[Key, str]
     for key in typed:
         for size in range(1, len(key)):
             if value_at(key[:size], before) is None:
-                _take_default_type(data, key[:size])
+                _take_default_type(data, key[:size], root)
     return typed, faults
 
 
-def _take_default_type(data: dict[str, Any], key: Key) -> None:
+def _take_default_type(data: dict[str, Any], key: Key, root: type[BaseModel]) -> None:
     """Let a table that the file does not have be of the type that it has by default, where it knows all keys."""
-    table, models = value_at(key, data), candidates(key, data)
+    table, models = value_at(key, data), candidates(key, data, root)
     if not isinstance(table, dict) or "type" in table or len(models) < 2:
         return
-    fields = [owner.model_fields.get(str(key[-1])) for owner in candidates(key[:-1], data)]
+    fields = [owner.model_fields.get(str(key[-1])) for owner in candidates(key[:-1], data, root)]
     default = fields[0].get_default(call_default_factory=True) if len(fields) == 1 and fields[0] else None
     for model in models:
         if isinstance(default, model) and set(table) <= set(model.model_fields):
@@ -105,14 +111,14 @@ def _with_digits(text: str) -> str:
     return "".join(parts)
 
 
-def _place(data: dict[str, Any], name: str) -> tuple[dict[str, Any], Key] | Fault:
+def _place(data: dict[str, Any], name: str, root: type[BaseModel]) -> tuple[dict[str, Any], Key] | Fault:
     """Return the table that an override goes into, and its key; tables on the way are made."""
     parts = name.split(".")
     table, key = data, tuple[str | int, ...]()
     if not all(parts):
         return _misplaced(name, "a key with an empty part", "table.key, such as support.clearance")
-    if is_array(parts[0], data) and len(parts) > 1:
-        number = _entry(data, parts, name)
+    if is_array(parts[0], data, root) and len(parts) > 1:
+        number = _entry(data, parts, name, root)
         if isinstance(number, Fault):
             return number
         table, key, parts = data[parts[0]][number], (parts[0], number), parts[2:]
@@ -120,7 +126,7 @@ def _place(data: dict[str, Any], name: str) -> tuple[dict[str, Any], Key] | Faul
             return _misplaced(name, "no key behind the entry", f"{name}.key")
     for part in parts[:-1]:
         key = (*key, part)
-        if isinstance(table.get(part), str) and candidates(key, data):
+        if isinstance(table.get(part), str) and candidates(key, data, root):
             table[part] = {"type": table[part]}  # scheme = "newmark" stands for scheme.type = "newmark"
         table = table.setdefault(part, {})
         if not isinstance(table, dict):
@@ -128,13 +134,13 @@ def _place(data: dict[str, Any], name: str) -> tuple[dict[str, Any], Key] | Faul
     return table, (*key, parts[-1])
 
 
-def _entry(data: Mapping[str, Any], parts: Sequence[str], name: str) -> int | Fault:
+def _entry(data: Mapping[str, Any], parts: Sequence[str], name: str, root: type[BaseModel]) -> int | Fault:
     """Return the number, from 0, of the entry of an array of tables that is meant by its number or name."""
     array, wanted = parts[:2]
     entries = data.get(array)
     if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries) or not entries:
         return _misplaced(name, f"no [[{array}]] in the case file", f"a case file with a [[{array}]]")
-    names = [_name_of(array, number, data) for number in range(len(entries))]
+    names = [_name_of(array, number, data, root) for number in range(len(entries))]
     if wanted in names:
         return names.index(wanted)
     if wanted.isdecimal() and len(wanted) < 9 and int(wanted) < len(entries):
@@ -150,10 +156,10 @@ def _entry(data: Mapping[str, Any], parts: Sequence[str], name: str) -> int | Fa
     )
 
 
-def _name_of(array: str, number: int, data: Mapping[str, Any]) -> object:
+def _name_of(array: str, number: int, data: Mapping[str, Any], root: type[BaseModel]) -> object:
     """Return the name of an entry, as written or by default."""
     entry = data[array][number]
-    models = candidates((array, number), data)
+    models = candidates((array, number), data, root)
     field = models[0].model_fields.get("name") if len(models) == 1 else None
     return entry.get("name", field.default if field and not field.is_required() else None)
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from gapbeam.solver.table import POINT_PATTERN
 from gapbeam.solver.wording.short_words import either, printable
 
 
@@ -103,6 +104,8 @@ def in_words(schema: Mapping[str, Any]) -> str:
             return f"a whole number{_range(schema)}"
         case "boolean":
             return "true or false"
+        case "string" if schema.get("pattern") == POINT_PATTERN:
+            return "structure.point in quotes"
         case "string" if "pattern" in schema:
             return f"a name in quotes, at most {schema['maxLength']} letters, digits, - and _, a letter first"
         case "string":
@@ -110,6 +113,8 @@ def in_words(schema: Mapping[str, Any]) -> str:
             return f"text in quotes{most}"
         case "array" if "prefixItems" in schema:
             items = schema["prefixItems"]
+            if items[0].get("type") not in ("number", "integer"):
+                return f"a list of {len(items)} items, each {in_words(items[0])}"
             limits = _range(items[0])
             return f"a list of {len(items)} numbers" + (f", each{limits}" if limits else "")
         case "array" if schema["items"].get("type") == "number":

@@ -1,0 +1,113 @@
+"""The file of a scene of several structures as frozen pydantic models."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field
+
+from gapbeam.solver.case.gates_table import Gates
+from gapbeam.solver.loads.scene_load_choice import SceneLoad
+from gapbeam.solver.scene import linear_scheme
+from gapbeam.solver.scene.linear_scheme import LinearScheme
+from gapbeam.solver.scene_file.pair_tables import PairContact, PairTable
+from gapbeam.solver.scene_file.structure_tables import BodyJoint, BodyTable, LoadedPoint, PointTable
+from gapbeam.solver.table import Number, Positive, Table, named
+
+
+class MidpointRule(Table):
+    """The midpoint rule: conserves energy in contact at any step."""
+
+    type: Literal["midpoint"] = Field(description="name of the scheme")
+
+    def made(self) -> LinearScheme:
+        """Return the scheme."""
+        return linear_scheme.MIDPOINT
+
+
+class EulerRule(Table):
+    """Implicit Euler: of order 1; damps all that a step does not resolve."""
+
+    type: Literal["euler"] = Field(description="name of the scheme")
+
+    def made(self) -> LinearScheme:
+        """Return the scheme."""
+        return linear_scheme.euler()
+
+
+class NewmarkRule(Table):
+    """Newmark's scheme, beta 1/4 and gamma 1/2."""
+
+    type: Literal["newmark"] = Field(description="name of the scheme")
+
+    def made(self) -> LinearScheme:
+        """Return the scheme."""
+        return linear_scheme.newmark()
+
+
+class HhtRule(Table):
+    """The scheme of Hilber, Hughes and Taylor."""
+
+    type: Literal["hht"] = Field(description="name of the scheme")
+    damping: Number = Field(default=0.05, ge=0.0, le=1.0 / 3.0, description="-alpha, no unit")
+
+    def made(self) -> LinearScheme:
+        """Return the scheme."""
+        return linear_scheme.hht(self.damping)
+
+
+class GeneralizedAlphaRule(Table):
+    """The generalized-alpha scheme."""
+
+    type: Literal["generalized-alpha"] = Field(description="name of the scheme")
+    rho: Number = Field(default=0.8, ge=0.0, le=1.0, description="spectral radius at infinite frequency, no unit")
+
+    def made(self) -> LinearScheme:
+        """Return the scheme."""
+        return linear_scheme.generalized_alpha(self.rho)
+
+
+SceneScheme = Annotated[
+    MidpointRule | EulerRule | NewmarkRule | HhtRule | GeneralizedAlphaRule, Field(discriminator="type")
+]
+
+
+class SceneTime(Table):
+    """Span, step and scheme."""
+
+    end: Positive = Field(description="end of the run, s", examples=[0.2])
+    step: Positive = Field(description="time step, s", examples=[1e-5])
+    scheme: Annotated[SceneScheme, BeforeValidator(named)] = Field(
+        default=MidpointRule(type="midpoint"), description="time integration: a name, or a table with the type"
+    )
+
+
+class SceneStart(Table):
+    """The state at the start."""
+
+    state: Literal["rest", "seat"] = Field(
+        default="rest", description="undeformed and at rest, or the static equilibrium under the loads at t = 0"
+    )
+
+
+class SceneOutput(Table):
+    """What is written."""
+
+    history_interval: Positive | None = Field(default=None, description="time between history records, s; default step")
+
+
+class SceneCase(Table):
+    """A whole file: structures, what they touch, and what acts on them."""
+
+    title: str = Field("", max_length=200, description="one line that says what the case shows")
+    structure: tuple[BodyTable, ...] = Field(min_length=1, description="linear bodies")
+    point: tuple[PointTable, ...] = Field(default=(), description="where they touch, where loads act, what is recorded")
+    joint: tuple[BodyJoint, ...] = Field(default=(), description="what holds them without play")
+    mass: tuple[LoadedPoint, ...] = Field(default=(), description="masses at points")
+    contact: PairContact = PairContact()
+    pair: tuple[PairTable, ...] = Field(default=(), description="what may touch")
+    load: tuple[SceneLoad, ...] = Field(default=(), description="loads acting together")
+    time: SceneTime
+    start: SceneStart = SceneStart()
+    gates: Gates = Gates()
+    output: SceneOutput = SceneOutput()

@@ -1,0 +1,234 @@
+"""Contradictions between the tables of a file of several structures, found before anything is read or computed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.loads.scene_load_choice import point_of, structure_of
+from gapbeam.solver.scene_file.structure_tables import (
+    BodyTable,
+    ClampedBody,
+    ElementBeam,
+    ImportedMatrices,
+    LumpedMass,
+    ModesOfFile,
+    PinnedBody,
+    PointTable,
+    RigidBar,
+    SpringJoint,
+)
+from gapbeam.solver.wording.near_names import near
+
+OF_MATRICES = ("node", "set", "nearest", "dof")
+FILES = ("stiffness", "mass", "damping", "dofs", "nodes", "file")
+
+
+def scene_faults(tables: Mapping[str, Any]) -> list[Fault]:
+    """Return the contradictions in tables that are intact, arrays of tables as {number: entry}."""
+    bodies: dict[int, BodyTable] = tables.get("structure", {})
+    by_name = {one.name: one for one in bodies.values()}
+    known = _points(by_name, tables.get("point", {}).values())
+    faults = [*_names(tables), *_files(bodies), *_bodies(tables, bodies)]
+    for number, point in tables.get("point", {}).items():
+        faults += _point(("point", number), point, by_name)
+    for number, joint in tables.get("joint", {}).items():
+        faults += _joint(("joint", number), joint, by_name, known)
+    for number, mass in tables.get("mass", {}).items():
+        faults += _exists(("mass", number, "point"), mass.point, known, by_name)
+    faults += _pairs(tables, known, by_name)
+    faults += _loads(tables, known, by_name)
+    time = tables.get("time")
+    if time is not None and time.step > time.end:
+        faults.append(
+            Fault(("time", "step"), f"{time.step:g} s, longer than the run", f"at most time.end, {time.end:g} s")
+        )
+    return faults
+
+
+def _points(by_name: Mapping[str, BodyTable], points: Any) -> dict[str, set[str] | None]:
+    """Return the names of the points of each structure; None: a file has them."""
+    known: dict[str, set[str] | None] = {
+        name: None if isinstance(one.model, ModesOfFile) else {"at"} if isinstance(one.model, LumpedMass) else set()
+        for name, one in by_name.items()
+    }
+    for one in points:
+        names = known.get(one.structure)
+        if names is not None:
+            names.add(one.name)
+    return known
+
+
+def _names(tables: Mapping[str, Any]) -> Iterator[Fault]:
+    """Names are given once."""
+    seen: dict[str, Key] = {}
+    for array in ("structure", "pair", "load"):
+        for number, one in tables.get(array, {}).items():
+            key = (array, number, "name")
+            if one.name in seen:
+                yield Fault(key, f'"{one.name}", a second time', "different names of structures, pairs and loads",
+                            related=(seen[one.name],))  # fmt: skip
+            seen.setdefault(one.name, key)
+    points: set[tuple[str, str]] = set()
+    for number, one in tables.get("point", {}).items():
+        if (one.structure, one.name) in points:
+            yield Fault(("point", number, "name"), f'"{one.name}", a second time', "different points of a structure")
+        points.add((one.structure, one.name))
+
+
+def _files(bodies: Mapping[int, BodyTable]) -> Iterator[Fault]:
+    for number, one in bodies.items():
+        for key in FILES if isinstance(one.model, ImportedMatrices | ModesOfFile) else ():
+            file = getattr(one.model, key, None)
+            if file is not None and not Path(file).is_file():
+                yield Fault(("structure", number, "model", key), f'"{file}", which is no file', "a file that is there")
+
+
+def _bodies(tables: Mapping[str, Any], bodies: Mapping[int, BodyTable]) -> Iterator[Fault]:
+    """Keys that fit the model of a structure."""
+    for number, one in bodies.items():
+        where, model = ("structure", number), one.model
+        if one.reduce is not None and isinstance(model, RigidBar | LumpedMass | ModesOfFile):
+            yield Fault((*where, "reduce"), f"a reduction of a model {model.type}",
+                        "no reduction: it has no more motions than it needs", "leave reduce out")  # fmt: skip
+        if one.ratio and isinstance(model, RigidBar | LumpedMass | ModesOfFile):
+            yield Fault((*where, "ratio"), f"ratio = {one.ratio:g} of a model {model.type}",
+                        "damping in the file of modes, or in the keys of the model", "leave ratio out")  # fmt: skip
+        if one.frame is not None and not any(one.frame):
+            yield Fault((*where, "frame"), "a direction of length 0", "three numbers that are not all 0")
+        if one.frame is not None and not isinstance(model, ImportedMatrices):
+            yield Fault((*where, "frame"), f"a direction for a model {model.type}",
+                        "no direction: it has one already", "leave frame out")  # fmt: skip
+        if one.velocity and isinstance(model, ModesOfFile):
+            yield Fault((*where, "velocity"), f"{one.velocity:g} m/s of a file of modes",
+                        "no velocity: modes do not say how the whole structure moves")  # fmt: skip
+        if one.velocity and getattr(tables.get("start"), "state", "rest") == "seat":
+            yield Fault((*where, "velocity"), f"{one.velocity:g} m/s of a structure that is seated",
+                        'a structure at rest, or [start] state = "rest"', related=(("start", "state"),))  # fmt: skip
+
+
+def _known_structure(key: Key, name: str, by_name: Mapping[str, BodyTable]) -> Iterator[Fault]:
+    if name not in by_name:
+        close = near(name, list(by_name))
+        yield Fault(key, f'"{name}", which is no structure', f"one of {', '.join(by_name) or 'none'}",
+                    f'did you mean "{close}"?' if close else "", lacks=("structure",))  # fmt: skip
+
+
+def _exists(
+    key: Key, place: str, known: Mapping[str, set[str] | None], by_name: Mapping[str, BodyTable]
+) -> Iterator[Fault]:
+    """A point exists, as far as files need not be read."""
+    structure, dot, name = place.partition(".")
+    every = [f"{one}.{point}" for one, points in known.items() for point in sorted(points or ())]
+    if not dot:
+        meant = next((one for one in every if one.endswith(f".{place}") or one.startswith(f"{place}.")), "")
+        yield Fault(key, f'"{place}"', "structure.point", f'did you mean "{meant}"?' if meant else "")
+        return
+    unknown = list(_known_structure(key, structure, by_name))
+    yield from unknown
+    names = known.get(structure)
+    if not unknown and names is not None and name not in names:
+        close = near(place, every)
+        hint = f'did you mean "{close}"?' if close else f'add [[point]] with structure = "{structure}"'
+        yield Fault(key, f'"{place}", which is no point', f"one of {', '.join(every) or 'none'}", hint,
+                    lacks=("point",))  # fmt: skip
+
+
+def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Iterator[Fault]:
+    yield from _known_structure((*key, "structure"), point.structure, by_name)
+    if point.structure not in by_name:
+        return
+    model = by_name[point.structure].model
+    given = [one for one in OF_MATRICES if getattr(point, one) is not None]
+    if isinstance(model, ModesOfFile | LumpedMass):
+        has = "the columns of its file" if isinstance(model, ModesOfFile) else f'"{point.structure}.at"'
+        yield Fault(key, f"a point of a model {model.type}", f"no point: its points are {has}", "leave it out")
+    elif isinstance(model, ElementBeam | RigidBar):
+        for one in [*given, *(["direction"] if point.direction is not None else [])]:
+            yield Fault((*key, one), f"{one} of a model {model.type}", "at: x from its start, m")
+        if point.at is None:
+            if not given:
+                yield Fault((*key, "at"), "nothing: the key is missing", "x from the start of the beam, m")
+        elif point.at > model.length:
+            yield Fault((*key, "at"), f"{point.at:g} m, beyond the end", f"0 to {model.length:g} m")
+    else:
+        if point.at is not None:
+            yield Fault((*key, "at"), f"{point.at:g} m of matrices", f"one of {', '.join(OF_MATRICES)}")
+        elif len(given) != 1:
+            yield Fault(key, f"{' and '.join(given) or 'no place'}", f"one of {', '.join(OF_MATRICES)}")
+        elif (given[0] == "dof") == (point.direction is not None):
+            found = "a direction of a DOF" if given[0] == "dof" else "nothing: the key is missing"
+            expected = "no direction" if given[0] == "dof" else "the direction of the motion, such as [0, 0, 1]"
+            yield Fault((*key, "direction"), found, expected)
+
+
+def _joint(
+    key: Key, joint: Any, by_name: Mapping[str, BodyTable], known: Mapping[str, set[str] | None]
+) -> Iterator[Fault]:
+    if isinstance(joint, SpringJoint):
+        for place in joint.between:
+            yield from _exists((*key, "between"), place, known, by_name)
+        if joint.stiffness == joint.damping == 0.0:
+            yield Fault((*key, "stiffness"), "0 without damping: the joint does nothing", "a stiffness or a damping")
+        return
+    yield from _known_structure((*key, "structure"), joint.structure, by_name)
+    if joint.structure not in by_name:
+        return
+    model = by_name[joint.structure].model
+    if isinstance(model, ElementBeam):
+        if isinstance(joint, ClampedBody) and joint.nodes is not None:
+            yield Fault((*key, "nodes"), "nodes of a beam", "at: x from its start, m")
+        elif joint.at is None:
+            yield Fault((*key, "at"), "nothing: the key is missing", "x from the start of the beam, m")
+        elif joint.at > model.length:
+            yield Fault((*key, "at"), f"{joint.at:g} m, beyond the end", f"0 to {model.length:g} m")
+    elif isinstance(model, ImportedMatrices) and isinstance(joint, ClampedBody):
+        if joint.at is not None:
+            yield Fault((*key, "at"), f"{joint.at:g} m of matrices", "nodes: a set, or a list")
+        elif joint.nodes is None:
+            yield Fault((*key, "nodes"), "nothing: the key is missing", "a set of nodes, or a list of nodes")
+    else:
+        kinds = "beam" if isinstance(joint, PinnedBody) else "beam or matrices"
+        yield Fault((*key, "type"), f"a {joint.type} joint of a model {model.type}", f"a structure of {kinds}",
+                    'type = "elastic" between its point and the frame')  # fmt: skip
+
+
+def _pairs(
+    tables: Mapping[str, Any], known: Mapping[str, set[str] | None], by_name: Mapping[str, BodyTable]
+) -> Iterator[Fault]:
+    default = tables.get("contact")
+    for number, pair in tables.get("pair", {}).items():
+        key: Key = ("pair", number)
+        for place in pair.between:
+            yield from _exists((*key, "between"), place, known, by_name)
+        if len(set(pair.between)) < len(pair.between):
+            yield Fault((*key, "between"), f'"{pair.between[0]}" twice', "two different points")
+        if pair.law is None and default is not None and default.law is None:
+            yield Fault((*key, "law"), "nothing: neither the pair nor [contact] has a law", "a law of forces",
+                        'add law = { type = "kelvin-voigt", stiffness = 1e7 }', (("contact", "law"),))  # fmt: skip
+
+
+def _loads(
+    tables: Mapping[str, Any], known: Mapping[str, set[str] | None], by_name: Mapping[str, BodyTable]
+) -> Iterator[Fault]:
+    loads, time = tables.get("load", {}), tables.get("time")
+    for number, load in loads.items():
+        key: Key = ("load", number)
+        where, name = point_of(load), structure_of(load)
+        if where is not None:
+            yield from _exists((*key, "point"), where, known, by_name)
+        if name is not None:
+            yield from _known_structure((*key, "structure"), name, by_name)
+        if where is None and vars(load)["direction"] is not None:
+            yield Fault(
+                (*key, "direction"),
+                "a direction of a load on structures",
+                "no direction: `frame` of each structure is the direction",
+                "leave direction out",
+            )
+        own = list(load.faults(key))
+        yield from own
+        if not own and time is not None:
+            yield from load.faults_in_run(key, time.end, time.step)

@@ -1,0 +1,181 @@
+"""[[structure]], [[point]], [[joint]] and [[mass]]: bodies, where something may touch, and what holds them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field
+
+from gapbeam.solver.case.beam_table import Material
+from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
+from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Table, Whole, named
+
+Direction = tuple[Number, Number, Number]
+FileName = Annotated[str, Field(min_length=1, max_length=1000)]
+
+
+class ImportedMatrices(Table):
+    """Matrices that another program wrote: K, M and C in files, their paths relative to the case file."""
+
+    type: Literal["matrices"] = Field(description="kind of model")
+    stiffness: FileName = Field(description="file of K: .mtx, .npz, .npy, .sti, .pch, .op4", examples=["rack.sti"])
+    mass: FileName = Field(description="file of M, likewise", examples=["rack.mas"])
+    damping: FileName | None = Field(default=None, description="file of C, likewise; default none")
+    dofs: FileName | None = Field(
+        default=None,
+        description='file with a "node.direction" for each row; default the names in the files of the matrices',
+        examples=["rack.dof"],
+    )
+    nodes: FileName | None = Field(
+        default=None,
+        description="file of coordinates, node x y z, in the unit of the matrices: .inp with its sets, .txt, or a mesh",
+        examples=["rack.inp"],
+    )
+    units: Literal["m-kg-s", "mm-t-s", "mm-kg-s"] = Field(description="units of all these files", examples=["mm-t-s"])
+
+
+class ModesOfFile(Table):
+    """Modes in a CSV file: a line for each, with columns frequency (Hz), damping, frame and one for each point."""
+
+    type: Literal["modes"] = Field(description="kind of model")
+    file: FileName = Field(description="the file; its columns are the points", examples=["arm.csv"])
+
+
+class _Bar(Table):
+    length: Positive = Field(description="length, m", examples=[0.5])
+    thickness: Positive = Field(description="size in the bending direction, m", examples=[0.012])
+    width: Positive | None = Field(
+        default=None, description="size across the bending plane, m; default the thickness", examples=[0.02]
+    )
+    section: Annotated[SectionChoice, BeforeValidator(named)] = Field(
+        default=RECTANGLE, description="the cross-section: a name, or a table with the type and its keys"
+    )
+    material: Material = Field(
+        description="the material: young_modulus, poisson_ratio, density",
+        examples=[{"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}],
+    )
+
+
+class ElementBeam(_Bar):
+    """A straight beam of Timoshenko elements that bends in one plane; its points move across it."""
+
+    type: Literal["beam"] = Field(description="kind of model")
+    elements: Whole | None = Field(default=None, ge=1, le=10_000, description="about so many elements; default 40")
+
+
+class RigidBar(_Bar):
+    """A straight rigid bar: heave and pitch."""
+
+    type: Literal["rigid"] = Field(description="kind of model")
+
+
+class LumpedMass(Table):
+    """A rigid mass with equal springs and dampers to the frame; its point is "at"."""
+
+    type: Literal["mass"] = Field(description="kind of model")
+    mass: Positive = Field(description="kg", examples=[1.0])
+    motions: Whole = Field(default=1, ge=1, le=2, description="1, or 2 in a section plane")
+    stiffness: NonNegative = Field(default=0.0, description="spring to the frame in each motion, N/m")
+    damping: NonNegative = Field(default=0.0, description="damper to the frame in each motion, N s/m")
+
+
+ModelChoice = Annotated[
+    ImportedMatrices | ModesOfFile | ElementBeam | RigidBar | LumpedMass, Field(discriminator="type")
+]
+
+
+class Reduction(Table):
+    """Reduction to the first modes and the static response at each point."""
+
+    modes: Whole = Field(ge=1, le=10_000, description="first modes that are kept", examples=[40])
+
+
+class BodyTable(Table):
+    """A linear body."""
+
+    name: Name = Field(description="name in points, results and messages, different for every structure")
+    model: ModelChoice = Field(description="the kind of model, a table with the type and its keys")
+    reduce: Reduction | None = Field(
+        default=None, description="reduction to modes and static responses, a table; default none: all DOFs"
+    )
+    ratio: Annotated[NonNegative, Field(lt=1)] = Field(
+        default=0.0, description="fraction of critical damping that each mode gets beside its own, no unit"
+    )
+    frame: Direction | None = Field(
+        default=None,
+        description="direction in which weight and base motions act on matrices, no unit; default none",
+        examples=[[0.0, 0.0, 1.0]],
+    )
+    velocity: Number = Field(
+        default=0.0, description="velocity of the whole structure along its motion with the frame at the start, m/s"
+    )
+
+
+class PointTable(Table):
+    """A point of a beam, a rigid bar or matrices: where something touches, acts or is read."""
+
+    name: Name = Field(description="name, different for every point of the structure", examples=["tip"])
+    structure: Name = Field(description="name of its structure", examples=["rack"])
+    at: NonNegative | None = Field(default=None, description="x from the start of a beam or bar, m", examples=[0.5])
+    node: Annotated[Whole, Field(ge=1)] | None = Field(default=None, description="node of the matrices", examples=[12])
+    set: str | None = Field(
+        default=None,
+        min_length=1,
+        max_length=80,
+        description="set of nodes, whose mean motion is taken; sets stand in the file of nodes",
+        examples=["RIM"],
+    )
+    nearest: Direction | None = Field(default=None, description="coordinates of which the nearest node is taken, m")
+    dof: str | None = Field(
+        default=None,
+        min_length=1,
+        max_length=20,
+        description='"node.direction", or the number of a row from 0 on',
+        examples=["12.3"],
+    )
+    direction: tuple[Number, Number, Number] | tuple[Direction, Direction] | None = Field(
+        default=None,
+        description="direction of the motion of nodes, or two at right angles for a section plane, no unit",
+        examples=[[0.0, 0.0, 1.0]],
+    )
+
+
+class ClampedBody(Table):
+    """Nodes of matrices, or a place of a beam, that neither move nor rotate."""
+
+    type: Literal["clamped"] = Field(description="kind of joint")
+    structure: Name = Field(description="name of the structure", examples=["rack"])
+    nodes: str | tuple[Annotated[Whole, Field(ge=1)] | str, ...] | None = Field(
+        default=None, description='set of nodes, or a list of nodes, sets and "node.direction"', examples=["ROOT"]
+    )
+    at: NonNegative | None = Field(default=None, description="x from the start of a beam, m", examples=[0.0])
+
+
+class PinnedBody(Table):
+    """A place of a beam that does not move, and rotates freely."""
+
+    type: Literal["pinned"] = Field(description="kind of joint")
+    structure: Name = Field(description="name of the structure", examples=["tube"])
+    at: NonNegative = Field(description="x from the start of a beam, m", examples=[0.0])
+
+
+class SpringJoint(Table):
+    """A spring and damper between two points, or from a point to the frame, in all motions of the points."""
+
+    type: Literal["elastic"] = Field(description="kind of joint")
+    name: Name = Field(default="joint", description="name in messages, different for every joint")
+    between: tuple[PointName] | tuple[PointName, PointName] = Field(
+        description="a point, or two", examples=[["rack.tip", "box.at"]]
+    )
+    stiffness: NonNegative = Field(description="N/m", examples=[1e4])
+    damping: NonNegative = Field(default=0.0, description="N s/m")
+
+
+BodyJoint = Annotated[ClampedBody | PinnedBody | SpringJoint, Field(discriminator="type")]
+
+
+class LoadedPoint(Table):
+    """A mass that moves with a point, in all its motions."""
+
+    point: PointName = Field(description="the point", examples=["rack.tip"])
+    mass: Positive = Field(description="kg", examples=[0.3])

@@ -1,0 +1,300 @@
+"""Files of several structures: the scene that they say, and every slip refused by the key that it is in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse as sp
+
+import gapbeam as gb
+
+NODES = 13
+STEEL = {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}
+LAW = {"type": "kelvin-voigt", "stiffness": 1e6, "damping": 10.0}
+Tables = dict[str, Any]
+
+
+def beam(length: float) -> Tables:
+    return {"type": "beam", "length": length, "thickness": 0.012, "material": dict(STEEL)}
+
+
+def solid(folder: Path) -> Tables:
+    """Write a free chain of masses that move in x, y and z along a line, held together by springs and bending."""
+    n, h = NODES, 0.05
+    steps = np.diff(np.eye(n), axis=0)
+    bends = np.diff(steps, axis=0)
+    along, across = 1e8 * steps.T @ steps, 1e6 * bends.T @ bends
+    K, M = np.zeros((3 * n, 3 * n)), np.eye(3 * n) * 0.5
+    for way, block in enumerate((along, across, across)):
+        K[way::3, way::3] = block
+    for name, A in (("K", K), ("M", M)):
+        scipy.io.mmwrite(folder / f"{name}.mtx", sp.csr_matrix(A), precision=17, symmetry="general")
+    (folder / "rack.dof").write_text("".join(f"{node}.{way}\n" for node in range(1, n + 1) for way in (1, 2, 3)))
+    lines = [f"{i + 1}, {h * i}, 0, 0" for i in range(n)]
+    (folder / "rack.inp").write_text("\n".join(["*NODE", *lines, "*NSET, NSET=ROOT", "1, 2"]) + "\n")
+    files = {"stiffness": "K.mtx", "mass": "M.mtx", "dofs": "rack.dof", "nodes": "rack.inp"}
+    return {"type": "matrices", **{key: str(folder / file) for key, file in files.items()}, "units": "m-kg-s"}
+
+
+def tables(folder: Path) -> Tables:
+    """Return a sound file: a beam against matrices, and a mass on the frame."""
+    return {
+        "structure": [
+            {"name": "tube", "model": beam(0.5), "ratio": 0.01},
+            {"name": "rack", "model": solid(folder), "frame": [0.0, 0.0, 1.0]},
+            {"name": "box", "model": {"type": "mass", "mass": 2.0, "stiffness": 1e4}},
+        ],
+        "point": [
+            {"name": "tip", "structure": "tube", "at": 0.5},
+            {"name": "end", "structure": "rack", "node": NODES, "direction": [0.0, 0.0, 1.0]},
+            {"name": "mid", "structure": "rack", "dof": "7.3"},
+        ],
+        "joint": [
+            {"type": "clamped", "structure": "tube", "at": 0.0},
+            {"type": "clamped", "structure": "rack", "nodes": "ROOT"},
+            {"type": "elastic", "between": ["rack.mid", "box.at"], "stiffness": 1e5, "damping": 1.0},
+        ],
+        "contact": {"law": dict(LAW)},
+        "pair": [
+            {"name": "gap", "between": ["tube.tip", "rack.end"], "region": {"type": "slot", "clearance": 1e-5}},
+            {"name": "stop", "between": ["box.at"], "region": {"type": "half-plane", "clearance": 1e-5}},
+        ],
+        "load": [
+            {"type": "harmonic_force", "name": "shaker", "point": "tube.tip", "amplitude": 5.0, "frequency": 30.0},
+            {"type": "gravity"},
+            {"type": "base_motion", "structure": "rack", "amplitude": 3.0, "frequency": 50.0},
+        ],
+        "time": {"step": 1e-4, "end": 0.05},
+        "start": {"state": "seat"},
+    }
+
+
+def test_a_file_is_the_scene_that_python_makes(tmp_path: Path) -> None:
+    """The same structures, contacts, loads and start from public nouns: the same motion to the last digits."""
+    given = tables(tmp_path)
+    outcome = gb.run(given, output=tmp_path / "results")
+    assert outcome.exit_status == 0
+    scene = gb.scene(given)
+    section, steel = gb.section("rectangle", 0.012), gb.material(2.1e11, 7850.0)
+    tube = gb.beam(0.5, section, steel, {"tip": 0.5}, clamped=[0.0], ratio=0.01, name="tube")
+    files = given["structure"][1]["model"]
+    rack = gb.read_structure(
+        files["stiffness"], files["mass"], dofs=files["dofs"], nodes=files["nodes"], units="m-kg-s", clamped=[1, 2],
+        points={"end": f"{NODES}.3", "mid": "7.3"}, frame=[0, 0, 1], name="rack",
+    )  # fmt: skip
+    box = gb.mass(2.0, stiffness=1e4, name="box")
+    law = gb.KelvinVoigt(stiffness=1e6, damping=10.0)
+    own = gb.Scene(
+        tube, rack, box,
+        contacts=[
+            gb.Contact((tube["tip"], rack["end"]), gb.Slot(1e-5), law, name="gap"),
+            gb.Contact(box["at"], gb.HalfPlane(1e-5), law, name="stop"),
+        ],
+        loads=[
+            gb.Force(tube["tip"], lambda t: 5.0 * np.sin(60.0 * np.pi * t)),
+            *(gb.weight(one, -9.81) for one in (tube, rack, box)),
+            gb.BaseMotion(rack, lambda t: 3.0 * np.sin(100.0 * np.pi * t)),
+        ],
+        joints=[gb.Joint((rack["mid"], box["at"]), 1e5, 1.0)],
+    )  # fmt: skip
+    ends = [gb.history(one, 1e-4, 0.05, gb.seat(one)) for one in (scene, own)]
+    for name, x in ends[1].displacement.items():
+        assert np.abs(ends[0].displacement[name] - x).max() <= 1e-9 * np.abs(x).max()
+    assert np.abs(ends[1].force["gap"]).max() > 0.0
+    described = gb.check(given)
+    assert described.seated
+    assert "rack.end" in str(described)
+
+
+def test_a_velocity_is_that_of_all_points() -> None:
+    """A free beam that starts at 2 m/s flies on, and two masses exchange their velocities."""
+    given: Tables = {
+        "structure": [
+            {"name": "fly", "model": beam(0.3), "velocity": 2.0},
+            {"name": "a", "model": {"type": "mass", "mass": 1.0}, "velocity": 1.0},
+            {"name": "b", "model": {"type": "mass", "mass": 1.0}},
+        ],
+        "point": [{"name": "end", "structure": "fly", "at": 0.3}],
+        "pair": [{"name": "hit", "between": ["a.at", "b.at"], "region": {"type": "half-plane", "clearance": 1e-3},
+                  "law": {"type": "kelvin-voigt", "stiffness": 1e6}}],
+        "time": {"step": 1e-5, "end": 0.01},
+    }  # fmt: skip
+    scene = gb.scene(given)
+    from gapbeam.solver.scene_file.scene_reader import read_scene
+
+    last = gb.history(scene, 1e-5, 0.01, read_scene(given).start()).last
+    assert last["end"].displacement == pytest.approx(0.02, rel=1e-9)
+    assert last["a.at"].velocity == pytest.approx(0.0, abs=1e-9)
+    assert last["b.at"].velocity == pytest.approx(1.0, rel=1e-9)
+
+
+def changed(file: str, edit: Callable[[np.ndarray], np.ndarray]) -> Callable[[Tables, Path], None]:
+    """Return what edits a matrix in its file."""
+
+    def change(_: Tables, folder: Path) -> None:
+        A = scipy.io.mmread(folder / file).toarray()
+        scipy.io.mmwrite(folder / file, sp.csr_matrix(edit(A)), precision=17, symmetry="general")
+
+    return change
+
+
+def put(*path: str | int, value: Any) -> Callable[[Tables, Path], None]:
+    """Return what sets a key; None removes it."""
+
+    def change(given: Tables, _: Path) -> None:
+        inside: Any = given
+        for part in path[:-1]:
+            inside = inside[part]
+        if value is None:
+            del inside[path[-1]]
+        else:
+            inside[path[-1]] = value
+
+    return change
+
+
+def mixed(_: Tables, folder: Path) -> None:
+    order = np.random.default_rng(3).permutation(3 * NODES)
+    lines = (folder / "rack.dof").read_text().splitlines()
+    (folder / "rack.dof").write_text("\n".join(lines[i] for i in order) + "\n")
+
+
+def suffixed(given: Tables, folder: Path) -> None:
+    (folder / "K.xyz").write_text("1 1 1.0\n")
+    given["structure"][1]["model"]["stiffness"] = str(folder / "K.xyz")
+
+
+def far(_: Tables, folder: Path) -> None:
+    (folder / "rack.inp").write_text("".join(f"{i + 1} {250.0 * i} 0 0\n" for i in range(NODES)))
+
+
+def entry(i: int, j: int, value: float) -> Callable[[np.ndarray], np.ndarray]:
+    def edit(A: np.ndarray) -> np.ndarray:
+        A[i, j] = value
+        return A
+
+    return edit
+
+
+def written(file: str, text: str) -> Callable[[Tables, Path], None]:
+
+    def change(_: Tables, folder: Path) -> None:
+        (folder / file).write_text(text)
+
+    return change
+
+
+SLIPS: dict[str, tuple[Callable[[Tables, Path], None], str, str]] = {
+    "half a matrix": (changed("K.mtx", np.triu), "rack.*stiffness", "one side of the diagonal"),
+    "half a mass": (changed("M.mtx", lambda A: np.triu(A + np.eye(len(A), k=3))), "rack.*mass", "one side"),
+    "unsymmetric": (changed("K.mtx", entry(0, 3, 5e8)), "rack.*stiffness", "differs from its transpose"),
+    "no mass": (changed("M.mtx", entry(8, 8, 0.0)), "rack.*mass", r"1 DOFs without mass, the first is 3\.3"),
+    "M indefinite": (changed("M.mtx", lambda A: A + 0.6 * (np.eye(39, k=3) + np.eye(39, k=-3))), "rack.*mass",
+                     "not positive definite"),
+    "K indefinite": (changed("K.mtx", lambda A: A - 1e6 * np.eye(39)), "rack.*stiffness", "negative direction"),
+    "a NaN": (changed("K.mtx", entry(0, 0, np.nan)), "rack.*stiffness", "finite"),
+    "another size": (changed("M.mtx", lambda A: A[:-1, :-1]), "rack.*mass", "found 38 rows, .* has 39"),
+    "no matrix": (written("K.mtx", "hello\n"), "rack.*stiffness", "cannot be read"),
+    "no file": (put("structure", 1, "model", "mass", value="none.mtx"), "rack.*mass", "no file"),
+    "another suffix": (suffixed, "rack.*stiffness", r"\.xyz\n  expected: \.mtx"),
+    "no units": (put("structure", 1, "model", "units", value=None), "rack.*units", "missing"),
+    "unknown units": (put("structure", 1, "model", "units", value="inch"), "rack.*units", "mm-t-s"),
+    "a model in km": (far, "rack.*units", r"the nodes span 3e\+03 m"),
+    "order of DOFs": (mixed, "rack.*dofs", "not in the order of the matrices"),
+    "too few DOFs": (written("rack.dof", "1.1\n1.2\n"), "rack.*dofs", "found 2 DOFs, the matrices have 39"),
+    "a DOF twice": (written("rack.dof", "1.1\n" * 39), "rack.*dofs", "twice"),
+    "no DOF": (written("rack.dof", "tip\n" * 39), "rack.*dofs", r"node\.direction"),
+    "a node without place": (written("rack.inp", "1 0 0 0\n"), "rack.*nodes", "has no coordinates"),
+    "no nodes at all": (written("rack.inp", "*HEADING\n"), "rack.*nodes", "no nodes"),
+    "a node without rows": (put("point", 1, "node", value=99), '"end"', "node 99, which has no rows"),
+    "a DOF without row": (put("point", 2, "dof", value="99.3"), '"mid"', r"'99\.3', which is no DOF"),
+    "a clamped DOF": (put("point", 2, "dof", value="1.3"), '"mid"', "is clamped"),
+    "no such set": (put("joint", 1, "nodes", value="BASE"), "joint.*number 2", "sets: ROOT"),
+    "all clamped": (put("joint", 1, "nodes", value=list(range(1, NODES + 1))), "joint.*number 2", "all DOFs"),
+    "no place of a point": (put("point", 1, "node", value=None), '"end"', "one of node, set, nearest, dof"),
+    "no direction": (put("point", 1, "direction", value=None), '"end".*direction', "the direction"),
+    "a direction of 0": (put("point", 1, "direction", value=[0.0, 0.0, 0.0]), '"end"', "length 0"),
+    "off the beam": (put("point", 0, "at", value=0.6), '"tip".*at', "beyond the end"),
+    "a node of a beam": (put("point", 0, "node", value=3), '"tip".*node', "at: x from its start"),
+    "an unknown structure": (put("point", 0, "structure", value="tub"), '"tip".*structure', "did you mean|one of"),
+    "an unknown point": (put("pair", 0, "between", value=["tube.tpi", "rack.end"]), '"gap".*between', "tube.tip"),
+    "no structure of a point": (put("load", 0, "point", value="tip"), '"shaker".*point', "tube.tip"),
+    "a point twice": (put("pair", 0, "between", value=["tube.tip", "tube.tip"]), '"gap".*between', "two different"),
+    "two names": (put("pair", 1, "name", value="gap"), '"gap".*name', "different names"),
+    "no law": (put("contact", value=None), '"gap".*law', "a law of forces"),
+    "overlap": (put("pair", 0, "offset", value=1e-3), '"gap".*region', "overlap by 0.000995 m"),
+    "pressed": (put("pair", 1, "region", "clearance", value=-1e-5), '"stop".*region', "interference = true"),
+    "a disc for one motion": (put("pair", 0, "region", value={"type": "disc", "clearance": 1e-4}), '"gap".*region',
+                              "as many motions"),
+    "friction of one motion": (put("pair", 0, "friction", value=0.3), '"gap".*friction', "two motions"),
+    "a concave polygon": (put("pair", 0, "region", value={"type": "polygon", "corners":
+                              [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]}), '"gap".*region', "turn left"),
+    "weight without frame": (put("structure", 1, "frame", value=None), "load.*number", "no motion with the frame"),
+    "too many modes": (put("structure", 1, "reduce", value={"modes": 500}), "rack.*reduce", "expected: 1 to 32"),
+    "a reduced mass": (put("structure", 2, "reduce", value={"modes": 1}), "box.*reduce", "no reduction"),
+    "a step beyond the end": (put("time", "step", value=1.0), "time.*step", "longer than the run"),
+    "an unknown table": (put("support", value={"clearance": 1e-4}), "support", "unknown table"),
+    "an unknown load": (put("load", 0, "type", value="exciter"), '"shaker".*type', "harmonic_force"),
+    "a seat in flight": (put("structure", 0, "velocity", value=1.0), "tube.*velocity", "at rest"),
+}  # fmt: skip
+
+
+def inward(given: Tables, folder: Path) -> None:
+    """Make a pair of two racks whose normal points away from the second."""
+    given["structure"].append({"name": "wall", "model": solid(folder)})
+    given["point"] += [
+        {"name": "side", "structure": "rack", "node": 5, "direction": [1.0, 0.0, 0.0]},
+        {"name": "side", "structure": "wall", "node": 9, "direction": [1.0, 0.0, 0.0]},
+    ]
+    region = {"type": "half-plane", "clearance": 1e-3, "normal": -1}
+    given["pair"].append({"name": "bump", "between": ["rack.side", "wall.side"], "region": region})
+    given["load"] = given["load"][:1]
+
+
+def skewed(given: Tables, folder: Path) -> None:
+    """Make a pair of two racks whose points move in other directions."""
+    inward(given, folder)
+    given["point"][-1]["direction"] = [0.0, 1.0, 0.0]
+
+
+SLIPS["a normal that points inward"] = (inward, '"bump".*normal', "points inward")
+SLIPS["other directions of a pair"] = (skewed, '"bump".*between', "the same directions")
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_slips_are_refused_by_their_key(tmp_path: Path, slip: str) -> None:
+    """One fault, status 2, at the key that is wrong, in words that name it."""
+    given = tables(tmp_path)
+    change, where, words = SLIPS[slip]
+    change(given, tmp_path)
+    with pytest.raises(gb.CaseError) as refused:
+        gb.scene(given)
+    assert refused.value.exit_status == 2
+    places = [fault.where for fault in refused.value.faults]
+    assert any(re.search(where, place) for place in places), str(refused.value)
+    assert re.search(words, str(refused.value)), str(refused.value)
+
+
+def test_all_faults_come_at_once_and_in_order(tmp_path: Path) -> None:
+    """Faults of several tables in one message; nothing is read before the tables are sound."""
+    given = tables(tmp_path)
+    put("point", 0, "at", value=0.6)(given, tmp_path)
+    put("contact", value=None)(given, tmp_path)
+    put("load", 0, "point", value="tube.top")(given, tmp_path)
+    with pytest.raises(gb.CaseError) as refused:
+        gb.scene(given)
+    assert len(refused.value.faults) == 4  # both pairs lack a law
+
+
+def test_studies_of_one_beam_refuse_scenes(tmp_path: Path) -> None:
+    """Calls for a case with [beam] name the table, and what takes it."""
+    given = tables(tmp_path)
+    for call in (gb.read_case, gb.model, gb.modes):
+        with pytest.raises(gb.CaseError, match="several structures"):
+            call(given)  # type: ignore[operator]

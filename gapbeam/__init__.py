@@ -66,10 +66,10 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, ElastoGap, HuntCrossley, KelvinVoigt
     from gapbeam.solver.scene.structure import Structure, from_modes, mass
     from gapbeam.solver.scene.structure_files import read_structure
+    from gapbeam.solver.scene.structure_writing import write_structure
     from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
     from gapbeam.studies.atlas.response_atlas import atlas
     from gapbeam.studies.atlas.start_set import drawn_starts, gridded_starts
-    from gapbeam.solver.scene.structure_writing import write_structure
 
     __version__: str
 

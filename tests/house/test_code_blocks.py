@@ -21,6 +21,8 @@ from gapbeam.process.usage_errors import ClickException, UsageError
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
 from gapbeam.solver.case.reading.key_faults import check_types
+from gapbeam.solver.scene_file.scene_case import SceneCase
+from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
 from gapbeam.studies.identification.identification_tables import Identification
 from gapbeam.studies.trials.axes import read_axis
 
@@ -80,6 +82,9 @@ def test_text_hides_no_code(block: Block) -> None:
 # --- case files
 
 
+RACK = tomllib.loads((PROJECT / "cases" / "scenes" / "rack.toml").read_text(encoding="utf-8"))
+
+
 def merged(base: Mapping[str, Any], part: Mapping[str, Any]) -> dict[str, Any]:
     """Return tables with those of a part in them; arrays and scalars are replaced."""
     both = dict(base)
@@ -95,6 +100,8 @@ def faults_of_part(part: Mapping[str, Any]) -> list[str]:
 
     Keys of no table of their own are looked for in `[[support]]`.
     """
+    if {"structure", "pair"} & set(part):
+        return [str(fault) for fault in check_types({**RACK, **part}, SceneCase)[1]]
     if not set(part) <= set(Case.model_fields) and set(part) <= set(Identification.model_fields):
         return [str(fault) for fault in check_types({**IDENTIFY, **part}, Identification)[1]]
     if not set(part) <= set(Case.model_fields):
@@ -187,6 +194,9 @@ def test_commands_are_known(page: Path, words: list[str]) -> None:
     elif name == "gapbeam":
         given = parsed(rest)
         if "case" not in given:
+            return
+        if is_scene(PROJECT / str(given["case"])):
+            read_scene(PROJECT / str(given["case"]), dict(one.split("=", 1) for one in given.get("override") or ()))
             return
         writes = rest[0] == "new"
         case, overrides = None if writes else case_of(page, str(given["case"])), list(given.get("override") or ())

@@ -6,14 +6,11 @@ from typing import Annotated, Any, Union
 
 from pydantic import Field, create_model
 
-from gapbeam.solver.loads.base_motion import BaseMotion
-from gapbeam.solver.loads.constant_force import ConstantForce
 from gapbeam.solver.loads.gravity import Gravity
-from gapbeam.solver.loads.harmonic_force import HarmonicForce
 from gapbeam.solver.loads.load_table import LoadTable
-from gapbeam.solver.loads.recorded_force import RecordedForce
-from gapbeam.solver.loads.recorded_motion import RecordedMotion
+from gapbeam.solver.loads.point_load import ConstantForce, HarmonicForce, RecordedForce
 from gapbeam.solver.loads.step_force import StepForce
+from gapbeam.solver.loads.support_motion import BaseMotion, RecordedMotion
 from gapbeam.solver.table import Name, Number, PointName, Vector
 
 

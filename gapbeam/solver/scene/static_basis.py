@@ -18,8 +18,8 @@ import scipy.linalg as sl
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.structure import LARGE, Structure
+from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.sparse_operators import SparseOperators
 
 RIGID = 1e-13  # of the largest ratio of stiffness to mass: squares below belong to rigid motions
 FIRST_GUESS = 1e-9  # of the mean ratio

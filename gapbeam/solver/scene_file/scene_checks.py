@@ -20,7 +20,7 @@ from gapbeam.solver.scene_file.structure_tables import (
     RigidBar,
     SpringJoint,
 )
-from gapbeam.solver.wording.near_names import near
+from gapbeam.solver.wording.short_words import near
 
 OF_MATRICES = ("node", "set", "nearest", "dof")
 FILES = ("stiffness", "mass", "damping", "dofs", "nodes", "file")

@@ -15,7 +15,7 @@ from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.scene_file.scene_reader import ReadScene
-from gapbeam.solver.system.sparse_operators import SparseOperators
+from gapbeam.solver.system.dense_operators import SparseOperators
 
 MOST = 6
 FIRST_GUESS = 1e-9  # of the mean ratio of stiffness to mass

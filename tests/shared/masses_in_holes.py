@@ -35,7 +35,7 @@ def law_of(table: Mapping[str, object], stiffness: float, damping: float = 0.0, 
         adhesive: Whether the damper may pull.
     """
     chosen = LAWS.validate_python(table)
-    return shaped_law(chosen, make_law(chosen, stiffness, 1.0e-6, damping, adhesive=adhesive))
+    return shaped_law(chosen, make_law(chosen, stiffness, 1.0e-6, damping, adhesive=adhesive, slowest_touch=1.0e-4))
 
 
 def masses_in_holes(

@@ -52,7 +52,7 @@ BAD = {
     ),
     "rows that are too close": (
         cross("coherence = [0.5, 0.2], frequencies = [50, 50.1]"),
-        ["frequencies", "50 and 50.1 Hz, 0.1 Hz apart", "rows at least 0.586 Hz apart"],
+        ["frequencies", "50 and 50.1 Hz, 0.1 Hz apart", "rows at least 0.585938 Hz apart"],
     ),
     "phase that turns too fast": (
         cross("coherence = 0.5, phase = [0, -3600], frequencies = [20, 120]"),

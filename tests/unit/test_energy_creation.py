@@ -107,7 +107,7 @@ def test_explicit_steps_do_not_bear_damping_by_the_speed_at_touch() -> None:
     assert energy_creator(bearable) is None
     grown, kept = (
         respond(one, seated(one).state, steps).created
-        for one, steps in ((explicit_model(0.5, 100.0 * most), 40), (bearable, 200))
+        for one, steps in ((explicit_model(0.5, 100.0 * most), 200), (bearable, 200))
     )
     assert grown > 0.5
     assert kept < 0.05

@@ -91,5 +91,5 @@ def test_versions() -> None:
     done = subprocess.run([*GAPBEAM, "--version"], cwd=PROJECT, capture_output=True, text=True, check=False)
     message = dict(line.split(" ", 1) for line in done.stdout.splitlines())
     assert done.returncode == 0, done.stderr
-    assert set(message) == {"gapbeam", "python", "dolfinx", "petsc4py", "numpy", "gmsh", "mpi"}
+    assert set(message) == {"gapbeam", "python", "dolfinx", "petsc4py", "numpy", "numba", "gmsh", "mpi"}
     assert message["gapbeam"] == version("gapbeam")

@@ -17,9 +17,9 @@ from tests.shared.command import PROJECT, alone, process_environment
 
 CHANGES = (
     (
-        "from gapbeam.solver.contact.laws.law_choice",
+        "from gapbeam.solver.contact.laws.springs import",
         "from gapbeam.solver.contact.laws.made_up_law import GrowingLaw, growing_damping\n"
-        "from gapbeam.solver.contact.laws.law_choice",
+        "from gapbeam.solver.contact.laws.springs import",
     ),
     ("PiecewiseLinear | ElasticPlastic,", "PiecewiseLinear | ElasticPlastic | GrowingLaw,"),
     ("HUNT_CROSSLEY, ADAMS_IMPACT = range(4)", "HUNT_CROSSLEY, ADAMS_IMPACT, GROWING = range(5)"),

@@ -68,7 +68,7 @@ errors = "none"
 end = 0.01
 step = 1.0e-4
 """
-IMPORT = "from gapbeam.solver.sections.section_choice import ISection\n"
+IMPORT = "from gapbeam.solver.sections.polygon_section import PolygonSection\n"
 # by hand: the upright bar, and the arms beside it
 AREA = HIGH * BAR + (WIDE - BAR) * BAR
 SECOND = BAR * HIGH**3 / 12.0 + 2.0 * (0.5 * (WIDE - BAR) * BAR**3) / 12.0

@@ -68,8 +68,8 @@ errors = "none"
 """
 CHANGES = (
     (
-        "from gapbeam.solver.contact.laws.law_choice",
-        "from gapbeam.solver.contact.laws.made_up_spring import CubicStop\nfrom gapbeam.solver.contact.laws.law_choice",
+        "from gapbeam.solver.contact.laws.springs",
+        "from gapbeam.solver.contact.laws.made_up_spring import CubicStop\nfrom gapbeam.solver.contact.laws.springs",
     ),
     ("PiecewiseLinear | ElasticPlastic,", "PiecewiseLinear | ElasticPlastic | CubicStop,"),
 )

@@ -152,8 +152,15 @@ class Results:
         """The fields of `fields.xdmf`, to be read one time after the other.
 
         Raises:
-            ResultsError: One of its two files is missing or cannot be read.
+            ResultsError: One of its two files is missing or cannot be read, or the run is one of a scene.
         """
+        if self.summary.get("scene"):
+            raise ResultsError(
+                self.folder,
+                found="a run of structures without geometry",
+                expected="a run of a case with a mesh, for pictures and fields",
+                remedy="draw its records by `gapbeam plot`",
+            )
         self._existing(FIELDS_DATA_FILE)
         return Fields(self._existing(FIELDS_FILE))
 

@@ -78,7 +78,7 @@ def rod(elements: int, name: str) -> gb.Structure:
 
 
 def test_two_equal_rods_exchange_their_velocities() -> None:
-    """Wave theory: they touch for 2 L / c, and the first rod is then at rest; what a mesh leaves falls with its size."""
+    """Wave theory: contact for 2 L / c, then the first rod is at rest; the error falls with the size of the mesh."""
     left, ends = [], []
     for elements in (25, 50, 100, 200):
         a, b = rod(elements, "a"), rod(elements, "b")

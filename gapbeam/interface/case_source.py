@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gapbeam.interface.user_case import UserCase
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.model_choice import chosen_case
@@ -26,7 +27,7 @@ NAME = "case"  # of a case that has no file
 COPY = "case-of-the-study.toml"
 
 
-def read_case(source: CaseSource, overrides: Overrides = ()) -> Case:
+def read_case(source: CaseSource, overrides: Overrides = ()) -> UserCase:
     """Read a case, with every default filled in.
 
     Args:
@@ -34,13 +35,17 @@ def read_case(source: CaseSource, overrides: Overrides = ()) -> Case:
         overrides: Keys to replace, such as {"support.clearance": 0.1e-3} or ["support.clearance=0.1e-3"].
 
     Returns:
-        The case; it cannot be changed. Paths of mesh files and records are absolute in it; in a text or a dict they
-        are relative to the current folder.
+        The case, of which `scene()` returns the scene; it cannot be changed. Paths of mesh files and records are
+        absolute in it; in a text or a dict they are relative to the current folder.
 
     Raises:
         CaseError: The file cannot be read, or the case has faults; all of them are in the message.
     """
     _refuse_scene(source)
+    return UserCase.of(_read(source, overrides))
+
+
+def _read(source: CaseSource, overrides: Overrides) -> Case:
     if isinstance(source, Case):
         return case_reader.read_case_text(case_to_toml(source), overrides, NAME) if overrides else chosen_case(source)
     if isinstance(source, Mapping):
@@ -65,7 +70,7 @@ def _refuse_scene(source: object) -> None:
         )
 
 
-def shared_case(source: CaseSource, overrides: Overrides, comm: MPI.Comm) -> Case:
+def shared_case(source: CaseSource, overrides: Overrides, comm: MPI.Comm) -> UserCase:
     """Read a case on rank 0 for all ranks; errors as in `read_case`. Collective."""
     from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 

@@ -16,8 +16,7 @@ from gapbeam.interface.case_source import (
     name_of,
     shared_case,
 )
-from gapbeam.process.launcher import end_with_launcher
-from gapbeam.process.process_environment import refuse_cramped
+from gapbeam.process.launcher import all_ranks
 from gapbeam.solver.case.reading.overrides import Overrides
 
 if TYPE_CHECKING:
@@ -86,7 +85,7 @@ def run(
         return _run_of_scene(read.scene, folder_from(output, read.name), overwrite, resume, given, read.march())
     if march:
         _refuse(march, 'a case, whose step and end are keys: overrides={"time.end": 0.2}')
-    comm = _ranks()
+    comm = all_ranks()
     from gapbeam.interface.longer_run import case_and_rule
     from gapbeam.solver.run.run_case import run_case
     from gapbeam.studies.error_estimate.run_errors import errors_wanted, with_errors
@@ -148,7 +147,7 @@ def model(case: CaseSource, overrides: Overrides = (), comm: MPI.Comm | None = N
 
     Collective.
     """
-    ranks = _ranks() if comm is None else comm
+    ranks = all_ranks() if comm is None else comm
     from gapbeam.solver.march.simulation import Simulation
 
     return Simulation.of_case(shared_case(case, overrides, ranks), ranks)
@@ -168,13 +167,12 @@ def scene(case: CaseSource, overrides: Overrides = ()) -> Scene:
         CaseError: The case has faults.
         UserError: The case has what a scene has no noun for.
     """
-    from gapbeam.interface.case_scene import scene_of_model
     from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
 
     if is_scene(case):
         return read_scene(case, overrides).scene
 
-    return scene_of_model(model(case, overrides).model)
+    return shared_case(case, overrides, all_ranks()).scene()
 
 
 def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription | SceneDescription:
@@ -199,7 +197,7 @@ def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription | Scen
 
     if is_scene(case):
         return describe_scene(read_scene(case, overrides))
-    comm = _ranks()
+    comm = all_ranks()
     from gapbeam.studies.prediction.case_description import describe_case
 
     return describe_case(shared_case(case, overrides, comm), comm)
@@ -236,7 +234,7 @@ def modes(
     check_fraction("accuracy", accuracy)
     given = dict(sorted((measured or {}).items()))
     _check_measured(given, count)
-    comm = _ranks()
+    comm = all_ranks()
     from gapbeam.studies.modes.find_modes import find_modes
 
     folder = folder_from(output, f"{name_of(case)}-modes")
@@ -259,12 +257,3 @@ def _check_measured(measured: Mapping[int, float], count: int) -> None:
             f"`measured=`: found {dict(measured)}; expected at least two frequencies of the modes 1 to {count}, "
             "{mode: Hz}, that ascend with the mode"
         )
-
-
-def _ranks() -> MPI.Comm:
-    """Return all ranks, after what the process must be fit for."""
-    refuse_cramped()
-    from mpi4py import MPI
-
-    end_with_launcher()
-    return MPI.COMM_WORLD

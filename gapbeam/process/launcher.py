@@ -13,9 +13,13 @@ import signal
 import sys
 import threading
 import time
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from gapbeam.meshes.versions.launcher_variables import rank_of_launcher
+from gapbeam.process.process_environment import refuse_cramped
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
 INTERVAL = 0.2  # s between two looks; in a second Open MPI aborts
@@ -30,6 +34,19 @@ def end_with_launcher() -> None:
     if rank_of_launcher() is not None and not _parents:
         _parents.append(os.getppid())
         threading.Thread(target=_watch, name="launcher", daemon=True).start()
+
+
+def all_ranks() -> MPI.Comm:
+    """Return the communicator of all ranks, after a look at what the process is allowed.
+
+    Raises:
+        OutOfMemory: The limit of addresses of this process is too low to begin with.
+    """
+    refuse_cramped()
+    from mpi4py import MPI
+
+    end_with_launcher()
+    return MPI.COMM_WORLD
 
 
 def leave(status: int) -> NoReturn:

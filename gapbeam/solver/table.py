@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
-from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, create_model
+from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError, create_model
 
 Number = Annotated[float, Strict(), AllowInfNan(False)]
 Positive = Annotated[Number, Field(gt=0)]
@@ -73,6 +73,23 @@ def placed_along(base: type[Placed], name: str, what: str, ends: tuple[float, fl
 def named(value: object) -> object:
     """Read a plain name, scheme = "newmark", as the table that holds only that type."""
     return {"type": value} if isinstance(value, str) else value
+
+
+def faults_in(error: ValidationError, depth: int = 0) -> str:
+    """Return the faults of values that no file holds: the key, what was found, what was expected.
+
+    Args:
+        error: As raised by a table.
+        depth: Leading parts of each key that are left out, such as the name of the type in a union.
+    """
+    words = []
+    for one in error.errors(include_url=False):
+        key = ".".join(map(str, one["loc"][depth:])) or "type"
+        said = f"{one['msg'][:1].lower()}{one['msg'][1:]}".replace("input should be", "expected")
+        found = "" if one["type"] in ("missing", "union_tag_invalid") else f"found {one['input']!r}, "
+        words.append(f"{key}: {found}{said}")
+
+    return "; ".join(words)
 
 
 def models_in(annotation: object) -> list[type[BaseModel]]:

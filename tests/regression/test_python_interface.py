@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from html import unescape
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,17 @@ def test_a_case_reads_the_same_from_path_text_dict_and_itself() -> None:
         changed = gapbeam.read_case(source, {"support.clearance": 2e-4})
         assert changed.support.clearance == 2e-4
         assert changed.beam == read.beam
+
+
+def test_a_case_that_was_read_shows_its_file_and_has_the_scene_of_its_file() -> None:
+    """The frequencies of the scene are those of the model; the text in a notebook reads as the same case."""
+    case = gapbeam.read_case(DEMO, TINY)
+    found = case.scene()
+    assert repr(found) == repr(gapbeam.scene(DEMO, TINY))
+    assert np.array_equal(found.structures[0].K, gapbeam.scene(case).structures[0].K)
+    shown = unescape(case._repr_html_())
+    assert gapbeam.read_case(shown.removeprefix("<pre>").removesuffix("</pre>")) == case
+    assert case != gapbeam.read_case(DEMO)
 
 
 def test_faults_of_a_dict_name_its_keys() -> None:

@@ -241,6 +241,10 @@ SLIPS: dict[str, tuple[Callable[[Tables, Path], None], str, str]] = {
     "a step beyond the end": (put("time", "step", value=1.0), "time.*step", "longer than the run"),
     "an unknown table": (put("support", value={"clearance": 1e-4}), "support", "unknown table"),
     "an unknown load": (put("load", 0, "type", value="exciter"), '"shaker".*type', "harmonic_force"),
+    "a wall without bore": (put("structure", 0, "model", "section", value={"type": "tube", "wall": 0.2}),
+                            "tube.*section.*wall", "half of the diameter"),
+    "a wide circle": (put("structure", 0, "model", value={**beam(0.5), "width": 0.1, "section": {"type": "round"}}),
+                      "tube.*section", "both the outer diameter"),
     "a seat in flight": (put("structure", 0, "velocity", value=1.0), "tube.*velocity", "at rest"),
 }  # fmt: skip
 

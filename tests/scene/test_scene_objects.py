@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import gapbeam as gb
@@ -283,7 +285,8 @@ def refusals() -> dict[str, tuple[object, str]]:
             "is not finite",
         ),
         "section": (lambda: gb.section("tube", 0.02, wal=1e-3), "wall: field required"),
-        "material": (lambda: gb.material(-1.0, 7800.0), "young_modulus"),
+        "material": (lambda: gb.material(-1.0, 7800.0), "young_modulus: found -1.0, expected greater than 0"),
+        "order": (lambda: gb.material(2e11, 0.3, 7800.0), "poisson_ratio: found 7800.0, expected less than 0.5"),
         "off": (
             lambda: gb.beam(1.0, gb.section("round", 0.02), gb.material(2e11, 7800.0), {"tip": 1.5}),
             "expected places from 0 to 1 m",
@@ -301,6 +304,28 @@ def test_nonsense_is_refused_with_what_was_expected(name: str) -> None:
     with pytest.raises(gb.UserError) as refused:
         call()  # type: ignore[operator]
     assert re.search(words, str(refused.value)), str(refused.value)
+
+
+@given(
+    type=st.sampled_from(["tube", "box"]),
+    thickness=st.floats(1e-6, 10.0),
+    share=st.floats(1e-6, 3.0),
+)
+def test_a_hollow_section_is_what_its_outside_leaves_of_its_hole_or_is_refused(
+    type: str,  # noqa: A002
+    thickness: float,
+    share: float,
+) -> None:
+    """A^2 and I are differences of outside and hole; a wall that leaves no hole has no section."""
+    wall = 0.5 * share * thickness
+    if share >= 1.0:
+        with pytest.raises(gb.UserError, match=f"section '{type}': wall: found"):
+            gb.section(type, thickness, wall=wall)
+        return
+    inner, factor = thickness - 2.0 * wall, {"tube": pi / 64.0, "box": 1.0 / 12.0}[type]
+    made = gb.section(type, thickness, wall=wall)
+    assert made.second_moment == pytest.approx(factor * (thickness**4 - inner**4), rel=1e-9)
+    assert 0.0 < made.area <= thickness**2
 
 
 def test_a_beam_on_a_shaken_frame_moves_as_theory_says() -> None:

@@ -38,6 +38,7 @@ from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.modal_march import BLOCK, Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
+from gapbeam.solver.table import faults_in
 
 LOG = logging.getLogger("gapbeam")
 Observer = Callable[[SceneStep], Any]
@@ -88,11 +89,8 @@ class SceneRun:
         try:
             return Gates.model_validate(dict(self.gates))
         except ValidationError as error:
-            one = error.errors()[0]
-            where = ".".join(map(str, one["loc"]))
-            raise UserError(
-                f"run: gates: {where}: {one['msg']}; expected entries of the table [gates] of case files"
-            ) from None
+            expected = "expected entries of the table [gates] of case files"
+            raise UserError(f"run: gates: {faults_in(error)}; {expected}") from None
 
     def check(self) -> None:
         """Refuse arguments out of range.

@@ -19,6 +19,7 @@ from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.table import faults_in
 
 ELEMENTS = 40
 """Elements of a beam by default, about: the tenth mode is then right to 1e-5."""
@@ -56,17 +57,19 @@ def section(
         values: Other keys of the section's table, such as wall = 1e-3.
 
     Raises:
-        UserError: The type is unknown, or a key is.
+        UserError: The type or a key is unknown, or the sizes do not fit together.
     """
     size = (float(positive(thickness, "section: thickness")), float(positive(width or thickness, "section: width")))
     try:
         table = _sections().validate_python({"type": type, **values})
     except ValidationError as error:
-        faults = "; ".join(
-            f"{'.'.join(map(str, one['loc'][1:])) or 'type'}: {one['msg'][0].lower()}{one['msg'][1:]}"
-            for one in error.errors()
+        raise UserError(f"section {type!r}: {faults_in(error, 1)}") from None
+    if faults := list(table.faults(*size)):
+        raise UserError(
+            f"section {type!r}: "
+            + "; ".join(f"{one.key[-1]}: found {one.found}, expected {one.expected}" for one in faults)
         )
-        raise UserError(f"section {type!r}: {faults}") from None
+
     return figures(table, *size, poisson_ratio)
 
 
@@ -91,8 +94,7 @@ def material(young_modulus: float, density: float, poisson_ratio: float = 0.3) -
     try:
         return Material(young_modulus=young_modulus, density=density, poisson_ratio=poisson_ratio)
     except ValidationError as error:
-        faults = "; ".join(f"{one['loc'][0]}: {one['msg'][0].lower()}{one['msg'][1:]}" for one in error.errors())
-        raise UserError(f"material: {faults}") from None
+        raise UserError(f"material: {faults_in(error)}") from None
 
 
 def beam(

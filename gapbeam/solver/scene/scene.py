@@ -102,8 +102,9 @@ class Scene:
         self._rows: dict[StructurePoint, Array] = {}
 
     def __repr__(self) -> str:
-        counts = ((len(self.structures), "structures"), (len(self.contacts), "contacts"), (len(self.loads), "loads"))
-        return f"<scene of {', '.join(f'{count} {what}' for count, what in counts)}, {self.size} DOFs>"
+        counts = ((len(self.structures), "structure"), (len(self.contacts), "contact"), (len(self.loads), "load"))
+        words = ", ".join(f"{count} {what}{'s' * (count != 1)}" for count, what in counts)
+        return f"<scene of {words}, {self.size} DOFs>"
 
     def _loaded(self, masses: Sequence[tuple[StructurePoint, float]]) -> tuple[Structure, ...]:
         """Return the structures with their point masses."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +91,10 @@ def _bodies(tables: Mapping[str, Any], bodies: Mapping[int, BodyTable]) -> Itera
     """Keys that fit the model of a structure."""
     for number, one in bodies.items():
         where, model = ("structure", number), one.model
+        if isinstance(model, ElementBeam | RigidBar):
+            for fault in model.section.faults(model.thickness, model.width or model.thickness):
+                here = (*where, "model")
+                yield replace(fault, key=(*here, *fault.key[1:]), related=((*here, "thickness"), (*here, "width")))
         if one.reduce is not None and isinstance(model, RigidBar | LumpedMass | ModesOfFile):
             yield Fault((*where, "reduce"), f"a reduction of a model {model.type}",
                         "no reduction: it has no more motions than it needs", "leave reduce out")  # fmt: skip

@@ -1,4 +1,4 @@
-"""What a step sends between ranks, part by part, and what this machine takes to send it.
+"""Communication of a step: messages and bytes between ranks, part by part, and their time on this machine.
 
 The solid beam of cases/li2013.toml, shaken so hard that it rattles, on 1, 2 and 4 ranks. Messages and bytes are counted
 by MPI's profiling interface (benchmarks.messages), those of MUMPS among them. On more ranks than cores only the
@@ -201,7 +201,7 @@ def step_table(cells: Sequence[int] = CELLS, ranks: Sequence[int] = RANKS, toget
         (
             machine_words(),
             f"means over {STEPS} rattling steps of the busiest rank; a record, a field and a checkpoint: of one",
-            "a time is that of the part alone; in MPI: with waiting for other ranks",
+            "times are for the part alone; in MPI: including the wait for other ranks",
         ),
         figures,
     )

@@ -1,4 +1,4 @@
-"""What a condensed step costs against the number of contact points, on one mesh: finer and finer quadrature.
+"""Cost of a condensed step against the number of contact points, by finer quadrature on one mesh.
 
 environment/run python3 -m benchmarks.contact_points
 """

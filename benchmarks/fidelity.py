@@ -1,4 +1,4 @@
-"""Which mesh does an answer need: beams and meshes from some hundred DOFs up against a solid one of 190 000.
+"""Mesh that a result needs: beams and meshes from some hundred DOFs up against a solid mesh of 190 000.
 
 The beam of cases/li2013.toml with a contact soft enough for a periodic response, in bases that keep many more shapes
 than by default, so that what differs is the mesh. Every row is marched to its steady state from the seat; figures are

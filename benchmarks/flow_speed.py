@@ -1,4 +1,4 @@
-"""Processor time of a step of a tube with forces of a flow on two spans, over that of the same tube without flow.
+"""Processor time of a step of a tube with forces of a flow on two spans, relative to the same tube without flow.
 
     environment/run python3 -m benchmarks.flow_speed [steps]
 

@@ -1,4 +1,4 @@
-"""How many cells around a beam a contact in a hole needs: a rigid tube that its weight presses into two holes.
+"""Cells around a beam that contact in a hole needs: a rigid tube that its weight presses into two holes.
 
     python3 -m benchmarks.hole_points
 

@@ -1,4 +1,4 @@
-"""How often 95 % intervals hold the truth: Ornstein-Uhlenbeck records, and rattling under white noise.
+"""Coverage of 95 % intervals: Ornstein-Uhlenbeck records, and rattling under white noise.
 
 environment/run python3 -m benchmarks.interval_coverage [signals of rattling] [seconds of each]
 """

@@ -1,4 +1,4 @@
-"""What a checkpoint costs late in a long run: the history it adds, and a field that the series of fields takes up.
+"""Cost of a checkpoint late in a long run: of the history that it adds, and of one more field in the series.
 
     environment/run python3 -m benchmarks.long_history
 

@@ -29,7 +29,7 @@ SUMS = "sums"
 
 @dataclass(frozen=True)
 class Law:
-    """How messages of a part grow.
+    """Growth of the messages of a part with DOFs and ranks.
 
     Attributes:
         part: Which part.

@@ -1,4 +1,4 @@
-"""What gapbeam does in a run but for files, with its times taken."""
+"""Seat and march of a run without files, with their wall times."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Seated:
 
 @dataclass(frozen=True)
 class Marched:
-    """What some steps cost.
+    """Cost of some marched steps.
 
     Attributes:
         steps: Number of steps.

@@ -1,4 +1,4 @@
-"""What the ranks of a program send, counted by MPI's profiling interface: `messages.c`, compiled and preloaded."""
+"""Messages that the ranks of a program send, counted by MPI's profiling interface: `messages.c`, preloaded."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ COLLECTIVE = ("reduce", "bcast", "gather", "alltoall", "barrier")
 
 @dataclass
 class Sent:
-    """What one rank has sent.
+    """Messages, bytes and waiting time of one rank.
 
     Attributes:
         calls: Calls of MPI by kind: messages, collective operations, waiting for messages.

@@ -1,4 +1,4 @@
-"""What parts of a program send and take, each without the parts within it."""
+"""Messages and wall time of the parts of a program, each without the parts within it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Watched = Mapping[str, Sequence[tuple[Any, str]]]
 
 @dataclass
 class Account:
-    """What each part has sent and taken so far, by its name.
+    """Messages and wall time of each part so far, by its name.
 
     Attributes:
         sent: What it sent.

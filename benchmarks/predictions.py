@@ -1,4 +1,4 @@
-"""What `gapbeam check` predicts against what `gapbeam run` takes, each in a process of its own.
+"""Comparison of the cost that `gapbeam check` predicts with what `gapbeam run` takes, each in its own process.
 
 environment/run python3 -m benchmarks.predictions
 environment/run python3 -m benchmarks.predictions --large     the cases in full length

@@ -1,4 +1,4 @@
-"""How far runs on several ranks are apart from the run on one rank, history by history.
+"""Differences between runs on several ranks and the run on one rank, history by history.
 
 environment/run python3 -m benchmarks.ranks_apart --output results/bench
 """

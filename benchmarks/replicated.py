@@ -1,4 +1,4 @@
-"""What every rank holds whole, and what rank 0 does alone, against the number of unknowns.
+"""Data that every rank holds whole, and work of rank 0 alone, against the number of unknowns.
 
 Only the mesh of the solid beam of cases/li2013.toml and its contact operator are made, finer and finer, on one rank:
 what is replicated does not depend on the ranks.

@@ -33,7 +33,7 @@ START, RATIO, STEP = (
 
 @dataclass(frozen=True)
 class Agreement:
-    """What a comparison found.
+    """Largest deviations of compared roots.
 
     Attributes:
         roots: How many were compared, those that are zero included.

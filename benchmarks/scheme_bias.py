@@ -1,4 +1,4 @@
-"""How far figures of rattling are off by scheme and step, against the exact stationary law of a mass with one stop.
+"""Bias of rattling figures by scheme and step, against the exact stationary law of a mass with one stop.
 
 environment/run python3 -m benchmarks.scheme_bias [seconds of each of 16 masses] [name of a scheme to march alone]
 

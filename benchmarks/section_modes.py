@@ -1,4 +1,4 @@
-"""How near are beam elements to the solid? Bending frequencies of cantilevers of all cross-sections.
+"""Agreement of beam elements with solids: bending frequencies of cantilevers of all cross-sections.
 
     python3 -m benchmarks.section_modes
 

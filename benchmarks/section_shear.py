@@ -1,4 +1,4 @@
-"""How near are formulas for thin walls to the shear coefficient? Box and I sections as polygons.
+"""Error of thin-wall formulas for the shear coefficient: box and I sections as polygons.
 
     python3 -m benchmarks.section_shear
 

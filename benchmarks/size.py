@@ -1,4 +1,4 @@
-"""What set-up, steps and memory of the condensed way cost, against the number of unknowns.
+"""Cost of set-up, steps and memory of condensed models against the number of unknowns.
 
 The solid beam of cases/li2013.toml with all cells finer or coarser alike, shaken so hard that it rattles. Each size is
 measured in a process of its own.

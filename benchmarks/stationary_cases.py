@@ -5,7 +5,7 @@
 Places of a structure on springs are Gaussian, with covariance T K^-1, times exp(-contact potential / T). Those of a
 free body with two motions lie within the play, and a little beyond. Points of a Sobol sequence integrate both.
 
-White noise reaches every mode: that of the elastic beam's highest, 1712 Hz, decides on a fifth of its impacts.
+White noise reaches every mode: the elastic beam's highest, 1712 Hz, decides a fifth of its impacts.
 
 Forces at points load a body by 4 alpha T M where M is the sum of masses at these points: of a rigid one, two halves
 where they have its moment of inertia; of beam elements, the points of Gauss's rule.

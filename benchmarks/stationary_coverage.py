@@ -1,4 +1,4 @@
-"""How often 95 % intervals of rattling hold the exact figures of its stationary law: systems and cases, many seeds.
+"""Coverage of 95 % intervals of rattling against its exact stationary law: systems and cases, many seeds.
 
 environment/run python3 -m benchmarks.stationary_coverage [seeds] [name of a row to run alone]
 """
@@ -61,7 +61,7 @@ class CaseMarches:
 
     @cached_property
     def model(self) -> Model:
-        """That of the first seed."""
+        """Model of the first seed."""
         return self._model(0)
 
     def statistics(self, seed: int) -> RunStatistics:

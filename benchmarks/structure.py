@@ -1,4 +1,4 @@
-"""How the source is laid out, of several commits side by side: where files lie, what repeats, who imports whom.
+"""Layout of the source at several commits side by side: where files lie, what repeats, who imports whom.
 
 environment/run python3 -m benchmarks.structure [COMMIT ...]; of the files as they are where no commit is given
 """
@@ -28,7 +28,7 @@ BELOW = {
     "meshes": set[str](),
     "postprocess": set[str](),
 }
-"""What each package may import; postprocess reads the names of records from solver besides."""
+"""Packages that each package may import; postprocess also reads the names of records from solver."""
 RECORDS = "solver.record_table"
 EXTENDED = ("load", "law", "damper", "scheme", "formulation", "effective")
 SHAPING = ("model", "support", "joint")

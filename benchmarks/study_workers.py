@@ -1,4 +1,4 @@
-"""What the engine of studies costs: time per point by itself, many waiting workers, and a sweep on 1 and 2 workers.
+"""Cost of the study engine: time per point by itself, many waiting workers, and a sweep on 1 and 2 workers.
 
 environment/run python3 -m benchmarks.study_workers [--large] [--output results/bench]
 """

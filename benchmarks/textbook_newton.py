@@ -35,11 +35,11 @@ MOST_ITERATIONS = 40
 
 @dataclass(frozen=True)
 class NewtonCount:
-    """What a step took.
+    """Newton iterations and final residual of a step.
 
     Attributes:
         iterations: Jacobians assembled and factored.
-        residual: Norm of the residual at the end relative to that of the predictor.
+        residual: Norm of the final residual over the norm of the predictor's residual.
     """
 
     iterations: int

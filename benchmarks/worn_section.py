@@ -1,4 +1,4 @@
-"""What a life leaves out: how far a tube that is worn at its supports, all around, bends at other frequencies.
+"""Frequency shift of a tube that is worn all around at its supports, which a life prediction does not model.
 
 environment/run python3 -m benchmarks.worn_section [depth in mm]
 """

@@ -1,4 +1,4 @@
-"""Do the error estimates of runs cover? Cases drawn by hypothesis against a second way, class by class.
+"""Coverage of the error estimates of runs: cases drawn by hypothesis against a second method, class by class.
 
     environment/run python3 -m benchmarks.drawn_cases 500
 

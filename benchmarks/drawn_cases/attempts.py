@@ -94,7 +94,7 @@ class Attempt:
 
     @property
     def falsely_refused(self) -> bool:
-        """Whether the second way solves what this run did not: it has no answer, or was right and called wrong."""
+        """True where the second method solves what this run did not: the run has no result, or refused a right one."""
         return self.status != 0 and self.second_status == 0 and (self.off is None or self.off < RIGHT)
 
 

@@ -1,4 +1,4 @@
-"""Whether a run agrees with another way to compute it."""
+"""Comparison of a run with an independent computation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a drawn case needs beside the rules of single keys: names, directions, and sizes that follow other tables."""
+"""Completion of a drawn case: names, directions, and sizes that follow from other tables."""
 
 from __future__ import annotations
 
@@ -287,7 +287,7 @@ def _damping(draw: Draw, damping: dict[str, Any]) -> dict[str, Any]:
 
 
 def _contact(draw: Draw, contact: dict[str, Any], scheme: dict[str, Any] | None) -> dict[str, Any]:
-    """Turn a stiffness per area of a linear law into that of the drawn law, and of each of the drawn points.
+    """Turn the stiffness per area of a linear law into the stiffness of the drawn law and of each drawn point.
 
     Most contacts of schemes that create energy with stiff contact are soft: others are refused.
     """

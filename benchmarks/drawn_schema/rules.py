@@ -1,4 +1,4 @@
-"""How the numbers and texts of each table are drawn: a rule for every key that the schema does not name the values of.
+"""Rules for drawn numbers and texts: one for every key whose values the schema does not list.
 
 A key without a rule, and without named values, ends a draw: whoever adds a key says here how it is drawn.
 """
@@ -192,7 +192,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PointMass", "name"): never,
     ("PointMass", "point"): never,
     ("PointMass", "mass"): lambda chance, scene: scene.mass * chance.choice((0.05, 0.3, 1.0)),
-    ("PointMass", "offset"): never,  # its length is that of the mesh's dimension
+    ("PointMass", "offset"): never,  # it has as many entries as the mesh has dimensions
     ("PointMass", "polar_inertia"): seldom(lambda _, scene: 1.0e-3 * scene.mass * scene.thickness**2),
     ("PointMass", "rotary_inertia"): seldom(lambda _, scene: 1.0e-3 * scene.mass * scene.length**2),
     ("Restraint", "axial"): seldom(powers(1.0, 5.0)),

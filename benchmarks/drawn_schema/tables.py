@@ -23,11 +23,11 @@ class NoRuleError(LookupError):
 
 @dataclass(frozen=True)
 class Draw:
-    """How tables are drawn.
+    """Generator of tables from the schema of case files.
 
     Attributes:
-        chance: The generator.
-        scene: What numbers are relative to.
+        chance: Random number generator.
+        scene: Scales that the numbers are relative to.
         focus: A choice that is taken wherever its key is drawn.
     """
 

@@ -172,7 +172,7 @@ def other_formulation(case: Case) -> Iterator[Way]:
 
 
 def _finer(case: Case) -> dict[str, Any]:
-    """Return the keys of a finer step, mesh and basis; `time.step` is put in where that of the run is known."""
+    """Return the keys of a finer step, mesh and basis; `time.step` is added once the run's step is known."""
     changes = _plain(case)
     reducible = case.contact.formulation.follows_the_law and case.contact.rubs is None
     if case.contact.mass == "redistributed" and reducible:

@@ -31,7 +31,7 @@ SECRET = "precious, and nobody's business"
 
 @dataclass
 class Count:
-    """What a target has seen."""
+    """Outcomes of the attempts at one target."""
 
     kinds: Counter[str] = field(default_factory=Counter)
     longest: float = 0.0

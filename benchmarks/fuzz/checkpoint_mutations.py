@@ -1,4 +1,4 @@
-"""How checkpoints are spoiled: as files, and with a checksum that fits what is in them."""
+"""Corruption of checkpoints: as files, and with a checksum that fits the corrupt contents."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from benchmarks.fuzz.checkpoint_seeds import DEMO, PROJECT, STOPPED, Stopped
 from benchmarks.fuzz.command_work import command
 from benchmarks.fuzz.mutations import put_in_place, spoil_bytes, spoil_hdf5, spoil_json, spoil_text
 
-WRONG = 0.01  # of the largest value: how far a history may be from that of the run without interruption
+WRONG = 0.01  # of the largest value: allowed difference between the histories of a resumed and an uninterrupted run
 BESIDE = (
     "history.h5", "history.h5", "summary.json", "summary.json", "case.toml", "fields.xdmf", "fields.h5",
     "run.log", "run.lock", "history.h5.part", "checkpoint", "fields", "summary.json.part", "fields/000001.h5",

@@ -1,4 +1,4 @@
-"""How files are spoiled: their bytes, the numbers and words in them, their tables, and what stands in their place."""
+"""Corruption of files: of bytes, numbers, words and tables, or by another kind of file under the name."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ ALLOWED = {"\n", "\t", "\r"}
 
 @dataclass(frozen=True)
 class Limits:
-    """What an attempt may use.
+    """Limits on time, memory and file size of an attempt.
 
     Attributes:
         seconds: Of the wall clock.
@@ -58,7 +58,7 @@ class Outcome:
 
     @property
     def is_finding(self) -> bool:
-        """Whether it should not have happened."""
+        """True where the outcome is a defect: neither success nor a proper refusal."""
         return self.kind not in ("done", "refused")
 
 

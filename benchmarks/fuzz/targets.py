@@ -1,4 +1,4 @@
-"""What is fuzzed: each target spoils its files in a folder of its own and returns the work to attempt."""
+"""Targets of fuzzing: each corrupts its files in a folder of its own and returns the function to attempt."""
 
 from __future__ import annotations
 

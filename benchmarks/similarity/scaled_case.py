@@ -23,7 +23,7 @@ Path = tuple[str | int, ...]
 Unit = Callable[[Case, tuple[BaseModel, ...]], str]
 
 QUANTITIES = {"force": "N", "acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}
-"""What the amplitude of a load may be, with its unit."""
+"""Quantities that the amplitude of a load may have, each with its unit."""
 
 
 def _load_unit(tables: tuple[BaseModel, ...]) -> str:

@@ -32,7 +32,7 @@ _PROGRESS = re.compile(r"t = \S+ of ")
 
 @dataclass(frozen=True)
 class Motion:
-    """What a run left behind.
+    """Log and history of a run.
 
     Attributes:
         status: Exit status.

@@ -1,4 +1,4 @@
-"""How quantities grow with the size of a scene whose Young's modulus and density stay as they are.
+"""Exponents by which quantities grow with the size of a scene of constant Young's modulus and density.
 
 Lengths and times grow in proportion to the size s, masses by s^3. Every unit follows: N = kg m/s^2 by s^2, Pa by s^0,
 Hz by s^-1.

@@ -30,7 +30,7 @@ def atlas(
     rounds: Annotated[int, typer.Option(min=1, help="marches of so many periods at most")] = 4,
     orders: Annotated[int, typer.Option(min=1, help="most periods after which a response repeats")] = 8,
     reach: Annotated[
-        float, typer.Option(help="largest velocity of a start, over that of the motion from the seat")
+        float, typer.Option(help="largest velocity of a start, relative to the motion from the seat")
     ] = 2.0,
     seed: Annotated[int, typer.Option(min=0, help="of the starts")] = 0,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-atlas")] = None,

@@ -21,7 +21,7 @@ SYNONYMS = {
     "frequencies": "modes", "fit": "identify", "optimize": "identify", "completion": "--install-completion",
     "version": "--version", "help": "--help",
 }  # fmt: skip
-"""What other programs call our commands."""
+"""Names of our commands in other programs."""
 
 
 class SuggestingGroup(TyperGroup):

@@ -1,4 +1,4 @@
-"""What commands write on a terminal: tables as wide as they need, and a progress bar that goes when it is done."""
+"""Terminal output of commands: tables as wide as they need, and a progress bar that disappears when it is done."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def watch(
 ) -> int:
     """Watch a run from another terminal: time left, contact, energy, peaks, last warning; ends when the run does.
 
-    Exit status: that of the run once it has ended; 0 with --once while it goes on; 4 where its process is gone.
+    Exit status: the run's own once it has ended; 0 with --once while it goes on; 4 where its process is gone.
     """
     from gapbeam.postprocess.results.run_watch import look_at
 

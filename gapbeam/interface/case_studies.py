@@ -1,4 +1,4 @@
-"""What a Python session does with many runs of a case: sweep, stability, trade-off, identification, life."""
+"""Studies from Python: sweep, stability, trade-off, identification, life."""
 
 from __future__ import annotations
 

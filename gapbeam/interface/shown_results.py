@@ -1,4 +1,4 @@
-"""What a Python session does with results: open, compare, plot, render, export, report."""
+"""Results from Python: open, compare, plot, render, export, report."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @runtime_checkable
 class InFolder(Protocol):
-    """What `run` and the studies return: it knows where its files are."""
+    """Result of `run` or of a study, which knows its folder."""
 
     @property
     def folder(self) -> Path:
@@ -100,7 +100,7 @@ def plot(
 
     Args:
         results: Results folder of a run, or what `run` returned.
-        output: Folder; by default figures in that of the results.
+        output: Folder; default: figures in the results folder.
         formats: "png", "pdf", "svg".
         probe: Name of a probe; None: the first.
         component: "x", "y" or "z"; None: the bending direction.
@@ -161,7 +161,7 @@ def render(
 
     Args:
         results: Results folder of a run, or what `run` returned.
-        output: Folder; by default pictures in that of the results.
+        output: Folder; default: pictures in the results folder.
         scale: Enlargement of displacements.
         film: Also make a film.
         frames: The last frames of the run; None: 300.

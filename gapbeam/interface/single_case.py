@@ -1,4 +1,4 @@
-"""What a Python session does with one case: describe, model, run, find its modes, open its results."""
+"""One case from Python: check, model, modes, run, scene."""
 
 from __future__ import annotations
 

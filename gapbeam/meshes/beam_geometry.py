@@ -1,11 +1,7 @@
-"""The beam that is meshed: its outer dimensions, where it is supported, and points that become mesh nodes.
+"""Geometry of the beam to be meshed: outer dimensions, segments, supports, groups, and points that become mesh nodes.
 
 Frame: the beam axis is x, 0 <= x <= length, with the supported end at x = 0. The bending direction is y in 2D
 and z in 3D, across the thickness; y is across the width in 3D. The axis of the beam is where these are zero.
-
-Names of the groups of cells and facets of a beam.
-
-The parts of a beam whose cross-section changes along it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How far the cells of a mesh are curved: displacements of a lower order cannot turn them as rigid bodies."""
+"""Curvature of the cells of a mesh: fields of a lower order cannot turn curved cells as rigid bodies."""
 
 from __future__ import annotations
 

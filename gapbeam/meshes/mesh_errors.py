@@ -1,4 +1,4 @@
-"""What is wrong with a mesh, its file or the dimensions it was asked for."""
+"""Errors of a mesh: of its file, or of the requested dimensions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a mesh is, in figures: for reports, and for defaults that follow from the cell size."""
+"""Figures of a mesh: for reports, and for defaults that follow from the cell size."""
 
 from __future__ import annotations
 

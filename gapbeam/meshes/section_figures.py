@@ -20,7 +20,7 @@ DEGREE = 6
 
 @dataclass(frozen=True)
 class Section:
-    """What a body is made of, as its mesh has it.
+    """Volume and second moment of area of a meshed body.
 
     Attributes:
         volume: V = int dV, m^3.

@@ -1,7 +1,4 @@
-"""A mesh whose contact faces have names.
-
-The mesh of a straight beam, built by gmsh on rank 0 and distributed.
-"""
+"""Mesh of a straight beam with named contact faces, built by gmsh on rank 0 and distributed."""
 
 from __future__ import annotations
 

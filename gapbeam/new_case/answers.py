@@ -26,8 +26,8 @@ LOADS = {
 """Loads by name: type, unit and default of the amplitude, meaning."""
 PERIODS = 20  # of the load in a run
 RAMP = 2  # periods over which the load rises
-SUPPORTED = 0.04  # length of a support over that of the beam, of several
-BASE = 0.1  # of a single one
+SUPPORTED = 0.04  # length of each of several supports over the length of the beam
+BASE = 0.1  # length of a single support, likewise
 MOST_SUPPORTS = 50
 
 
@@ -53,7 +53,7 @@ MATERIALS = {
 
 @dataclass(frozen=True)
 class CaseAnswers:
-    """What a new case is made of; lengths in m.
+    """Answers that make a new case; lengths in m.
 
     Attributes:
         length: Of the beam.

@@ -21,7 +21,7 @@ class AnalysisTable:
     """A table of numbers.
 
     Attributes:
-        name: Of its file, without suffix: that of the picture.
+        name: Of its file, without suffix: the name of the picture.
         heads: Of the columns, with units.
         rows: As many cells each as there are heads.
     """

@@ -1,4 +1,4 @@
-"""What the command line does so that one rank's failure ends all ranks."""
+"""Failure of one rank, which ends all ranks of a command."""
 
 from __future__ import annotations
 

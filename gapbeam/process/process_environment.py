@@ -1,4 +1,4 @@
-"""What gapbeam needs of the process that it is started in, and puts right where it is missing."""
+"""Environment of the process: home, cache and signals, set where they are missing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What may reach the terminal, in the words of the command line."""
+"""Text for the terminal: without control characters, and with options of the command line for keys."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""How cells are distributed to ranks, and work of rank 0."""
+"""Distribution of cells to ranks, and work of rank 0."""

@@ -29,7 +29,7 @@ _MODEL = "gapbeam"
 
 @dataclass(frozen=True)
 class _Callers:
-    """What the caller's own gmsh session was set to."""
+    """Settings of the caller's own gmsh session."""
 
     model: str
     options: dict[str, float]

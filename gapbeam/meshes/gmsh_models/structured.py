@@ -1,12 +1,7 @@
-"""Layers of quadrilaterals or hexahedra, drawn in gmsh by extrusion.
+"""Structured meshes of quadrilaterals or hexahedra: layers of a cross-section, extruded in gmsh along the beam.
 
-The physical groups of a gmsh model that gapbeam drew.
-
-Extrusion over layers in gmsh: points to edges, edges to faces, faces to bodies.
-
-Hexahedra of a cross-section of patches, drawn in gmsh by extrusion along the beam.
-
-What layers of the largest cross-section of a beam with steps hold beside its material.
+Points become edges, edges faces and faces bodies, each in its physical group. A beam with steps is drawn in layers of
+its largest cross-section; cells beside its material are removed.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""A cross-section bounded by straight sides: its outline, holes, and what follows from them exactly.
+"""Outline of a cross-section bounded by straight sides: from its corners or its patches, with holes and exact moments.
 
-The outline of a cross-section from its patches: the sides that only one patch has, joined to loops.
+The outline of patches consists of the sides that only one patch has, joined to loops.
 """
 
 from __future__ import annotations
@@ -115,14 +115,14 @@ class PolygonOutline:
 
     @cached_property
     def mirrored(self) -> bool:
-        """Whether it is symmetric about the bending plane, y = 0, corners and sides."""
+        """True where corners and sides are symmetric about the bending plane, y = 0."""
         places = np.concatenate([self.sides[:, 0], self.sides.mean(axis=1)])
         apart = np.linalg.norm(places[:, None] * [-1.0, 1.0] - places[None], axis=2)
         return bool(np.all(apart.min(axis=1) <= SAME * self.size))
 
     @cached_property
     def upright(self) -> bool:
-        """Whether all sides are parallel to y or z."""
+        """True where all sides are parallel to y or z."""
         along = np.abs(self.sides[:, 1] - self.sides[:, 0])
         return bool(np.all(along.min(axis=1) <= SAME * self.size))
 

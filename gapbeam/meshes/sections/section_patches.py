@@ -1,8 +1,7 @@
-"""A cross-section as patches with four sides each, from which layers of hexahedra are extruded.
+"""Patches of a cross-section, four-sided, from which layers of hexahedra are extruded.
 
-The curves that bound the patches of a cross-section: straight lines and arcs.
-
-Cross-sections of one beam on shared patches, so that the same layers of cells pass through all of them.
+Straight lines and arcs bound the patches. Cross-sections of one beam share their patches, so that the same layers of
+cells pass through all of them.
 """
 
 from __future__ import annotations
@@ -64,7 +63,7 @@ class SectionPatches:
 
     @property
     def curved(self) -> bool:
-        """Whether a side is an arc, which cells of second order follow."""
+        """True where a side is an arc, which cells of second order follow."""
         return any(curve.arc for curve in self.curves)
 
     @cached_property

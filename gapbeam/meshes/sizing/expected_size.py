@@ -1,4 +1,4 @@
-"""How large a mesh will be, before it is made."""
+"""Expected size of a mesh, before it is made."""
 
 from __future__ import annotations
 

@@ -1,8 +1,6 @@
-"""How fine the mesh of a beam is: what the user may choose, and what follows from it.
+"""Mesh size of a beam: keys, defaults, cell lengths along the beam, and layers of structured meshes.
 
-The cell length along the beam that is wanted at x: small where contact carries, larger away from it.
-
-Layers of a structured mesh: positions that hit given points and whose lengths grow smoothly.
+Cells are small where contact carries and larger away from it. Layers hit given points, and their lengths grow smoothly.
 """
 
 from __future__ import annotations

@@ -1,9 +1,4 @@
-"""Size, place and orientation of a user's mesh against the dimensions of the beam.
-
-The cells that a user's mesh may have, and the facets on the surface of the body.
-
-The contact faces of a user's mesh look at their supports.
-"""
+"""Check of a user's mesh against the beam: cell types, size, place, orientation, and faces toward their supports."""
 
 from __future__ import annotations
 
@@ -18,7 +13,7 @@ from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
 
 TOLERANCE = 0.01
-"""How much a dimension of the file may differ from the case, relative to that dimension."""
+"""Allowed difference between a dimension of the file and of the case, relative."""
 
 Coordinates = npt.NDArray[np.float64]
 

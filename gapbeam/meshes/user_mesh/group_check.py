@@ -67,7 +67,7 @@ def _check_dimension(where: str, dimension: int) -> None:
 
 
 def _near_miss(name: str, dimension: int, found: list[tuple[int, str]]) -> str:
-    """What to rename, or which group has the wrong kind."""
+    """Return advice: the group to rename, or the group of the wrong kind."""
     for dim, other in found:
         if other == name:
             return f'"{name}" is a group of {_KINDS[dim]}; it has to be one of {_KINDS[dimension]}.'

@@ -1,10 +1,8 @@
-"""The body of a user's mesh fills every place once, and its cells hang together through facets.
+"""Check that the body of a user's mesh fills every place once, with cells joined through facets.
 
 A proper mesh covers space with degree one: just inside of every facet on its surface lies one cell, its own, and just
 outside lies none. Where the degree of cover changes, there is a facet of the surface; so these two tests at every facet
 find parts that overlap or are there twice, touching faces whose nodes are not joined, and hanging nodes alike.
-
-Which cells of a mesh contain given points.
 """
 
 from __future__ import annotations
@@ -20,10 +18,10 @@ from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.user_mesh.frame_check import CELL_TYPES, Facets, Nodes
 
 INSIDE = 1.0e-8
-"""How deep in the reference cell a point has to lie, to be inside."""
+"""Least depth in the reference cell of a point that counts as inside."""
 
 BULGE = 0.1
-"""How far a curved cell may reach beyond the box of its nodes, relative to the box."""
+"""Distance by which a curved cell may leave the box of its nodes, relative to the box."""
 
 BLOCK = 200_000
 """Pairs of point and cell that are looked at together: bounds the memory."""
@@ -98,7 +96,7 @@ def _roughly(
 
 
 def _inside(kind: int, nodes: Coordinates, points: Coordinates) -> npt.NDArray[np.bool_]:
-    """Whether each point (pairs, dimension) lies in the cell with these nodes (pairs, nodes, dimension).
+    """Return True for each point (pairs, dimension) in the cell with these nodes (pairs, nodes, dimension).
 
     Newton's method finds the place xi in the reference cell with sum_i N_i(xi) x_i = x.
     """
@@ -131,7 +129,7 @@ def _middle(kind: int, dimension: int) -> Coordinates:
 
 
 def _depth(local: Coordinates, simplex: bool) -> Coordinates:
-    """How deep places lie in the reference cell, (points,): negative outside; NaN stays NaN."""
+    """Return the depth of places in the reference cell, (points,): negative outside; NaN stays NaN."""
     if simplex:
         return np.asarray(np.minimum(local.min(axis=1), 1.0 - local.sum(axis=1)))
     return np.asarray(1.0 - np.abs(local).max(axis=1))
@@ -150,7 +148,7 @@ def _padded(local: Coordinates) -> Coordinates:
 
 
 BESIDE = 1.0e-3
-"""How far from a facet the tests look, relative to the depth of its cell."""
+"""Distance of test points from a facet, relative to the depth of its cell."""
 
 TOWARD_CENTER = 0.2
 """Beside its center, a facet is looked at near its corners: this part of the way from a corner to the center."""

@@ -1,1 +1,1 @@
-"""What differs between releases of DOLFINx, PETSc and MPI: the only room that asks which of them there is."""
+"""Differences between releases of DOLFINx, PETSc and MPI: the only package that asks for their versions."""

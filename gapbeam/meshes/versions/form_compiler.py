@@ -1,4 +1,4 @@
-"""How DOLFINx compiles forms with FFCx: where, and what it leaves in its cache."""
+"""Compilation of forms by FFCx in DOLFINx: the cache folder, and interrupted compilations in it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dolfinx import default_scalar_type, jit
 from mpi4py import MPI
 
 PREFIX = "libffcx_"
-"""How the files of forms in the cache begin: of each a C file, a library, an object file, a mark that it is done."""
+"""Prefix of the files of a form in the cache: C file, library, object file, and a mark of completion."""
 
 
 def cache_of_dolfinx() -> Path:

@@ -1,4 +1,4 @@
-"""What the launchers of MPI report a process about its rank, before it loads MPI. Imports nothing that is heavy."""
+"""Rank of a process from the environment variables of MPI launchers, before MPI is loaded. Imports nothing heavy."""
 
 from __future__ import annotations
 

@@ -192,7 +192,7 @@ def _steady(results: Results, run: Run, frequency: float, after: float | None) -
 
 
 def _shared_cycle(both: tuple[Steady, Steady]) -> int | None:
-    """Return the cycle of both; one that has not settled but no longer moves much may have that of the other."""
+    """Return the cycle of both; one that is nearly steady may have the cycle of the other."""
     periods = {one.cycle.period for one in both if not one.creeps}
     return periods.pop() if len(periods) == 1 else None
 

@@ -29,7 +29,7 @@ def is_raw(name: str) -> bool:
 
 @dataclass(frozen=True)
 class Run:
-    """What is compared of a run.
+    """History and origin of time of a compared run.
 
     Attributes:
         history: Its records.

@@ -26,7 +26,7 @@ _ANGLES = (-180.0, -90.0, 0.0, 90.0, 180.0)
 
 
 class _Quantity(NamedTuple):
-    """What a panel shows: its label, and the values of the points, never negative."""
+    """Quantity of a panel: its label, and its values at the points, never negative."""
 
     label: str
     values: np.ndarray

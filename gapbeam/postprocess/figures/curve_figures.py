@@ -1,10 +1,6 @@
-"""Figure: bending modes of a body in its three states of contact, beside those of the theory.
+"""Figures of curves: bending modes beside theory, response curves, wear along supports, histograms of impacts.
 
-A curve of periodic responses over a parameter: stable parts drawn through, unstable ones dashed, events marked.
-
-Figure: where the faces of the supports wear, along the beam and around it.
-
-Figure: histograms of approach speed, impulse and duration of the impacts of every face.
+Response curves are drawn through where stable and dashed where unstable, with their events marked.
 """
 
 from __future__ import annotations

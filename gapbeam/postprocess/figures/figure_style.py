@@ -1,4 +1,4 @@
-"""How every figure looks: the widths of a journal, serif type, lines distinguished in black and white too."""
+"""Style of all figures: column widths of journals, serif type, lines that differ in black and white too."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""Figure: the orbits of the probes across the beam.
-
-Figure: contact forces on the faces of the supports, gap and penetration.
-
-Figure: where the energy is, where it went, and what the balance leaves over.
-"""
+"""Figures of a motion: orbits of the probes, contact forces with gap and penetration, and the energy balance."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Figures with a line for each column of a record: shock response spectra, and cycles beyond a range.
-
-Figure: power spectral densities of a record, with the interval that its length leaves.
-"""
+"""Figures of records: power spectral densities with their intervals, shock response spectra, cycles beyond a range."""
 
 from __future__ import annotations
 

@@ -1,11 +1,4 @@
-"""Figure: amplitude spectra of the acceleration, as recorded and smoothed, with the harmonics marked.
-
-Figure: displacement and acceleration over the whole record, and an enlarged part of it.
-
-Figure: largest and smallest value in every forcing period.
-
-Figure: phase portrait with Poincaré points, and the section over the forcing periods.
-"""
+"""Figures of a signal: history, peaks in every forcing period, spectra, phase portrait and Poincaré section."""
 
 from __future__ import annotations
 

@@ -1,13 +1,12 @@
-"""What reports are made of: frozen blocks that say what is shown, and nothing of how.
+"""Blocks of reports: frozen data that say what is shown, and nothing of how.
 
 Charts are in `report.charts`. A section is built anywhere from plain numbers; `report.html_page`
 turns a report into a page. Blocks check themselves when they are made: shapes that differ, anchors and choices that
 do not exist.
 
 Texts of `Words`, of captions, notes and verdicts may hold a little Markdown: `code`, *emphasis*, **strong**,
-[links](https://...), lists, and paragraphs between empty lines. Everything else is shown as it is written.
-
-Numbers as readers of a page want them: significant digits, a true minus sign, powers of ten.
+[links](https://...), lists, and paragraphs between empty lines. Everything else is shown as it is written. Numbers are
+written with significant digits, a true minus sign and powers of ten.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ class Words:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a reader has to know before the numbers: shown in a frame, in red where it is an error.
+    """Verdict before the numbers: shown in a frame, in red where it is an error.
 
     Attributes:
         level: "passed", "note", "warning" or "error".

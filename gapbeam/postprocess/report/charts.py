@@ -1,8 +1,7 @@
-"""The charts of reports: curves over axes, with choices, and surfaces.
+"""Charts of reports: curves over axes, with choices, and surfaces.
 
-Long records drawn with few points that hide nothing: the smallest and the largest value of every interval.
-
-Numbers as a page holds them: bytes in base64, a few times shorter than digits.
+Long records are drawn by the smallest and largest value of every interval, so that no peak is lost. Numbers are stored
+as bytes in base64, much shorter than digits.
 """
 
 from __future__ import annotations

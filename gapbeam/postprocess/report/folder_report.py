@@ -1,7 +1,4 @@
-"""The report on results folders of any kind, several runs as a comparison.
-
-The report on a span of time of a run: what its records show, and nothing of the rest of the run.
-"""
+"""Report on results folders of any kind, on several runs as a comparison, or on a span of time of one run."""
 
 from __future__ import annotations
 
@@ -154,7 +151,7 @@ def span_report(
         run: The span.
         statistics: Of its records, as the summary of a run has them; None: the run has none.
         command: That makes the report.
-        wear: Of the span, as the summary of a run has that of the run; None: nothing wears.
+        wear: Of the span, in the form of the summary of a run; None: nothing wears.
 
     Raises:
         ResultsError: A file of the results cannot be read.

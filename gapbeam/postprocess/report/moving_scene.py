@@ -118,7 +118,7 @@ class ContactMap:
 
     @property
     def around(self) -> bool:
-        """Whether it is a map over x and angle, and not curves over x."""
+        """True for a map over x and angle, False for curves over x."""
         return self.faces[0].angles.size > 0
 
     @property
@@ -160,7 +160,7 @@ class MovingScene:
 
     @property
     def moves(self) -> bool:
-        """Whether it has more than one frame."""
+        """True where the scene has more than one frame."""
         return len(self.times) > 1
 
 

@@ -1,6 +1,6 @@
-"""The motion of stations along a beam, from the fields of a mesh: three numbers a station instead of all its points.
+"""Motion of stations along a beam from the fields of a mesh, three numbers each, and contact pressure on the faces.
 
-Contact pressure on the faces of supports in the frames of a scene: over x and angle around a beam, else over x.
+The pressure is a map over x and angle around a beam, otherwise a curve over x.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """Files of results, read in bounded memory: no devices, no pipes, nothing larger than gapbeam writes.
 
-JSON files of results and studies, read in bounded memory, their texts fit for a terminal.
-
-Parts of a response curve that are drawn alike: of one branch and one stability.
+Texts of JSON files are made fit for a terminal. A response curve is divided into parts of one branch and one stability.
 """
 
 from __future__ import annotations
@@ -106,8 +104,8 @@ def branch_parts(points: Sequence[Point]) -> Iterator[tuple[int, slice]]:
 def stable_parts(points: Sequence[Point]) -> Iterator[tuple[bool | None, slice]]:
     """Yield the parts of a branch with whether their responses are stable; neighbors share a point.
 
-    Between two points the stability is that of the first; where that is an event, at which stability changes, it is
-    that of the second.
+    Between two points the first decides on the stability; where it is an event, at which stability changes, the second
+    does.
 
     Args:
         points: Those of one branch.

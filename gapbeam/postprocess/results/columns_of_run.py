@@ -1,14 +1,6 @@
-"""The tables of a run beside its history, as columns: contact points, wear, impacts.
+"""Tables of a run as columns: contact points (points.csv), wear (wear.csv) and impacts (impacts.csv).
 
-What the contact points of a run have met, from points.csv.
-
-Means of values of contact points over those at one place along the beam, or in one direction.
-
-Where the faces of a run wear, from wear.csv.
-
-Rows of numbers by face, as runs write them: one line a row, the face first.
-
-The impacts of a run, from impacts.csv.
+Values of contact points are averaged over the points at one place along the beam, or in one direction.
 """
 
 from __future__ import annotations
@@ -106,7 +98,7 @@ class PointMap:
 
     @property
     def around(self) -> bool:
-        """Whether the face is met in several directions."""
+        """True where the face is met in several directions."""
         return bool(np.ptp(self.angle) > 0.0)
 
     @property
@@ -124,7 +116,7 @@ class PointMap:
 
     @property
     def touched(self) -> bool:
-        """Whether a point was in contact at some record."""
+        """True where a point was in contact at some record."""
         return bool(np.any(np.isfinite(self.first_touch)))
 
 
@@ -173,7 +165,7 @@ class Column:
 
     @property
     def words_in_it(self) -> bool:
-        """Whether its values are words."""
+        """True where the values are words."""
         return bool(self.values.dtype.kind == "U")
 
 
@@ -231,7 +223,7 @@ def columns_of_table(folder: Path, name: str) -> list[Column]:
 
 @dataclass(frozen=True)
 class WearMap:
-    """What wears at the contact points of a face.
+    """Wear at the contact points of a face.
 
     Attributes:
         x: Places along the beam, (m,), m.
@@ -252,7 +244,7 @@ class WearMap:
 
     @property
     def around(self) -> bool:
-        """Whether the face is met in several directions."""
+        """True where the face is met in several directions."""
         return bool(np.ptp(self.angle) > 0.0)
 
     @property
@@ -262,7 +254,7 @@ class WearMap:
 
     @property
     def unevenness(self) -> float:
-        """The largest work rate per area over that of the whole face; 0 where nothing slides."""
+        """Largest work rate per area over the mean of the face; 0 where nothing slides."""
         mean = float(self.rate.sum() / self.area.sum())
         return float(self.density.max()) / mean if mean > 0.0 else 0.0
 

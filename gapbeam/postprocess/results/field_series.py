@@ -202,7 +202,7 @@ def _three_columns(values: FloatArray) -> FloatArray:
 
 
 def _file_of(item: ElementTree.Element) -> str:
-    """Return the file that an item takes its data from, a name relative to that of the XML."""
+    """Return the file that an item takes its data from, a name relative to the folder of the XML file."""
     return (item.text or "").strip().partition(":")[0]
 
 

@@ -1,4 +1,4 @@
-"""What may stand in the HDF5 files of results: plain datasets in the file itself, no larger than the file."""
+"""Contents that the HDF5 files of results may have: plain datasets in the file itself, no larger than the file."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ READINGS = 10
 
 @dataclass(frozen=True)
 class Results:
-    """What a run left behind; every file is read when it is first asked for.
+    """Results of a run; every file is read on first use.
 
     Attributes:
         folder: The results folder.
@@ -90,7 +90,7 @@ class Results:
 
     @cached_property
     def case_text(self) -> str:
-        """What `case.toml` holds.
+        """Text of `case.toml`.
 
         Raises:
             ResultsError: It is missing, too large, or not UTF-8.
@@ -123,7 +123,7 @@ class Results:
 
     @property
     def status(self) -> str:
-        """How the run ended: "completed", "failed" or "running"; "unknown" without a summary."""
+        """End of the run: "completed", "failed" or "running"; "unknown" without a summary."""
         return str(self.summary.get("status", "unknown"))
 
     @property

@@ -1,8 +1,7 @@
-"""How far a run is, from what it leaves in its folder while it goes on; nothing is written, locked or held open.
+"""Progress of a run from its results folder, its motion, and spans of its time.
 
-Runs that computed one period of a periodic response: their records, going round as often as it takes.
-
-A span of time of a run: its records from one time to another, instead of all.
+Nothing is written, locked or held open while the run continues. The records of one period of a periodic response are
+repeated as often as needed.
 """
 
 from __future__ import annotations
@@ -71,7 +70,7 @@ class RunWatch:
 
     @property
     def errors_pending(self) -> bool:
-        """Whether a completed run has no error estimate yet, which may be switched off."""
+        """True for a completed run without an error estimate; estimation may also be switched off."""
         return self.state == "ended" and self.exit_status == 0 and "errors" not in self.summary
 
 
@@ -192,7 +191,7 @@ def repeated(history: xr.Dataset, frequency: float) -> xr.Dataset:
 
 @dataclass(frozen=True)
 class SpanOfRun(Results):
-    """The records of a run in a span of time; whatever else it left is that of the whole run.
+    """Records of a run in a span of time; all other results are those of the whole run.
 
     Attributes:
         begin: First time, s; None: from the start.

@@ -75,7 +75,7 @@ class RunSupport(NamedTuple):
         end: Where it ends, m.
         clearance: m.
         faces: What the beam touches.
-        thickness: Of the beam there, m; None: that of the whole beam.
+        thickness: Of the beam there, m; None: the same all along the beam.
     """
 
     name: str

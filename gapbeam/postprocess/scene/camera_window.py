@@ -1,4 +1,4 @@
-"""What a camera sees: the whole beam at all times, or the support."""
+"""Window of a camera: the whole beam at all times, or the support."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MOTION_SHOWN = 1.2
 
 @dataclass(frozen=True)
 class Window:
-    """What the camera sees, in drawn coordinates (m).
+    """Window of the camera, in drawn coordinates (m).
 
     Attributes:
         x: Smallest and largest x.

@@ -1,4 +1,4 @@
-"""What is written on every picture: factors, clearance, time and speed."""
+"""Caption of pictures: factors, clearance, time and speed."""
 
 from __future__ import annotations
 

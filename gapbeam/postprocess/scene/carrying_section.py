@@ -1,4 +1,4 @@
-"""How a cross-section moves: the rigid motion that fits the displacements of its mesh points best."""
+"""Motion of a cross-section: the rigid motion that fits the displacements of its mesh points best."""
 
 from __future__ import annotations
 

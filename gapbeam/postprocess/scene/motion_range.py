@@ -1,4 +1,4 @@
-"""How far the beam moves over all times: what scales and windows are chosen by."""
+"""Range of the motion of a beam over all times, which scales and windows follow from."""
 
 from __future__ import annotations
 

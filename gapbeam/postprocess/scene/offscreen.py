@@ -1,6 +1,6 @@
-"""Off-screen drawing: finds out how this machine can draw without a window, before VTK is asked to.
+"""Off-screen drawing: a check of how this machine can draw without a window, before VTK tries, and placement of labels.
 
-Labels in rows: each goes to the first row where it covers no other one.
+Each label goes to the first row where it covers no other one.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The beam of a plane in its support, drawn by Agg: a picture for every frame, with smooth lines and without OpenGL.
-
-The views of a scene: of a plane drawn by Agg, of a solid by VTK, which is loaded for that alone.
-"""
+"""Views of a scene: of a plane drawn by Agg, with smooth lines and without OpenGL; of a solid by VTK."""
 
 from __future__ import annotations
 
@@ -191,7 +188,7 @@ class PictureView(Protocol):
 
 
 class Shot(NamedTuple):
-    """How a view is taken.
+    """Settings of one view.
 
     Attributes:
         window: What to see.

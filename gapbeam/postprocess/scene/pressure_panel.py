@@ -62,7 +62,7 @@ class PressurePanel:
 
     @property
     def artists(self) -> list[Artist]:
-        """What frames change."""
+        """Artists that change from frame to frame."""
         return list(self._artists.values())
 
     def fill(self, pressure: np.ndarray) -> None:

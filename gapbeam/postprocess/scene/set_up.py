@@ -1,9 +1,4 @@
-"""What a picture of a set-up shows: mesh, supports, loads, probes, and cross-sections, as plain figures.
-
-Which facets of the surface of a beam face its supports: in a plane the lines of its outline.
-
-A beam in a plane: its cells, its outline, and the lines of it that face supports.
-"""
+"""Set-up for pictures: mesh, supports, loads, probes and cross-sections, in a plane or in space."""
 
 from __future__ import annotations
 
@@ -41,7 +36,7 @@ class LoadArrow:
 
 @dataclass(frozen=True)
 class SectionMask:
-    """Which points of a plane across the beam are in its material.
+    """Mask of the points of a plane across the beam that lie in its material.
 
     Attributes:
         across: Grid along y, (k,), m.
@@ -97,7 +92,7 @@ _LEAST_FACING = 1.0e-3
 
 
 class MeshedBody(Protocol):
-    """What surfaces are taken of: the fields of a run, or a mesh alone."""
+    """Body that surfaces are taken from: the fields of a run, or a mesh alone."""
 
     @property
     def points(self) -> np.ndarray:
@@ -109,7 +104,7 @@ class MeshedBody(Protocol):
 
 
 def facing(facets: np.ndarray, normals: np.ndarray, points: np.ndarray, support: SupportBoxes) -> dict[str, np.ndarray]:
-    """Which facets of the surface face each plane of the supports, (facets,) by face: flat and curved ones alike.
+    """Return masks of the facets that face each plane of the supports, (facets,) by face: flat and curved ones alike.
 
     These are the facets along the block whose outward normal points at it, on its side of the middle of the section.
 

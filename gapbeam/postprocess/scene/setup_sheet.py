@@ -1,7 +1,4 @@
-"""The sheet of a set-up: the whole beam in its supports with loads and probes, and some supports from near.
-
-A panel across the beam in a support: its section, and what the support leaves to it, with enlarged gaps.
-"""
+"""Sheet of a set-up: the whole beam with loads and probes, supports from near, and cross-sections in their play."""
 
 from __future__ import annotations
 

@@ -1,8 +1,6 @@
-"""The supports as they are drawn: a block for each plane, a ring for each hole, gaps enlarged as the motion is.
+"""Surfaces of supports, gaps enlarged as the motion is, and marks of joints, masses and fluids.
 
-A support around the beam as a ring: a round bore, a profile, or flat walls that may leave it open.
-
-Marks where joints hold the beam, masses sit on it and fluids surround it, and where they are in a picture.
+A plane is a block. A support around the beam is a ring: a round bore, a profile, or flat walls that may leave it open.
 """
 
 from __future__ import annotations
@@ -17,7 +15,7 @@ from gapbeam.postprocess.results.supports_of_run import RunFace, RunSupport
 
 if TYPE_CHECKING:
     import pyvista as pv
-RING = 0.3  # thickness of a ring over that of the beam
+RING = 0.3  # thickness of a ring over the thickness of the beam
 CORNERS = 1.3  # radius over the distance of flat walls: room for the corners between them
 TURNS = np.arange(-180.0, 181.0)  # degrees
 
@@ -115,12 +113,12 @@ class FaceBox:
 
     @property
     def below(self) -> bool:
-        """Whether it is a block below the beam."""
+        """True for a block below the beam."""
         return self.met.below
 
     @property
     def around(self) -> bool:
-        """Whether it is a ring around the beam."""
+        """True for a ring around the beam."""
         return self.met.around
 
     def rise(self, x: np.ndarray, scale: float) -> np.ndarray:
@@ -286,7 +284,7 @@ class Mark:
 
     @property
     def moves(self) -> bool:
-        """Whether the beam carries it: masses; joints stand where they are, and fluids around it."""
+        """True for masses, which move with the beam; joints stay where they are, and fluids around it."""
         return self.symbol == _MASS
 
 

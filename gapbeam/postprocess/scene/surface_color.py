@@ -1,7 +1,4 @@
-"""What the surface of the beam is colored by: contact pressure on the faces of supports, or a stress all over it.
-
-Cells of a plane colored by a field between their corners.
-"""
+"""Color of the beam's surface: contact pressure on the faces of supports, or a stress all over it."""
 
 from __future__ import annotations
 

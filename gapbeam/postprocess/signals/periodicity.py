@@ -39,7 +39,7 @@ _REST = 1.0e-9
 
 @dataclass(frozen=True)
 class Periodicity:
-    """What the sections say.
+    """Periodicity of a motion from its Poincaré sections.
 
     Attributes:
         period: Cycle length in forcing periods; None where no cycle was found.

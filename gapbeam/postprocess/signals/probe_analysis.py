@@ -50,7 +50,7 @@ Acceleration = Literal["absolute", "relative"]
 
 @dataclass(frozen=True)
 class Options:
-    """How signals are picked, smoothed and transformed.
+    """Options for picking, smoothing and transforming signals.
 
     Attributes:
         probe: Name of the probe; None the first.
@@ -90,7 +90,7 @@ class SignalAnalysis:
 
 @dataclass(frozen=True)
 class Analysis:
-    """What the history of one probe shows.
+    """Analysis of the history of one probe.
 
     Attributes:
         probe: Name of the probe; None for a run without.

@@ -154,7 +154,7 @@ class PowerDensity:
 
     Attributes:
         record: Its name.
-        unit: SI unit of the record; that of the densities is its square over Hz.
+        unit: SI unit of the record; densities have its square over Hz.
         frequency: (k,), Hz, from one over the length of a window to half the sampling rate.
         densities: (k,) by the labels of the column, without those that do not change.
         rms: Of each column, about its mean, in the unit.

@@ -98,7 +98,7 @@ def resample(signal: Signal, rate: float = RATE, sampling: Sampling = "mean") ->
         sampling: "mean" or "pick".
 
     Raises:
-        SignalError: A rate that is not positive or above that of the signal, or no whole sampling interval.
+        SignalError: A rate that is not positive or above the signal's, or no whole sampling interval.
 
     Warns:
         SignalWarning: Picked samples of a signal that holds more than 1 % of its rms above rate/2.

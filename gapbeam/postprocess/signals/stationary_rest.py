@@ -1,4 +1,4 @@
-"""Whether the part of a response that does not repeat has settled: neither fades, as ringing does, nor grows.
+"""Stationarity of the part of a response that does not repeat: it neither fades, as ringing does, nor grows.
 
 The rest of a forcing period is what differs from the period before it. A chaotic response has rests of all sizes in no
 order; what rings has smaller and smaller ones. Kendall's rank correlation of their sizes with time decides: batches of
@@ -20,7 +20,7 @@ TREND = 0.6  # of tau; 3.7 standard deviations without a trend, 1 % false alarms
 
 
 class Rest(Enum):
-    """What is known of the part that does not repeat."""
+    """Verdict on the part that does not repeat."""
 
     STATIONARY = "stationary"
     CHANGING = "changing"

@@ -226,12 +226,12 @@ class Steady:
 
     @property
     def settled(self) -> bool:
-        """Whether the response repeats."""
+        """True where the response repeats."""
         return self.cycle.period is not None
 
     @property
     def creeps(self) -> bool:
-        """Whether it repeats within the tolerance, but is still on its way."""
+        """True where the response repeats within the tolerance but is not yet steady."""
         return self.cycle.period is None and self.cycle.residual <= self.cycle.tolerance
 
     @property

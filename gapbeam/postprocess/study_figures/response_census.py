@@ -41,12 +41,12 @@ class Branch:
 
     @property
     def settled(self) -> bool:
-        """Whether it has settled: to a cycle, or to a motion that never repeats."""
+        """True where the response has settled: to a cycle, or to a motion that never repeats."""
         return self.word in (WILD, RANDOM) or self.word.startswith(CYCLE)
 
     @property
     def count(self) -> int:
-        """How often it was reached."""
+        """Number of members that reached the response."""
         return len(self.members)
 
     @property

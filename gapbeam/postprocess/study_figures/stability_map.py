@@ -20,7 +20,7 @@ RESOLVED, MOST = 1e-6, 1e1  # of the energy exchanged
 
 @dataclass(frozen=True)
 class MapQuantity:
-    """What a map shows.
+    """Quantity of a map.
 
     Attributes:
         key: Name of the figure in a record.

@@ -1,4 +1,4 @@
-"""How the points of a sweep are put side by side: the key along the axis, and what the others vary."""
+"""Columns of a sweep: the key along the axis, and the values of the other keys."""
 
 from __future__ import annotations
 

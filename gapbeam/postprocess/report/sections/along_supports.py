@@ -1,7 +1,4 @@
-"""Charts of values along the beam: supports that lie apart have a button each, so that each of them is seen.
-
-The part of a record that figures show enlarged, in words.
-"""
+"""Charts of values along the beam, with a button for each support where supports lie far apart."""
 
 from __future__ import annotations
 

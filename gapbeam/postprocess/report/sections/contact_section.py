@@ -1,9 +1,4 @@
-"""Contact forces, gaps and penetrations of the faces of a run.
-
-How fast the faces of the supports wear, with intervals where there are.
-
-The spectra of random loads: what was asked for, and what the signal of the run holds.
-"""
+"""Sections on contact: forces, gaps and penetrations of the faces, their wear, and the spectra of random loads."""
 
 from __future__ import annotations
 
@@ -30,7 +25,7 @@ LARGEST_HEADER = (
 )  # fmt: skip
 LARGEST_NOTE = (
     "Behind the burn-in. The largest of many means with chance in them is larger than the mean of its place: the "
-    "interval is that of the largest true mean (all points at once, Bonferroni). By other batches: the mean at "
+    "interval belongs to the largest true mean (all points at once, Bonferroni). By other batches: the mean at "
     "places that the other half of the record chose, which chance does not lift."
 )
 RATES = {"work_rate": ("work rate", "W"), "volume_rate": ("volume rate", "m^3/s"), "depth_rate": ("depth rate", "m/s")}

@@ -1,9 +1,4 @@
-"""Periodic responses: their multipliers, and the curve of them over a parameter.
-
-The report on the folder of `gapbeam compare`: verdict, figures, waveforms and costs of both runs.
-
-The report on a life: when the limit was reached, how sure that is, and depths and rates of the faces over time.
-"""
+"""Reports on periodic responses with multipliers and curves, on comparisons of two runs, and on lives under wear."""
 
 from __future__ import annotations
 

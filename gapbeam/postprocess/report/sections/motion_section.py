@@ -1,7 +1,4 @@
-"""What the probes of a run do: histories, peaks in every forcing period, phase portrait and periodicity.
-
-Amplitudes over frequency of the motion of the probes, with the harmonics of the forcing.
-"""
+"""Motion of the probes: histories, peaks in every forcing period, phase portrait, periodicity, and spectra."""
 
 from __future__ import annotations
 

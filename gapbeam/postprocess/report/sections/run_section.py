@@ -1,7 +1,4 @@
-"""The report on one run.
-
-The report on several runs: figures side by side, waveforms over those of the first, keys that differ.
-"""
+"""Reports on one run, and on several runs: figures, waveforms and keys that differ."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The moving scene of a run: which fields are shown, how much they are magnified, and the walls at their times.
-
-The scene of a run that left no fields: the beam as its case describes it, undeformed in its supports.
-"""
+"""Moving scene of a run: fields, magnification, and walls at their times; without fields, the undeformed beam."""
 
 from __future__ import annotations
 

@@ -1,13 +1,4 @@
-"""The statistics of a run under random loads, with intervals.
-
-The energies of a run: where they are, where they went, what the balance leaves over, and what the gates say.
-
-The largest displacements, stresses and joint forces of a record, as rows of the table of results.
-
-Where the beam touches its supports: first touch, share of time in contact, penetration and impulse of the points.
-
-Impacts of a run: rates, and how approach speed, impulse and duration are distributed.
-"""
+"""Sections on the figures of a run: statistics, energies, largest values, contact of the points, impacts."""
 
 from __future__ import annotations
 

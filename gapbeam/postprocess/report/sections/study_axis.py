@@ -1,6 +1,6 @@
-"""The axis of a study: the last key with more than one value, as numbers, and the values of the others as choices.
+"""Axis of a study: the last key with more than one value, as numbers; the other keys become choices.
 
-Warnings that say the same of several signals, as one: their names, then the words, with the span of each number.
+Equal warnings of several signals become one, with the names of the signals and the range of each number.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class StudyAxis:
 
     @property
     def legend(self) -> str:
-        """What the numbers of a counted axis stand for; nothing for a plain one."""
+        """Explanation of the numbers of a counted axis; empty for a plain one."""
         if not self.counted:
             return ""
         words = ", ".join(f"{number:g} is {text}" for number, text in zip(self.numbers, self.texts, strict=True))

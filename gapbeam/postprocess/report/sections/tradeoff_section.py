@@ -1,7 +1,4 @@
-"""The report on a trade-off: what models, meshes and steps of a case cost, and how far off they are.
-
-The report on a stability study: which scheme can be trusted with which stiffness and step.
-"""
+"""Reports on trade-offs (cost and error of models, meshes and steps) and on stability studies of schemes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a reader of a run has to know first: how it ended, created energy, warnings, figures."""
+"""Opening of the report of a run: verdict, created energy, warnings, key figures."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""How close a run came to the limits of what its equations assume.
-
-The key figures of a run with the estimates of their errors.
-
-The scene of a run from Python: structures, contacts, loads and step.
-"""
+"""Tables of a report: limits of the assumptions, key figures with their error estimates, and a scene from Python."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Print the table of docs/benchmarks/adaptive-steps.md: python3 docs/tables/adaptive_table.py, some seconds."""
+"""Print what adaptive steps change: python3 docs/tables/adaptive_table.py, some seconds."""
 
 from __future__ import annotations
 

@@ -6,8 +6,11 @@ python3 docs/tables/case_files.py
 from __future__ import annotations
 
 import inspect
+import re
 import sys
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
@@ -15,54 +18,138 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.known_keys import KeyTable, tables
-from gapbeam.solver.case.reading.value_words import in_words, options, toml_value
+from gapbeam.solver.case.reading.value_words import options, toml_value
 from gapbeam.solver.scene_file.scene_case import SceneCase
-from gapbeam.solver.table import models_in
+from gapbeam.solver.table import POINT_PATTERN, models_in
 from gapbeam.solver.wording.short_words import either
 from gapbeam.studies.identification.identification_tables import Identification
 
 REFERENCE = Path(__file__).resolve().parents[1] / "reference"
+FIRST = "case-files.md"
 PAGES: dict[str, type[BaseModel]] = {
-    "case-files.md": Case,
+    FIRST: Case,
     "identification-files.md": Identification,
     "scene-files.md": SceneCase,
 }
 START, END = "<!-- tables: made by docs/tables/case_files.py -->\n", "<!-- end of tables -->\n"
-HEAD = ("| key | value | default | meaning |", "|---|---|---|---|")
+Row = tuple[str, str, str]
+"""Key, its default and what it may be, meaning."""
 
 
-def reference(root: type[BaseModel]) -> str:
-    """Return a Markdown table for every table of a file, and one for the keys above them."""
-    above = KeyTable("title", root, "")
-    loose = [key for key, field in root.model_fields.items() if not models_in(field.annotation)]
-    rows = [_row(above, key) for key in loose]
-    return "\n".join(["### Above all tables", "", *HEAD, *rows, "", *(_section(table) for table in tables(root))])
+class Section(NamedTuple):
+    """The tables that share a header: the sentence of each type, and each row with the types that have it."""
+
+    purposes: tuple[tuple[str, str], ...]  # type, sentence
+    rows: tuple[tuple[Row, tuple[str, ...]], ...]
 
 
-def _section(table: KeyTable) -> str:
-    purpose = (inspect.getdoc(table.model) or "").split("\n")[0]
-    kind = f' with `type = "{table.kind}"`' if table.kind else ""
-    rows = [_row(table, key) for key in table.model.model_fields if key != "type"]
-    return "\n".join([f"### `{table.header}`{kind}", "", purpose, *(["", *HEAD, *rows] if rows else []), ""])
+def sections(root: type[BaseModel]) -> dict[Section, list[str]]:
+    """Return the different sections of a file, each with the headers that have it."""
+    together: dict[str, dict[str, KeyTable]] = {}
+    for table in tables(root):
+        together.setdefault(table.header, {})[table.kind] = table
+    found: dict[Section, list[str]] = {}
+    for header, kinds in together.items():
+        rows: dict[Row, list[str]] = {}
+        for kind, table in kinds.items():
+            for key in table.model.model_fields:
+                if key != "type":
+                    rows.setdefault(_row(table.model, key), []).append(kind)
+        purposes = tuple((kind, (inspect.getdoc(t.model) or "").split("\n")[0]) for kind, t in kinds.items())
+        section = Section(purposes, tuple((row, tuple(of)) for row, of in rows.items()))
+        found.setdefault(section, []).append(header)
+    return found
 
 
-def _row(table: KeyTable, key: str) -> str:
-    field = table.model.model_fields[key]
-    value = either(dict.fromkeys(in_words(option) for option in options(table.model, key)))
+def reference(name: str) -> str:
+    """Return the Markdown of all tables of a page; what the first page has is linked."""
+    root = PAGES[name]
+    loose = [_row(root, key) for key, field in root.model_fields.items() if not models_in(field.annotation)]
+    there = {} if name == FIRST else sections(PAGES[FIRST])
+    parts = ["### Above all tables", "", *_table([(row, ("",)) for row in loose], 1), ""]
+    for section, headers in sections(root).items():
+        parts += [f"### {_heading(headers)}", ""]
+        if section in there:
+            heading = _heading(there[section])
+            anchor = re.sub(r"[^\w\- ]", "", heading).replace(" ", "-")
+            parts += [f"As [{heading.replace('[', '').replace(']', '')}]({FIRST}#{anchor}).", ""]
+            continue
+        kinds = section.purposes
+        parts += [f"* `{kind}`: {words}" for kind, words in kinds] if kinds[0][0] else [kinds[0][1]]
+        parts += ["", *_table(section.rows, len(kinds)), ""] if section.rows else [""]
+    return "\n".join(parts)
+
+
+def _heading(headers: Iterable[str]) -> str:
+    return ", ".join(f"`{header}`" for header in headers)
+
+
+def _table(rows: Iterable[tuple[Row, tuple[str, ...]]], kinds: int) -> Iterator[str]:
+    """Yield a Markdown table, with a column for the types where there are several."""
+    of = ["types"] if kinds > 1 else []
+    head = ["key", *of, "value", "meaning"]
+    yield f"| {' | '.join(head)} |"
+    yield "|---" * len(head) + "|"
+    for (key, value, meaning), types in rows:
+        named = ["all" if len(types) == kinds else ", ".join(types)] if of else []
+        yield f"| {' | '.join([f'`{key}`', *named, value, meaning])} |"
+
+
+def _row(model: type[BaseModel], key: str) -> Row:
+    field = model.model_fields[key]
+    value = either(dict.fromkeys(short(option) for option in options(model, key)))
     meaning, _, derived = (field.description or "").partition("; default ")
     if field.is_required():
         default = "required"
     elif field.default is None:
-        default = derived or "none"
+        default = derived
+    elif isinstance(field.default, BaseModel) and not hasattr(field.default, "type"):
+        default = ""
     else:
         default = f"`{toml_value(getattr(field.default, 'type', field.default))}`"
-    return f"| `{key}` | {value} | {default} | {meaning} |"
+    if default.startswith("`") and default in value:
+        value = value.replace(default, f"**{default}**")
+    elif default:
+        value = f"{default}; {value}"
+    return key, value, re.sub(r", no unit|: a name, or a table.*|, a table( with the type and its keys)?$", "", meaning)
 
 
-def page(name: str = "case-files.md") -> str:
+def short(schema: Mapping[str, Any]) -> str:
+    """Return the values that a JSON schema allows, as short as they can be read."""
+    if "const" in schema or "enum" in schema:
+        return either(f"`{toml_value(value)}`" for value in schema.get("enum", [schema.get("const")]))
+    kind = schema["type"]
+    if kind in ("number", "integer"):
+        whole, limits = "whole " * (kind == "integer"), _range(schema)
+        return f"{whole}{limits}" if limits else f"{whole}number"
+    if kind == "boolean":
+        return "`true` or `false`"
+    if kind == "string":
+        pattern = schema.get("pattern")
+        return "point" if pattern == POINT_PATTERN else "name" if pattern else "text"
+    if kind == "object":
+        return "table"
+    if "prefixItems" in schema:
+        items = schema["prefixItems"]
+        return f"{len(items)} × {short(items[0])}"
+    each = either(dict.fromkeys(short(item) for item in schema["items"].get("anyOf", [schema["items"]])))
+    least, most = schema.get("minItems", 0), schema.get("maxItems")
+    count = f"{least} to {most} × " if most and least else f"<= {most} × " if most else ""
+    return f"list: {count}{each}"
+
+
+def _range(schema: Mapping[str, Any]) -> str:
+    """Return the range of a number, or ""."""
+    if "minimum" in schema and "maximum" in schema:
+        return f"{schema['minimum']:g} to {schema['maximum']:g}"
+    signs = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
+    return ", ".join(f"{sign} {schema[limit]:g}" for limit, sign in signs.items() if limit in schema)
+
+
+def page(name: str = FIRST) -> str:
     """Return a page with its tables made anew."""
     before, _, rest = (REFERENCE / name).read_text(encoding="utf-8").partition(START)
-    return f"{before}{START}\n{reference(PAGES[name])}\n{END}{rest.partition(END)[2]}"
+    return f"{before}{START}\n{reference(name)}\n{END}{rest.partition(END)[2]}"
 
 
 if __name__ == "__main__":

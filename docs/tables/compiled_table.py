@@ -1,4 +1,4 @@
-"""Print the table of docs/benchmarks/compiled-march.md: the cost of a step in the compiled march and in Python.
+"""Print the cost of a step in the compiled march and in Python.
 
 environment/run python3 docs/tables/compiled_table.py
 """

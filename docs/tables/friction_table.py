@@ -1,4 +1,4 @@
-"""Write the table of docs/benchmarks/friction.md: python3 docs/tables/friction_table.py, a minute."""
+"""Print what friction costs and changes: python3 docs/tables/friction_table.py, a minute."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import gapbeam
 from docs.tables.narrow_tables import narrow
 
-PAGE = Path(__file__).resolve().parents[1] / "benchmarks" / "friction.md"
-START, END = "<!-- table: made by docs/tables/friction_table.py -->\n", "<!-- end of table -->\n"
 CASE = Path(__file__).parents[2] / "cases" / "demo.toml"
 MU = 0.2
 SETTINGS = {"time.end": 0.15, "load.shaker.ramp": 0.02, "output.fields_interval": 0.15}
@@ -62,11 +60,5 @@ def table() -> str:
     return narrow("\n".join([HEAD, "|---|" + "---|" * 7, *rows]) + "\n", keys=2)
 
 
-def page() -> str:
-    """Return the page with its table made anew."""
-    before, _, rest = PAGE.read_text(encoding="utf-8").partition(START)
-    return f"{before}{START}\n{table()}\n{END}{rest.partition(END)[2]}"
-
-
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    print(table())

@@ -1,4 +1,4 @@
-"""Print the first tables of docs/benchmarks/periodic.md: python3 docs/tables/periodic_table.py.
+"""Print how accurate periodic responses are: python3 docs/tables/periodic_table.py.
 
 x'' + 0.1 x' + x + 100 <x - 0.5> = cos(0.8 t); source of the known figures: tests/verification/test_periodic_orbit.py.
 """

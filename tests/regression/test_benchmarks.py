@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +24,6 @@ from benchmarks import (
 from benchmarks.apart import exponent
 from benchmarks.table import Table, seconds
 from benchmarks.textbook_newton import TextbookBeam
-from docs.tables.benchmark_tables import filled
 from docs.tables.narrow_tables import narrow
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.march.python.march import march
@@ -37,7 +35,6 @@ from tests.shared.models import SOLID, beam_case, thrown
 alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="the textbook knows one rank")
 
 model_levels = importlib.import_module("benchmarks.rungs")
-DOCS = Path(__file__).parents[2] / "docs"
 SHAKER = {"type": "harmonic_force", "name": "shaker", "point": 0.15, "amplitude": 500.0, "frequency": 100.0}
 DAMPING = {"frequencies": [40.0, 300.0], "ratios": [0.01, 0.01]}
 
@@ -162,17 +159,6 @@ def test_getfem_agrees() -> None:
     """The slice of cases/demo.toml: the same seat and the same steps."""
     (row,) = getfem_peer.table(("demo.toml",), 40).rows
     assert max(row[2:5]) <= 1e-5
-
-
-def test_tables_are_put_into_the_page(tmp_path: Path) -> None:
-    """Between their marks, without their headings; marks without a table stay as they are."""
-    (tmp_path / "one.md").write_text("## Heading\n\n| a |\n")
-    page = "text\n<!-- one -->\nold\n<!-- /one -->\n<!-- two -->\nkept\n<!-- /two -->\n"
-    expected = "text\n<!-- one -->\n| a |\n<!-- /one -->\n<!-- two -->\nkept\n<!-- /two -->\n"
-    assert filled(page, tmp_path) == expected
-    pages = (DOCS / "benchmarks").glob("*.md")
-    marks = {mark for path in pages for mark in re.findall(r"<!-- (\w+) -->", path.read_text())}
-    assert {"textbook", "rungs", "getfem", "size", "contact_points", "predictions"} <= marks
 
 
 def test_wide_tables_are_split() -> None:

@@ -1,4 +1,4 @@
-"""What can end a run, with the exit status that the command line gives it."""
+"""Errors that end a run, each with its exit status."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def report_not_kept(folder: object, error: Exception) -> None:
 LOG = logging.getLogger("gapbeam")
 _SAID: list[str] = []  # folders of which was said that they keep nothing: the first one of a process
 _FOLDER = cache_folder()
-IN_ORDER: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}  # False is said: else that of the caller holds
+IN_ORDER: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}  # False is written: otherwise the caller's holds
 _OPTIONS: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy", "_nrt": False}
 
 

@@ -1,4 +1,4 @@
-"""What the values of a case file may be, and what all its tables have in common."""
+"""Values that keys of a case file may have, and the base of all its tables."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def placed_along(base: type[Placed], name: str, what: str, ends: tuple[float, fl
 
     Args:
         base: The other keys of the table.
-        name: Name of the class, that of the module's variable which holds it.
+        name: Name of the class and of the module's variable that holds it.
         what: What begins and ends there.
         ends: Examples of both, m.
         meaning: Its docstring.

@@ -1,4 +1,4 @@
-"""How results of studies print in a Python session: one line in a terminal, their tables in a notebook."""
+"""Printed results of studies in a Python session: one line in a terminal, their tables in a notebook."""
 
 from __future__ import annotations
 

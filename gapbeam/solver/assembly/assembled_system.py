@@ -5,8 +5,8 @@ b = N(x_p)^T e,
 
     M = M_beam + m b b^T,    K = K_beam + k b b^T,    C = c_M M_beam + c_K K_beam + c b b^T,
 
-since Rayleigh damping is that of the beam alone: what c_M M + c_K K holds beside it goes off the dashpot again,
-c' = c - c_M m - c_K k. The frame of the suspension is that of the support. Base motion a_b(t) along e_b therefore
+since Rayleigh damping belongs to the beam alone: its share of the attachment is subtracted from the dashpot,
+c' = c - c_M m - c_K k. The suspension stands on the frame of the support. Base motion a_b(t) along e_b therefore
 pushes the moving mass too, by -m (e . e_b) b a_b; gravity does not: the suspension carries its weight.
 
 Joints and masses add the same to the mean motions of cross-sections, b being those (`assembly.section_rows`); gravity
@@ -184,7 +184,7 @@ def _of_modes(case: Case, operators: Operators) -> RankOnes | None:
 
 @dataclass(frozen=True)
 class _Fixed:
-    """What is fixed to the beam at a place.
+    """Mass, spring and damper that are fixed to the beam at a place.
 
     Attributes:
         row: b, (n,).

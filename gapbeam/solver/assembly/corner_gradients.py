@@ -21,7 +21,7 @@ from gapbeam.solver.system.operators import Array, Indices
 
 @dataclass(frozen=True)
 class CornerGradients:
-    """What takes the gradient at the corners of a mesh.
+    """Averaged gradients at the corners of a mesh.
 
     Attributes:
         nodes: Nodes of each cell of this rank, local, (cells, k).

@@ -72,7 +72,7 @@ class FacePoints:
 
 @dataclass(frozen=True)
 class _Rule:
-    """What all facets at one place of the reference cell have in common.
+    """Basis functions and weights that all facets at one place of the reference cell share.
 
     Attributes:
         basis: Basis functions at the points, (q, k).

@@ -1,7 +1,7 @@
 """The Gauss rule of a discrete measure: few nodes instead of many points.
 
 The rule of points y_j with weights w_j has k nodes y_i and weights A_i, and integrates polynomials of degree 2 k - 1
-like the points themselves. The value at a node is that of the polynomial of degree k - 1 that fits the values f_j best,
+like the points themselves. A node takes the value of the polynomial of degree k - 1 that fits the values f_j best,
 
     f_i = sum_j P_ij f_j,    P_ij = w_j sum_a pi_a(y_i) pi_a(y_j),    sum_j P_ij = 1,
 

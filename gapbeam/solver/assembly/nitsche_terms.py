@@ -41,7 +41,7 @@ RIGID_MOTIONS = {2: 3, 3: 6}
 
 @dataclass(frozen=True)
 class Nitsche:
-    """How Nitsche's method shall be used.
+    """Settings of Nitsche's method.
 
     Attributes:
         theta: 1, 0 or -1.

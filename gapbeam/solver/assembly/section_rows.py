@@ -23,7 +23,7 @@ CENTERED = 1.0e-9  # of the radius of gyration: a centroid this near to the axis
 
 @dataclass(frozen=True)
 class MotionRow:
-    """What gives the motion of a point from the nodes around it, on the nodes that this rank owns.
+    """Row of the motion of a point: factors of the displacements of its nodes, on the nodes that this rank owns.
 
     Attributes:
         nodes: Owned nodes (blocks), (k,).

@@ -49,7 +49,7 @@ MOTIONS: tuple[MotionName, ...] = (*IN_PLANE, *OUT_OF_PLANE)
 
 
 class Joint(Table):
-    """What all joints have in common."""
+    """Keys of all joints."""
 
     name: Name = Field(description="name in messages, different for every joint", examples=["root"])
     point: Number = Field(description="x on the beam axis, m", examples=[0.0])
@@ -162,7 +162,7 @@ ACROSS: tuple[MotionName, ...] = ("vertical", "lateral")
 
 
 class Fluid(AlongBeam):
-    """What a [[fluid]] has besides its place."""
+    """A [[fluid]] without its place: keys that all have."""
 
     name: Name = Field(description="name in messages, different for every fluid", examples=["water"])
     added_mass: NonNegative = Field(
@@ -175,7 +175,7 @@ class Fluid(AlongBeam):
 
     @property
     def acts(self) -> bool:
-        """Whether the fluid does anything."""
+        """True where the fluid has mass, buoyancy or damping."""
         return max(self.added_mass, self.displaced_mass, self.damping) > 0.0
 
     def attached(self) -> Iterator[Attached]:

@@ -55,7 +55,7 @@ class MeanMotion:
 
     @property
     def turns(self) -> bool:
-        """Whether it is a rotation, rad; else a displacement, m."""
+        """True for a rotation, rad; False for a displacement, m."""
         return self.name in ("rotation", "lateral_rotation", "twist")
 
     def parts(self) -> Iterator[tuple[float, MeanMotion]]:

@@ -81,7 +81,7 @@ class EndSprings:
 
     @property
     def rigid_motions(self) -> Array:
-        """How many roots are zero: one for each spring that is."""
+        """Number of roots that are zero: one for each spring that is."""
         return np.asarray((self.held == 0.0).astype(int) + (self.clamped == 0.0))
 
     def below_lowest(self) -> Array:

@@ -46,12 +46,12 @@ class Transient(Table):
 
     @property
     def needs_seat(self) -> bool:
-        """Whether nothing can be computed without the static seat."""
+        """True where every computation starts from the static seat."""
         return self.start == "seat" and self.state is None
 
     @property
     def start_words(self) -> str:
-        """How a run starts, in a sentence."""
+        """Start of a run, in a sentence."""
         return self.start if self.state is None else "from the state of another run"
 
     @property
@@ -62,7 +62,7 @@ class Transient(Table):
 
     @property
     def for_body(self) -> Transient:
-        """What a body depends on: the motions of the start that leave bending in the plane."""
+        """Return the part of the start that a body depends on: motions that leave bending in the plane."""
         if not self.moves_aside:
             return Transient()
         along, across, turned, twisted = (
@@ -120,12 +120,12 @@ class Periodic(Table):
 
     @property
     def start_words(self) -> str:
-        """How the march before a search starts, in a sentence."""
+        """Start of the march before a search, in a sentence."""
         return "seated"
 
     @property
     def needs_seat(self) -> bool:
-        """Whether nothing can be computed without the static seat: marches before the search start there."""
+        """True: marches before the search start at the static seat."""
         return True
 
     @property

@@ -23,7 +23,7 @@ class BeamPiece:
     Attributes:
         start: Where it begins along the beam, m.
         end: Where it ends, m.
-        beam: A beam that is all along as this piece is; its length is that of the whole beam.
+        beam: A beam that is all along as this piece is, of the length of the whole beam.
         material: What the piece is made of.
     """
 
@@ -77,17 +77,17 @@ class BeamProfile:
 
     @property
     def prismatic(self) -> bool:
-        """Whether cross-section and material are the same all along."""
+        """True where cross-section and material are the same all along."""
         return len(self.pieces) == 1
 
     @property
     def one_section(self) -> bool:
-        """Whether the cross-section is the same all along."""
+        """True where the cross-section is the same all along."""
         return all(piece.beam == self.pieces[0].beam for piece in self.pieces)
 
     @property
     def one_material(self) -> bool:
-        """Whether the material is the same all along."""
+        """True where the material is the same all along."""
         return all(piece.material == self.pieces[0].material for piece in self.pieces)
 
     def sliceable(self, width: float) -> bool:
@@ -152,7 +152,7 @@ class BeamProfile:
     def bending_speed(self, start: float, end: float) -> tuple[float, float]:
         """Return the radius of gyration, m, and the speed of waves, m/s, whose product is sqrt(E I / (rho A)).
 
-        For several pieces it is that of their mean mass and mean flexibility, and a scale.
+        For several pieces they follow from mean mass and mean flexibility, and are a scale.
 
         Args:
             start: Where a part of the beam begins, m.

@@ -50,12 +50,12 @@ class Beam(Table):
 
     @property
     def rectangular(self) -> bool:
-        """Whether the cross-section is a solid rectangle, which a slice in the bending plane stands for."""
+        """True for a solid rectangle, which a slice in the bending plane can represent."""
         return self.section == RECTANGLE
 
     @property
     def hollow(self) -> bool:
-        """Whether the axis of the beam is not in the material."""
+        """True where the axis of the beam lies outside the material."""
         return not self.contains(0.0, 0.0)
 
     def patches(self, through: int | None, across: int | None) -> SectionPatches | None:

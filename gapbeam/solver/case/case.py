@@ -73,7 +73,7 @@ class Restraint(Table):
 
 
 class Mesh(Table):
-    """What gmsh builds, or a mesh file with the named physical groups body, base and gland."""
+    """Mesh by gmsh, or from a file with the physical groups body, base and gland."""
 
     dimension: Literal[2, 3] = Field(default=2, description="2 for a slice in the bending plane, 3 for the solid beam")
     plane: Literal["stress", "strain"] = Field(default="stress", description="2D assumption")
@@ -114,7 +114,7 @@ class Probe(Table):
 
 
 class Output(Table):
-    """What is written, and how often."""
+    """Files and intervals of the output."""
 
     history_interval: Positive | None = Field(default=None, description="time between history records, s; default step")
     fields_interval: Positive | None = Field(default=None, description="time between XDMF fields, s; default end/100")
@@ -198,7 +198,7 @@ class Case(Table):
 
     @property
     def follows_faces(self) -> bool:
-        """Whether motion along the faces of supports is followed: for friction, or for the work of sliding."""
+        """True where motion along the faces of supports is followed: for friction, or for the work of sliding."""
         return self.contact.rubs is not None or self.wear is not None
 
     @property

@@ -5,8 +5,8 @@ that bounds the beam on both sides:
 
     sum_k (h + t (x_k - m) - c_k)^2 -> min,    t = sum_k (x_k - m) (c_k - h) / sum_k (x_k - m)^2
 
-with h the mean of the heights c_k and m that of the places x_k; likewise sideways, over the supports around the beam.
-One support alone turns the beam by its own tilt.
+with h the mean of the heights c_k and m the mean of the places x_k; likewise sideways, over the supports around the
+beam. One support alone turns the beam by its own tilt.
 """
 
 from __future__ import annotations

@@ -114,7 +114,7 @@ class Contact(Table):
 
     @property
     def dissipates(self) -> bool:
-        """Whether contact takes energy out of the motion: by its damping or that of its law."""
+        """True where contact dissipates energy, by its damping or by its law."""
         return self.damping > 0.0 or self.law.dissipates
 
     @property

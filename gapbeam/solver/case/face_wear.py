@@ -1,4 +1,4 @@
-"""How each face wears: coefficient, worn area and limit of its support, or those of [wear]."""
+"""Wear of each face: coefficient, worn area and limit of its support, or those of [wear]."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from gapbeam.solver.case.case import Case
 
 
 class FaceWear(NamedTuple):
-    """What is known about the wear of a face; None: neither its support nor [wear] says it.
+    """Wear of a face; None: neither its support nor [wear] gives the value.
 
     Attributes:
         coefficient: Archard's k, 1/Pa.
@@ -22,7 +22,7 @@ class FaceWear(NamedTuple):
 
     @property
     def wears(self) -> bool:
-        """Whether sliding wears it."""
+        """True where sliding wears the face."""
         return bool(self.coefficient)
 
 

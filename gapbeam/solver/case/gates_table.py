@@ -42,7 +42,7 @@ class AssumptionLimits(Table):
     )
     weak_restraint: Bound = Field(
         default=None,
-        description="energy of the restraint over that of the beam, no unit; default the usual limit",
+        description="energy of the restraint over the energy of the beam, no unit; default the usual limit",
     )
     step_beside_the_frequencies: Bound = Field(
         default=None,
@@ -62,7 +62,7 @@ class AssumptionLimits(Table):
     )
     basis_beside_the_frequencies: Bound = Field(
         default=None,
-        description="highest frequency over that of the basis, no unit; default the usual limit",
+        description="highest frequency over the highest of the basis, no unit; default the usual limit",
     )
     beam_model_beside_the_wavelengths: Bound = Field(
         default=None,

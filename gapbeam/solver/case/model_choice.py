@@ -81,7 +81,7 @@ def why_wanted(case: Case) -> str:
 
 
 def dimensions(case: Case) -> tuple[int, ...]:
-    """Return the dimensions to try: that of the case where it is given, or a mesh file has it."""
+    """Return the dimensions to try: one where the case or its mesh file gives it."""
     if "dimension" in case.mesh.model_fields_set or case.mesh.file is not None:
         return (case.mesh.dimension,)
     return (2, 3)

@@ -22,7 +22,7 @@ Wanted = Literal["motion", "forces", "pressures", "stresses"]
 
 
 class SceneFigures(NamedTuple):
-    """What models of a scene are judged by.
+    """Figures of a scene by which models are chosen.
 
     Attributes:
         wanted: What the results are for.
@@ -52,7 +52,7 @@ class SceneFigures(NamedTuple):
 
 
 class _AnyModel(Table):
-    """What all models have in common.
+    """Keys and traits of all models.
 
     Attributes:
         decided: Whether this is a model, and not the wish to have one chosen.
@@ -67,7 +67,7 @@ class _AnyModel(Table):
 
     @property
     def gives(self) -> frozenset[Wanted]:
-        """What results of the model may be asked for."""
+        """Kinds of results that the model can give."""
         return frozenset({"motion"})
 
     def fitted(self, scene: SceneFigures) -> Self:
@@ -82,12 +82,12 @@ class _AnyModel(Table):
 
     @property
     def rings(self) -> int | None:
-        """Rigid sections along each support around the beam; None: none, the surface is that of the mesh."""
+        """Rigid sections along each support around the beam; None: none, contact is on the surface of the mesh."""
         return None
 
     @property
     def keeps_sections(self) -> bool:
-        """Whether sections keep their shape in supports around the beam."""
+        """True where sections keep their shape in supports around the beam."""
         return True
 
 
@@ -202,7 +202,7 @@ class BeamModel(_AnyModel):
 
     @property
     def graded(self) -> bool:
-        """Whether elements are shorter in supports than between them."""
+        """True where elements are shorter in supports than between them."""
         return self.spacing == "graded"
 
     def fitted(self, scene: SceneFigures) -> Self:

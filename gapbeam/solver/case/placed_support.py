@@ -14,7 +14,7 @@ from gapbeam.solver.table import FORMS, named, placed_along
 
 
 class SupportWithLaw(OneOfSeveral):
-    """What a [[support]] has besides its place."""
+    """A [[support]] without its place, with a contact law of its own."""
 
     law: Annotated[Law, BeforeValidator(named)] | None = Field(
         default=None,

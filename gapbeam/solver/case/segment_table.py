@@ -17,7 +17,7 @@ OF_MATERIAL = ("young_modulus", "poisson_ratio", "density", "yield_stress")
 
 
 class Segment(AlongBeam):
-    """What a [[segment]] has besides its place: what it does not give is that of [beam] and [material]."""
+    """A [[segment]] without its place; keys that are not given keep the values of [beam] and [material]."""
 
     name: Name = Field(description="name in messages, different for every segment", examples=["head"])
     thickness: Positive | None = Field(
@@ -50,12 +50,12 @@ class Segment(AlongBeam):
 
     @property
     def changes_section(self) -> bool:
-        """Whether it gives anything of a cross-section."""
+        """True where the segment gives any dimension of a cross-section."""
         return any(getattr(self, key) is not None for key in OF_SECTION)
 
     @property
     def changes_material(self) -> bool:
-        """Whether it gives anything of a material."""
+        """True where the segment gives any property of a material."""
         return any(getattr(self, key) is not None for key in OF_MATERIAL)
 
     def beam(self, whole: Beam) -> Beam:

@@ -12,7 +12,7 @@ Tolerance = Annotated[float, Field(ge=1.0e-13, le=1.0e-4)]
 
 
 class SolverTable(Table):
-    """How the effective operator of the finite elements is solved with; without effect on beams and rigid bodies."""
+    """Linear solver for the effective operator of finite elements; without effect on beams and rigid bodies."""
 
     effective: Literal["auto", "factor", "iterative"] = Field(
         default="auto",

@@ -1,4 +1,4 @@
-"""What lies along the beam begins before it ends, and ends on the beam."""
+"""Order of both ends of what lies along the beam, and their place on it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a case is symmetric about its bending plane, and what moves a beam out of it."""
+"""Symmetry of a case about its bending plane, and causes of motion out of it."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ SHARE = 1.0e-6  # of E A / L
 UNDER_FRICTION = 1.0e-11  # of E A / L
 LEAST = 1.0e-11  # of E A / L: what round-off leaves of a spring
 OF_LOADS = 1.0e-4  # of their moment: what may turn the beam back
-OF_FREQUENCY = 0.1  # of the lowest bending frequency: that of the rigid beam on the restraint
+OF_FREQUENCY = 0.1  # of the lowest bending frequency: frequency of the rigid beam on the restraint
 AXIAL, LATERAL = 0, 1
 RANK_OF_A_PLANE = 2
 

@@ -40,7 +40,7 @@ class Watched(NamedTuple):
 
 
 class Peak(NamedTuple):
-    """What contact did to a face since t = 0.
+    """Contact of a face since t = 0.
 
     Attributes:
         impulse: Contact force over time, N s.
@@ -143,7 +143,7 @@ class Episodes:
         count: Episodes that ended.
         short: Those of fewer than `RESOLVING_STEPS` steps.
         impulse: Contact force over time of all episodes, N s.
-        short_impulse: That of the short ones, N s.
+        short_impulse: Contact force over time of the short ones, N s.
         running: Steps and impulse of the episode of each closed face.
     """
 

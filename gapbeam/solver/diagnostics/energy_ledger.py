@@ -52,7 +52,7 @@ class Energies(NamedTuple):
 
 
 class StepEnergies(NamedTuple):
-    """What a loop measures of a step, J.
+    """Energies and work of a step as a loop measures them, J.
 
     Attributes:
         kinetic: T at its end.
@@ -230,24 +230,24 @@ class Ledger:
 
     @property
     def lost(self) -> float:
-        """What structural damping, contact and friction took."""
+        """Energy lost to structural damping, contact and friction."""
         return self.structural + self.contact_loss + self.friction_loss
 
     @property
     def residual(self) -> float:
-        """What is left of the balance."""
+        """Residual of the energy balance."""
         return energy_residual(self.energies, float(self.load_work.sum()))
 
     @property
     def at_rest(self) -> bool:
-        """Whether nothing moves but by round-off: loads bring less than that, and the balance cannot resolve it."""
+        """True where all motion is round-off: loads do less work than the balance can resolve."""
         return self.absolute_work <= self.largest_kinetic <= ESTIMATE * self.round_off
 
     def fed(self, from_rest: bool) -> bool:
         """Return whether loads feed the motion: their work can be resolved, and explains the kinetic energy.
 
         Args:
-            from_rest: Whether all kinetic energy that loads have not brought was there at the start, or is that of
+            from_rest: Whether all kinetic energy that loads have not brought was there at the start, or comes from
                 falling; False: loads may have brought it before the run.
         """
         hidden = ESTIMATE * self.round_off

@@ -43,7 +43,7 @@ class ImpactList:
 
     @property
     def partings(self) -> Array:
-        """How long the face was open before each of the impacts that are kept, (k,), s; infinite before the first."""
+        """Time that the face was open before each stored impact, (k,), s; infinite before the first."""
         return self._all()[:, -1]
 
     def add(self, rows: Array) -> None:

@@ -37,7 +37,7 @@ class RunningImpact(NamedTuple):
 
 
 class EndedImpact(NamedTuple):
-    """What a step ended: whether an impact, how long before the end of the step, s, and its impulse, N s."""
+    """End of an impact in a step: whether one ended, how long before the end of the step, s, and its impulse, N s."""
 
     ended: bool
     lag: float

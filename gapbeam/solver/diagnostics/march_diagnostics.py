@@ -83,7 +83,7 @@ KEPT = ("approach", "depth", "begun", "speed", "duration", "rate")
 
 
 class Impacts:
-    """What `RunningImpact` holds, for all faces at once, and the impacts that have ended.
+    """Running impacts of all faces (see `RunningImpact`), and the impacts that have ended.
 
     An impact lasts from the step in which a face closes to the step in which it has opened, as `ContactTimes` counts
     them. Its impulse is all that acts between two times at which the face is open.

@@ -1,4 +1,4 @@
-"""What records are made of: motion, contact and accounts at some instants of a march."""
+"""Motion, contact and ledger at instants of a march, which records are made of."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ With the penetrations d0 and d1 at the records at both ends of an interval dt:
 
     time in contact = sum of dt where d1 > 0,    load = sum of w P(d0, d1) dt,    deepest = max d
 
-P is the mean pressure of the law over the interval, damping included. The impulse of a face is that of the march; its
+P is the mean pressure of the law over the interval, damping included. The march gives the impulse of a face; its
 points share it as they share the load. Where a record is written for every step, first touch and time in contact go by
 the rule of the faces, see `gapbeam.solver.diagnostics.march_diagnostics`, and P is the pressure of a step of the
 discrete gradient. Contacts that begin and end between two records are not seen.

@@ -1,4 +1,4 @@
-"""What a march cost and how well its solves went."""
+"""Counts of a march: its cost, and the convergence of its solves."""
 
 from __future__ import annotations
 

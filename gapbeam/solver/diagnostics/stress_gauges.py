@@ -12,7 +12,7 @@ from gapbeam.solver.system.operators import Array, Indices
 
 @dataclass(frozen=True)
 class Gauges:
-    """What reads the stress at k probes.
+    """Stress gauges at k probes.
 
     Attributes:
         rows: Give the gradient at each probe in each cell that holds it.

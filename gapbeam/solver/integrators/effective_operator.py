@@ -1,4 +1,4 @@
-"""What every implicit scheme does with its effective operator."""
+"""Operations that every implicit scheme performs with its effective operator."""
 
 from __future__ import annotations
 

@@ -195,12 +195,12 @@ class Newmark(AlphaFamily):
 
     @property
     def weights(self) -> Weights:
-        """Those of Newmark's rule: the balance is that of the new state."""
+        """Weights of Newmark's rule, whose balance is taken at the new state."""
         return Weights(0.0, 0.0, self.beta, self.gamma)
 
     @property
     def creates_energy(self) -> bool:
-        """Whether gamma < 0.65."""
+        """True for gamma < 0.65."""
         return self.gamma < SAFE_GAMMA
 
     def warnings(self) -> Iterator[str]:
@@ -234,7 +234,7 @@ class GeneralizedAlpha(AlphaFamily):
 
     @property
     def creates_energy(self) -> bool:
-        """Whether rho_inf > 1/2."""
+        """True for rho_inf > 1/2."""
         return self.rho_inf > SAFE_RADIUS
 
     def warnings(self) -> Iterator[str]:
@@ -265,5 +265,5 @@ class HHTAlpha(AlphaFamily):
 
     @property
     def creates_energy(self) -> bool:
-        """Whether alpha < 0.2."""
+        """True for alpha < 0.2."""
         return self.alpha < SAFE_ALPHA

@@ -33,7 +33,7 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State
 from gapbeam.solver.table import Number
 
-RIGID = 1.0e-10  # compliance of the rate constraint relative to that of the contact points
+RIGID = 1.0e-10  # compliance of the rate constraint over the compliance of the contact points
 
 
 class MoreauJean(TimeScheme):

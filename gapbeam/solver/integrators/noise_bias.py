@@ -1,4 +1,4 @@
-"""How far the figures of a rattling mass under noise are off in a scheme, by the steps in its contacts.
+"""Bias of the figures of a rattling mass under noise by scheme and steps per contact.
 
 The exact law is that of a mass on a spring before one stop 100 times as stiff, with white noise. Differences within two
 standard errors of chance are 0. Measured by `python3 -m benchmarks.scheme_bias`, docs/benchmarks/statistics.md.
@@ -35,11 +35,11 @@ class NoiseBias(NamedTuple):
 def bias_at(table: tuple[NoiseBias, ...], steps: float) -> NoiseBias | None:
     """Return the bias at some number of steps in a contact; None: nothing was measured.
 
-    Straight lines over the logarithm of the steps. Below the first row it is that of the first row, which is then too
-    small; beyond the last one it falls by the order that the last two rows show, at least as slowly as measured there.
+    Straight lines over the logarithm of the steps. Below the first row it stays as in the first row, which is too
+    small there; beyond the last one it falls by the order that the last two rows show, at least as slowly as measured.
 
     Args:
-        table: Rows by rising numbers of steps, each twice that of the row before.
+        table: Rows by rising numbers of steps, each twice the number before.
         steps: In the duration of a contact, > 0.
     """
     if not table:

@@ -1,4 +1,4 @@
-"""What a time scheme does to one linear oscillator: the damping ratio and the period error of the scheme itself.
+"""Numerical damping ratio and period error of a time scheme, on a linear oscillator.
 
 A step of a scheme takes the undamped oscillator u'' + w^2 u = 0 from y0 to y1 = A(w dt) y0. The pair of
 eigenvalues of A with the largest modulus, exp((-z +- i) W dt), is the motion that the scheme marches: of damping
@@ -22,7 +22,7 @@ LARGEST_ERROR = 1.0  # of a period; a motion without a period, or beyond stabili
 
 
 class SchemeError(NamedTuple):
-    """What a scheme does to motions of given frequencies.
+    """Numerical damping and period error of a scheme at given frequencies.
 
     Attributes:
         damping_ratio: z, no unit; negative where the motion grows, infinite where one step ends it.

@@ -4,8 +4,8 @@
     delta = lambda_max(M^-1 (c_K K + G^T w c G))
 
 with stiffness k and damping c of the contact law, closed everywhere. Massless contact nodes are held by the contact:
-they do not take part, and k and c play no role. M is that of the body alone: masses attached to it lower its
-frequencies, so that the step is on the safe side. Dashpots are implicit.
+they do not take part, and k and c play no role. M belongs to the body alone: masses attached to it lower
+its frequencies, so that the step is on the safe side. Dashpots are implicit.
 
 Source: Belytschko, Liu, Moran and Elkhodary (2014), ch. 6; Lanczos (1950) for the largest eigenvalue.
 """

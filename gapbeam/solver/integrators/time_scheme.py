@@ -1,4 +1,4 @@
-"""What every time scheme is: a table of the case file, coefficients, one step, and its traits.
+"""Base of all time schemes: a table of the case file, coefficients, one step, and traits.
 
 A scheme derives from `TimeScheme`, alone or by a family, and says all about itself there; whoever marches, checks or
 ledgers asks the scheme and knows none by its name.
@@ -129,7 +129,7 @@ class TimeScheme(Table, ABC):
     @property
     @abstractmethod
     def creates_energy(self) -> bool:
-        """Whether the scheme is known to create energy at impacts on stiff contact, on any contact nodes."""
+        """True where the scheme may create energy at impacts on stiff contact."""
 
     def creates_energy_on(self, massless: bool) -> bool:
         """Return whether the scheme is known to create energy on contact nodes with or without mass."""

@@ -20,7 +20,7 @@ USED = 0.9  # of the memory that is free: the rest is for what is written and fo
 
 @dataclass(frozen=True)
 class LinearSolver:
-    """How effective operators are solved with.
+    """Choice of the solver for effective operators.
 
     Attributes:
         iterative: By conjugate gradients; otherwise by a factor.

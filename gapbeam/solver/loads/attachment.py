@@ -1,4 +1,4 @@
-"""What a load adds to the beam where it acts, beside its force in time."""
+"""Masses, springs, dampers and static forces that a load adds to the beam, besides its force in time."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Attachment:
 
     @property
     def acts(self) -> bool:
-        """Whether it adds anything."""
+        """True where mass, stiffness or damping is added."""
         return max(self.mass, self.stiffness, self.damping) > 0.0
 
 

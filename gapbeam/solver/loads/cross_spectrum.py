@@ -25,7 +25,7 @@ Frequencies = Annotated[tuple[NonNegative, ...], Field(min_length=2, max_length=
 
 
 class CrossSpectrum(Table):
-    """What a random load has in common with another one of the same type, seed and highest frequency."""
+    """Correlation of a random load with another one of the same type, seed and highest frequency."""
 
     load: Name = Field(
         description="name of the other load of the same type, which has no cross_spectrum", examples=["drag"]

@@ -59,5 +59,5 @@ class Exciter(HarmonicPointForce):
 
     @property
     def acts(self) -> bool:
-        """Whether it pulls at the beam or adds anything to it."""
+        """True where the exciter has a force, a preload, or anything attached to the beam."""
         return super().acts or self.attachment.acts or self.preload != 0.0

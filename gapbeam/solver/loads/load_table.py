@@ -96,7 +96,7 @@ class LoadTable(Table, ABC):
 
     @property
     def parts(self) -> tuple[LoadPart, ...]:
-        """What it consists of, at least one part: itself, for most loads."""
+        """Parts of the load, at least one: for most loads, the load itself."""
         return (LoadPart(str(vars(self)["name"]), self.place, self.time_function),)
 
     @property
@@ -106,7 +106,7 @@ class LoadTable(Table, ABC):
 
     @property
     def repeats(self) -> bool:
-        """Whether it is static or has a forcing frequency: what a periodic response may be sought under."""
+        """True for a static load or one with a forcing frequency, under which periodic responses can be sought."""
         return self.static or self.forcing_frequency is not None
 
     @property
@@ -121,7 +121,7 @@ class LoadTable(Table, ABC):
 
     @property
     def may_rest(self) -> bool:
-        """Whether it, or a constant force beside it, may be part of the seat, whatever the values of its keys."""
+        """True where the load, or its constant force, may belong to the seat, whatever the values of its keys."""
         return self.static
 
     @property
@@ -283,5 +283,5 @@ class RecordedTable(LoadTable):
 
     @property
     def derivatives(self) -> int:
-        """How often what the file holds is differentiated in time."""
+        """Number of times that the values of the file are differentiated in time."""
         return self.derivative

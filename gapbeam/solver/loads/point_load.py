@@ -87,7 +87,7 @@ class HarmonicLoad(LoadTable):
 
     @property
     def acts(self) -> bool:
-        """Whether the load does anything to the beam."""
+        """True for an amplitude other than 0."""
         return self.amplitude != 0.0
 
     def unusual_values(self) -> Iterator[str]:

@@ -7,7 +7,7 @@ coherence does not depend on frequency; so that the correlation of two of them i
 
     rho_ij = C_ij / (C_ii C_jj)^(1/2),
 
-with the integrals C of the coherence asked for. That of the signals is r = sum Q_i Q_j / (sum Q_i^2 sum Q_j^2)^(1/2)
+with the integrals C of the coherence asked for. Signals have r = sum Q_i Q_j / (sum Q_i^2 sum Q_j^2)^(1/2)
 over the times of the run. Fisher's atanh(r) is normal about atanh(rho) with the variance 1 / (n - 3), for
 
     n = 2 T (int S df)^2 / int S^2 df
@@ -196,7 +196,7 @@ class VelocityProfile(Table):
     values: tuple[NonNegative, ...] = Field(
         min_length=2,
         max_length=MOST_ROWS,
-        description="velocity at each place over that of the spectrum, straight lines in between, no unit",
+        description="velocity at each place relative to the spectrum's, straight lines in between, no unit",
         examples=[[0.5, 1.0, 1.0]],
     )
 

@@ -163,7 +163,7 @@ class PairedNoiseLoad(NoiseLoad):
         return self._with_shared(super().signal)
 
     def _with_shared(self, signal: RandomSignal, part: str = "") -> RandomSignal:
-        """Return a signal with what it shares with that of the other load.
+        """Return a signal with its share of the other load's signal.
 
         Args:
             signal: Of its own.

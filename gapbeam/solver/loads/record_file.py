@@ -35,7 +35,7 @@ Column = int | str
 
 @dataclass(frozen=True)
 class RowKind:
-    """What the rows of a file hold, as messages and keys name it.
+    """Kind of rows in a file, in the words of messages and keys.
 
     Attributes:
         first: Increases from row to row.
@@ -59,7 +59,7 @@ class RowKind:
 
     @property
     def expected(self) -> str:
-        """What a file should be."""
+        """Description of a valid file, for messages."""
         return f"a text file with a {self.first} and a {self.second} in each row, its path relative to the case file"
 
 

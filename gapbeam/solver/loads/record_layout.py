@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 DELIMITERS = (",", ";", "\t", None)
-"""What separates columns, None for blanks; in the order they are tried."""
+"""Delimiters of columns, None for blanks; in the order in which they are tried."""
 MOST_ABOVE = 20
 """Lines above the rows that may name columns."""
 _TWO = re.compile(r"\s*[-+]?\d+[\s;]+[-+]?\d+\s*")
@@ -23,7 +23,7 @@ class NoRows(Exception):  # noqa: N818 - what was found
 
 @dataclass(frozen=True)
 class RecordLayout:
-    """How the rows of a file are written.
+    """Layout of the rows of a file.
 
     Attributes:
         leading: Number of lines above the first row.
@@ -53,7 +53,7 @@ class RecordLayout:
 
     @property
     def comma(self) -> bool:
-        """Whether commas are those of decimals."""
+        """True where numbers have decimal commas."""
         return self.delimiter != ","
 
     def entries(self, row: str) -> list[str]:

@@ -41,12 +41,12 @@ CLOSEST = 1.0e-13
 WIDEST = 3.0
 """Median intervals between two rows, from which on a hole is between them."""
 CLOSED = 1.0e-2
-"""How far the ends of a record that is repeated may be apart, of the range of its values."""
+"""Largest jump from the end to the start of a record that is repeated, over the range of its values."""
 
 
 @dataclass(frozen=True)
 class Content:
-    """How the power of a curve is spread over frequencies.
+    """Distribution of the power of a curve over frequencies.
 
     Attributes:
         frequencies: Hz, ascending, (bins,).
@@ -102,7 +102,7 @@ class RecordCurve:
 
     @cached_property
     def overshoot(self) -> float:
-        """How far the curve goes beyond its rows, relative to the range of their values."""
+        """Overshoot of the curve beyond its rows, relative to the range of their values."""
         at_rows, between = self.pieces(self.knots), self.pieces(self.middles)
         beyond = max(float(between.max() - at_rows.max()), float(at_rows.min() - between.min()), 0.0)
         return beyond / float(np.ptp(at_rows)) if np.ptp(at_rows) > 0.0 else 0.0
@@ -294,7 +294,7 @@ class RecordedSignal:
 
     @property
     def content(self) -> Content:
-        """How the power of s is spread over frequencies."""
+        """Distribution of the power of s over frequencies."""
         return content(self.curve, self.derivative)
 
     @property

@@ -199,7 +199,7 @@ class PointOrSupportLoad(UnrepeatedLoad):
             yield Fault(
                 (*key, "point"),
                 "a point, of an acceleration",
-                "no point: an acceleration is that of the support, with all that stands on it",
+                "no point: an acceleration moves the support, with all that stands on it",
                 'leave point out, or quantity = "force"',
                 ((*key, "quantity"),),
             )

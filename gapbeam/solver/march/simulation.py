@@ -55,7 +55,7 @@ class Simulation:
 
     Args:
         model: The model.
-        scheme: Its time scheme; None: that of the case.
+        scheme: Its time scheme; None: the scheme of the case.
 
     Attributes:
         model: The model.

@@ -140,7 +140,7 @@ LOG = logging.getLogger("gapbeam")
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a consumer asks of step blocks.
+    """Request of a consumer for step blocks.
 
     Attributes:
         every: Steps between records; None: no records.

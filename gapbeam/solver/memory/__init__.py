@@ -1,1 +1,1 @@
-"""How much memory a model needs, how much is free, and what happens when it is used up."""
+"""Memory that a model needs, free memory, and the refusal of models that do not fit."""

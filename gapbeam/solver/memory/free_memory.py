@@ -1,4 +1,4 @@
-"""How much memory is free: of the machine, or of the control group that holds the job."""
+"""Free memory of the machine, or of the control group that holds the job."""
 
 from __future__ import annotations
 

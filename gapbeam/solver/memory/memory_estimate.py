@@ -1,4 +1,4 @@
-"""How much memory a finite element model needs, from the number of its DOFs.
+"""Memory that a finite element model needs, from the number of its DOFs.
 
     factor: 11.5 GB (n / 1e6)^1.1 in 3D, 0.05 kB n log2(n) in 2D; mesh and matrices: 8 kB n in 3D, 3 kB n in 2D;
     what iterations need beside them, a preconditioner instead of the factor: 6 kB n in 3D, 2 kB n in 2D
@@ -22,7 +22,7 @@ PRECONDITIONER = {2: 2.0e3, 3: 6.0e3}
 
 @dataclass(frozen=True)
 class MemoryNeeds:
-    """What a model needs over all ranks, bytes.
+    """Memory that a model needs over all ranks, bytes.
 
     Attributes:
         matrices: Mesh, M, K and an effective operator.

@@ -1,4 +1,4 @@
-"""How well the stiffness matrix of a mesh bends: what round-off leaves of it, and how much too stiff its cells are.
+"""Accuracy of the bending stiffness of a mesh: loss by round-off, and excess by locking of its cells.
 
 Both are measured on the softest bending mode of the beam by Timoshenko's theory: deflection w(x), frequency W, mass 1.
 
@@ -52,7 +52,7 @@ LEAST_LEFT = 1.0e-9  # of a deflection, by which the error stays finite
 
 @dataclass(frozen=True)
 class BendingStiffness:
-    """What round-off and locking leave of the bending stiffness of a mesh.
+    """Relative errors of the bending stiffness of a mesh.
 
     Attributes:
         round_off: Which share of a deflection round-off may change, e, in the plane that is softer.
@@ -64,7 +64,7 @@ class BendingStiffness:
 
     @property
     def off(self) -> float:
-        """How far a figure may be off by both, over its value."""
+        """Relative error of a figure by both."""
         return self.round_off + self.missing / max(1.0 - self.missing, LEAST_LEFT)
 
 

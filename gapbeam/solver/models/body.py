@@ -62,7 +62,7 @@ from gapbeam.solver.system.semi_discrete import ContactOperator
 
 
 class ProbeRow(Protocol):
-    """What evaluates the motion of one point."""
+    """Evaluation of the motion of one point."""
 
     def evaluate(self, x: Array, operators: Operators) -> Array:
         """Return the vector field at the point, (components,), or row by row of x, (times, components). Collective."""

@@ -41,7 +41,7 @@ from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSys
 
 @dataclass(frozen=True)
 class ContactSetting:
-    """What the law and K are made of.
+    """Stiffness and damping of the contact law at the points, and their scales.
 
     Attributes:
         stiffness: K of the law: one number, or one of each point, (m,), as with Nitsche's gamma.

@@ -186,7 +186,7 @@ def build_body(case: Case, comm: MPI.Comm) -> Body:
 
 
 def _filled(case: Case, section: Section) -> str:
-    """Return volume and mass of a user's mesh, and its share of that of the section of the case."""
+    """Return volume and mass of a user's mesh, and its share of the volume of the case's section."""
     beam, material = case.beam, case.material  # the same all along: mesh files have no segments
     share = section.area / beam.area
     return (

@@ -51,7 +51,7 @@ class SectionMotion:
 
     Attributes:
         kind: "axial", "bending", "lateral", "torsional", or "mixed" where no share is above one half; "support" where
-            that of the bodies of supports is.
+            the bodies of supports hold more than that.
         share: Of the kinetic energy that the motion of that kind holds.
         bending: Mean motion in the bending direction, (slices,), as the shape is scaled.
     """

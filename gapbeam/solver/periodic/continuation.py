@@ -61,7 +61,7 @@ AT_CIRCLE = 0.1  # distance of the critical multiplier at a located event; a lar
 
 @dataclass(frozen=True)
 class CurveSettings:
-    """How a curve is followed.
+    """Settings of a continuation.
 
     Attributes:
         low: Least value of the parameter.

@@ -1,4 +1,4 @@
-"""Floquet multipliers: how a small disturbance of a periodic response grows over one period.
+"""Floquet multipliers: growth factors of small disturbances of a periodic response over one period.
 
 They are the eigenvalues of the monodromy matrix, the derivative of the state after a period by the state at its start.
 The response is stable if all lie inside the unit circle. As a parameter moves, a real one leaves through +1 (fold: two
@@ -6,16 +6,12 @@ responses meet and vanish), a real one through -1 (period doubling) or a pair el
 frequency appears). The multipliers of a motion that nothing damps lie on the circle, where round-off decides at which
 side a computed one is: whether such a response is stable is not known.
 
-Arnoldi's method and GMRES for I - L in the energy product, on vectors that are shared by ranks.
+Arnoldi's method and GMRES for I - L work in the energy product, on vectors that are shared by ranks. Multipliers that
+come from an approximate motion can be off by any factor while the motion itself converges: a contact of a few instants
+decides about them, and a truncated series places it by chance. They are known where every way of finding the largest
+one says the same, to a share of it, and none of them is as near to the unit circle as they are apart.
 
 Source: Saad and Schultz (1986).
-
-Whether multipliers are known: found in several ways, and these agree.
-
-Multipliers that come from an approximate motion can be off by any factor while the motion itself converges: a contact
-of a few instants decides about them, and a truncated series places it by chance. They are known where every way of
-finding the largest one says the same, to a share of it, and none of them is as near to the unit circle as they are
-apart.
 """
 
 from __future__ import annotations
@@ -45,7 +41,7 @@ GRAZING = "grazing"
 
 @dataclass(frozen=True)
 class Stability:
-    """What the multipliers say.
+    """Stability of a response from its multipliers.
 
     Attributes:
         multipliers: All, or the leading ones, by falling absolute value.
@@ -60,7 +56,7 @@ class Stability:
 
     @property
     def stable(self) -> bool | None:
-        """Whether all multipliers lie inside the unit circle; None where the largest is too near to it to say."""
+        """True where all multipliers lie inside the unit circle; None where the largest is too close to 1 to decide."""
         return None if abs(self.largest - 1.0) <= NEAR_ONE else self.largest < 1.0
 
     @property
@@ -247,7 +243,7 @@ MOST_APART = 0.1  # between two ways, relative to the larger of 1 and the larges
 
 @dataclass(frozen=True)
 class Judgment:
-    """What several ways of finding the multipliers of one response say together.
+    """Multipliers of one response as several methods find them, compared.
 
     Attributes:
         stability: The multipliers that are reported, where they are known.
@@ -261,7 +257,7 @@ class Judgment:
 
     @property
     def known(self) -> bool:
-        """Whether nothing speaks against them."""
+        """True where there is no doubt about the multipliers."""
         return not self.doubts
 
 

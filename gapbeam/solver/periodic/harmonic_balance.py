@@ -14,10 +14,9 @@ on the right, the mean of a body that contact alone holds is not singular either
 
 These are r (2 H + 1) equations, solved by Newton's method with a line search. sigma leaves no trace in the answer.
 
-A harmonic solution as steps, so that what consumes the steps of a march can consume it.
-
-States are those of the series at the ends of a step, the balance is that of the series in its middle. The energy ledger
-is then its quadrature by the midpoint rule, and its residual the power of what the harmonics leave of the balance.
+Consumers of marched steps take a harmonic solution as steps: states of the series at the ends of a step, its balance in
+the middle. The energy ledger is then a quadrature by the midpoint rule, and its residual the power of what the
+harmonics leave of the balance.
 """
 
 from __future__ import annotations
@@ -63,7 +62,7 @@ class HarmonicSolution:
 
     @property
     def residual(self) -> float:
-        """What is left of the balance, relative."""
+        """Residual of the balance, relative."""
         return self.residuals[-1]
 
     def motion(self, times: Array) -> tuple[Array, Array, Array]:

@@ -1,7 +1,4 @@
-"""Start values of harmonic balance: from fewer harmonics, and from softer contact where there is no start.
-
-Multipliers along a solution of harmonic balance, and whether they have converged with the number of harmonics.
-"""
+"""Continuation of harmonic balance from fewer harmonics or softer contact, and multipliers of its solutions."""
 
 from __future__ import annotations
 
@@ -94,7 +91,7 @@ def climb(
     Args:
         modal: The system; its loads are those of the steady state.
         law: Contact law.
-        omega: Base angular frequency, rad/s: that of the forcing, or its p-th part.
+        omega: Base angular frequency, rad/s: of the forcing, or its p-th part.
         harmonics: Those of the highest stage.
         samples_per_harmonic: Samples in a period over the number of harmonics.
         start: A series and its coefficients of modal coordinates, (2 H + 1, n); None: rest.

@@ -8,10 +8,9 @@ linear problem on the points that touch,
 
 with P_0 and P_1 the slopes of the contact pressure of that step.
 
-Shooting on systems that are too large for their monodromy matrix: Newton's method with GMRES.
-
-Each product with the derivative of the period map is a march of a disturbance by linearized steps. Damping makes the
-map forget all but the lowest modes, so that few are needed.
+Systems that are too large for their monodromy matrix are solved by Newton's method with GMRES. Each product with the
+derivative of the period map is a march of a disturbance by linearized steps. Damping makes the map forget all but the
+lowest modes, so that few are needed.
 """
 
 from __future__ import annotations

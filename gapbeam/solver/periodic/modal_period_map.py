@@ -1,7 +1,4 @@
-"""The period map of a dense system in modal coordinates, x = (q, v).
-
-A period of a dense system marched step by step, for laws that kernels do not take.
-"""
+"""Period map of a dense system in modal coordinates, x = (q, v); laws that kernels lack are marched step by step."""
 
 from __future__ import annotations
 

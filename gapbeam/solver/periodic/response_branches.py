@@ -5,10 +5,9 @@ in the middle of an interval that is not covered then. Where the system is symme
 as such, and a branch leaves each of their pitchforks; so does one from each branch point. A branch ends where it meets
 one that is known.
 
-Period maps of systems whose motion may be mirrored: odd under a change of sign and half a period.
-
-Where loads change their sign after half a period, and what the structure may touch lies alike on both sides of its rest
-position, -x(t + T/2) is a motion whenever x(t) is one. The period map is then the square of
+Symmetric systems have period maps that are odd under a change of sign and half a period. Where loads change their sign
+after half a period, and what the structure may touch lies alike on both sides of its rest position, -x(t + T/2) is a
+motion whenever x(t) is one. The period map is then the square of
 
     H(x) = -phi_(T/2)(x),    P = H o H
 

@@ -2,14 +2,12 @@
 
     (I - P'(x)) dx = P(x) - x
 
-The map is that of the time scheme with a whole number of steps, so what is found is a periodic response of the
-discrete system to the last digits; how well that is one of the continuous system is a matter of the step.
+The time scheme gives the map, by a whole number of steps: the result is a periodic response of the discrete system to
+the last digits, and approximates one of the continuous system as well as the step allows.
 
-Periodic responses that curves have passed, and whether a point of a new curve is one of them.
-
-A response is the same as another if their states at the start of a period agree, or agree after the time is shifted by
-whole forcing periods, or after both halves of the period are exchanged with the sign changed, where the system has that
-symmetry. A curve that runs into a known one is followed no further.
+A curve that runs into a known one is followed no further. Responses are the same if their states at the start of a
+period agree, or agree after the time is shifted by whole forcing periods, or after both halves of the period are
+exchanged with the sign changed, where the system has that symmetry.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ class PeriodMap(Protocol):
 
     @property
     def scale(self) -> Array:
-        """What the entries of x are multiplied with to be comparable, (2n,)."""
+        """Factors that make the entries of x comparable, (2n,)."""
 
     def after(self, x: Array) -> Array:
         """Return P(x), (2n,)."""

@@ -1,7 +1,4 @@
-"""A case under its steady forcing, with a whole number of steps in a period of its response.
-
-What the probes do over a period of the response: means, peaks and harmonics in the bending direction.
-"""
+"""Steady forcing of a case, with a whole number of steps in a period, and figures of the probes over a period."""
 
 from __future__ import annotations
 

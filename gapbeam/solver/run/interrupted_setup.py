@@ -1,4 +1,4 @@
-"""What is left of a run that was stopped before its march began."""
+"""Files of a run that was stopped before its march began."""
 
 from __future__ import annotations
 

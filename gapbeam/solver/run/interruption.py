@@ -29,7 +29,7 @@ def listened_to() -> tuple[signal.Signals, ...]:
 
 
 class Wish(IntEnum):
-    """What a rank wants at the end of a step; of several wishes the largest counts."""
+    """Request of a rank at the end of a step; of several requests the largest counts."""
 
     NONE = 0
     CHECKPOINT = 1
@@ -40,7 +40,7 @@ class Wish(IntEnum):
 
     @property
     def ends(self) -> bool:
-        """Whether the run ends in order."""
+        """True where the request ends the run in order."""
         return Wish.CHECKPOINT < self < Wish.GIVE_UP
 
     @property
@@ -50,7 +50,7 @@ class Wish(IntEnum):
 
     @property
     def words(self) -> str:
-        """What happened, in words."""
+        """Reason for the end, in words."""
         return {Wish.WALL_TIME: "the wall-time limit was reached", Wish.TERMINATE: "terminated"}.get(
             self, "interrupted"
         )
@@ -203,12 +203,12 @@ class Interruption:
 
     @property
     def heard(self) -> bool:
-        """Whether this rank was asked to stop; not collective."""
+        """True where this rank was asked to stop; not collective."""
         return self._signals.heard != Wish.NONE
 
     @property
     def asked(self) -> bool:
-        """Whether any rank was asked to stop. Collective."""
+        """True where any rank was asked to stop. Collective."""
         return self.agreed() != Wish.NONE
 
     def agreed(self, own: Wish = Wish.NONE) -> Wish:

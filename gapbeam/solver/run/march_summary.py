@@ -1,4 +1,4 @@
-"""What the summary of a run says about its march: figures, assumptions, remarks."""
+"""Summary of a march: figures, assumptions, remarks."""
 
 from __future__ import annotations
 

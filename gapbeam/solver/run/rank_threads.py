@@ -1,4 +1,4 @@
-"""How many threads the ranks of a machine take, beside the cores that they have."""
+"""Threads of the ranks of a machine, compared with its cores."""
 
 from __future__ import annotations
 

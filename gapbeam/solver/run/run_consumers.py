@@ -120,7 +120,7 @@ class RunConsumers:
         Args:
             plan: The march.
             steps: Its steps; None: march it, compiled where that is possible.
-            period: That of the forcing, s, for the progress shown.
+            period: Period of the forcing, s, for the progress shown.
             interruption: Whether to stop.
             checkpoints: What writes them; None: the march cannot be resumed.
 

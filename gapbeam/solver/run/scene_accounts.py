@@ -1,4 +1,4 @@
-"""What a run of a scene counts at every step: energies, gates, impacts, peaks and contact times."""
+"""Accounts of a run of a scene at every step: energies, gates, impacts, peaks and contact times."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def fingerprint(marcher: Marcher, end: float, every: int) -> str:
 
 @dataclass(frozen=True)
 class SceneCheckpoint:
-    """What continues.
+    """State from which a run of a scene continues.
 
     Attributes:
         mark: Fingerprint of the run.

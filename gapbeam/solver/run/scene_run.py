@@ -46,7 +46,7 @@ Observer = Callable[[SceneStep], Any]
 
 @dataclass(frozen=True)
 class SceneRun:
-    """What a run of a scene is asked for.
+    """Request for a run of a scene.
 
     Attributes:
         scene: What moves.
@@ -262,7 +262,7 @@ class SceneMarch:
 
     @property
     def balance_words(self) -> str:
-        """How well the energy balance closes, or what the scheme took."""
+        """Residual of the energy balance in words, or the energy that the scheme took."""
         if self.accounts.balanced:
             return balance_words(self.accounts.ledger)
         taken = self.accounts.ledger.algorithmic

@@ -1,4 +1,4 @@
-"""What the summary of a run of a scene says: the scene, its figures, assumptions and remarks."""
+"""Summary of a run of a scene: the scene, its figures, assumptions and remarks."""
 
 from __future__ import annotations
 

@@ -86,8 +86,8 @@ class StopRule:
             statistics: At the end of the run.
             end: That end, s.
             narrow: Whether the rule ended the run: the interval is narrow enough.
-            doubts: On the figures. One on that of the rule, beyond the error asked for, leaves the rule not met: a
-                longer run would not help.
+            doubts: On the figures. A doubt on the figure of the rule, beyond the error asked for, leaves the rule not
+                met: a longer run would not help.
         """
         described = statistics.describe()
         figure = next((one for one in described["figures"] if one["name"] == self.figure), None)

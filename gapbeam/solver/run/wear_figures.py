@@ -1,4 +1,4 @@
-"""What a run has found about wear: work rate, volume rate and depth rate of every face, with intervals where there are.
+"""Wear in a run: work rate, volume rate and depth rate of every face, with intervals where known.
 
     W' = W / T,    V' = k W',    d' = V' / A
 
@@ -113,7 +113,7 @@ def work_rate(work: float, time: float, figure: Mapping[str, Any] | None) -> dic
     Args:
         work: Of sliding, J.
         time: In which it was done, s.
-        figure: That of the statistics; None: the rate is the mean, without an interval.
+        figure: From the statistics; None: the rate is the mean, without an interval.
     """
     if figure is None:
         return {"value": work / time if time > 0.0 else 0.0, "low": None, "high": None, "verdict": NO_INTERVAL}

@@ -116,7 +116,7 @@ class Space(NamedTuple):
 
 
 class StepRecords(NamedTuple):
-    """What a march leaves of each step; arrays without steps are not kept.
+    """Records of the steps of a march; arrays without steps are not kept.
 
     Attributes:
         seen: Displacements of the watched motions, (steps or 0, watched, lanes), m.

@@ -96,7 +96,7 @@ class Contact:
 
     @property
     def is_rough(self) -> bool:
-        """Whether there is friction in any member."""
+        """True where any member has friction."""
         return bool(np.any(np.asarray(self.friction) > 0.0))
 
     @property
@@ -109,7 +109,7 @@ class Contact:
 
     @property
     def sticks(self) -> bool:
-        """Whether its friction is Coulomb's own law, which sticks without creep."""
+        """True where friction is Coulomb's own law, which sticks without creep."""
         return not np.any(self.sliding)
 
     def values(self, stick: float) -> list[Any]:

@@ -75,7 +75,7 @@ class ForceLaw:
 
     @property
     def is_damped(self) -> bool:
-        """Whether the damper acts at all with these parameters."""
+        """True where the damper acts at all with these parameters."""
         damper = self.kind.damper
         if damper is None:
             return False

@@ -29,7 +29,7 @@ SETTLED = 1e-4
 VANISHED, UNBOUND = 1e-6, 1e6
 """Amplitude over that at the start at which a motion has decayed, or grows without limit."""
 ACCEPTED = 1e-6
-"""What a period may leave of the motion where contacts that open or close keep Newton's method from 1e-10."""
+"""Largest change of the motion over a period, where contacts that open or close keep Newton's method from 1e-10."""
 DOUBLINGS = 120
 MOST_PARTS, PART = 8, 0.01  # of the motion: what a part of a cycle that is a period leaves at most
 
@@ -56,12 +56,12 @@ class LimitCycle(PeriodicOrbit):
 
     @property
     def is_subcritical(self) -> bool:
-        """Whether small motions that touch no contact decay, so that the cycle needs a large motion to begin."""
+        """True where small motions that touch no contact decay, so that the cycle needs a large motion to begin."""
         return self.growth < 0.0
 
     @property
     def is_decided(self) -> bool:
-        """Whether the multipliers are farther from 1 than the multiplier along the cycle."""
+        """True where the multipliers are farther from 1 than the multiplier along the cycle."""
         return bool(abs(np.abs(self.multipliers).max() - 1.0) > abs(self.along - 1.0))
 
     @property
@@ -84,7 +84,7 @@ def limit_cycle(
         scene: With feedback that makes it unstable, and contacts that limit the motion.
         steps: In a period.
         start: Where to begin.
-        period: About that of the cycle, s; default: from crossings of a march.
+        period: Estimate of the period, s; default: from crossings of a march.
         cycles: That the march may take to settle.
         passes: Of Newton's method at most.
 

@@ -50,7 +50,7 @@ class LinearScheme(NamedTuple):
 
     @property
     def is_accelerated(self) -> bool:
-        """Whether the acceleration is part of the state."""
+        """True where the acceleration is part of the state."""
         return any(self.acceleration)
 
 
@@ -85,8 +85,8 @@ def midpoint(exact_frequencies: bool = False) -> LinearScheme:
     """Return the midpoint rule, which conserves energy in contact at any step.
 
     Args:
-        exact_frequencies: Whether each mode vibrates at its own frequency at any step, not at that of the rule, which
-            is lower by (w h)^2 / 12. Half of the steps then often do. For scenes that march in their modes.
+        exact_frequencies: Whether each mode vibrates at its own frequency at any step; the rule itself lowers it by
+            (w h)^2 / 12, relative. Half of the steps then often do. For scenes that march in their modes.
     """
     return MIDPOINT._replace(exact=exact_frequencies)
 

@@ -35,7 +35,7 @@ class PeriodicOrbit:
 
     @property
     def is_stable(self) -> bool:
-        """Whether all disturbances decay."""
+        """True where all disturbances decay."""
         return bool(np.abs(self.multipliers).max() < 1.0)
 
 

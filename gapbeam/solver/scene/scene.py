@@ -195,7 +195,7 @@ class Scene:
         return other
 
     def is_condensed(self, path: str) -> bool:
-        """Whether a path of `with_` changes the condensed scene: a damping factor, or a value of a feedback."""
+        """Return True for a path of `with_` that changes the condensed scene: a damping factor or a feedback value."""
         name, _, key = path.partition(".")
         return key == FACTOR or any(one.name and fnmatchcase(one.name, name) for one in self.feedbacks)
 

@@ -122,7 +122,7 @@ class Structure:
 
     @property
     def is_large(self) -> bool:
-        """Whether the structure is marched with its sparse matrices."""
+        """True where the structure is marched with its sparse matrices."""
         return self.size > LARGE
 
     @cached_property

@@ -111,7 +111,7 @@ LawOfPair = Annotated[LinearLaw | PowerLaw | CubicLaw, Field(discriminator="type
 
 
 class PairContact(Table):
-    """What pairs have where they do not say otherwise."""
+    """Default law and friction of pairs."""
 
     law: LawOfPair | None = Field(default=None, description="law of forces, a table; default none: each pair has one")
     friction: NonNegative = Field(default=0.0, description="coefficient of friction, no unit")

@@ -56,7 +56,7 @@ class _Signal:
 
 @dataclass
 class _Site:
-    """What is built so far."""
+    """Structures and points built so far, with their faults."""
 
     case: SceneCase
     bodies: dict[str, Structure] = field(default_factory=dict)

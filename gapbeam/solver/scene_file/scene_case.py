@@ -91,7 +91,7 @@ class SceneStart(Table):
 
 
 class SceneOutput(Table):
-    """What is written."""
+    """Interval of the output."""
 
     history_interval: Positive | None = Field(default=None, description="time between history records, s; default step")
 

@@ -25,7 +25,7 @@ Row = tuple[str, str, str]
 
 @dataclass(frozen=True)
 class SceneDescription:
-    """What the run of a scene will be.
+    """Description of the run of a scene before it starts.
 
     Attributes:
         title: Of the file.

@@ -7,7 +7,7 @@ is convex, as all laws rise. Each iteration solves
     (K + G^T (w kappa) G + N + r G0^T w G0) du = f + G^T (w p) - K u
 
 with the slopes kappa of the law where it presses, N what contact in round holes adds as it turns, and springs r that
-fade from iteration to iteration: they hold what no contact holds yet. The length of du is that of the least energy, so
+fade from iteration to iteration: they hold what no contact holds yet. A line search along du finds the least energy, so
 that the energy falls in each iteration, from any start. Softer laws lead to the law itself: their active sets are found
 in a few iterations each.
 

@@ -221,7 +221,7 @@ class PolygonSection(SectionTable):
 
     @property
     def mirrored(self) -> bool:
-        """Whether the polygon is symmetric about the bending plane."""
+        """True where the polygon is symmetric about the bending plane."""
         return self._polygon.mirrored
 
     @property
@@ -230,7 +230,7 @@ class PolygonSection(SectionTable):
         return "rectangles" if self._polygon.upright else "own"
 
     def area(self, thickness: float, width: float) -> float:
-        """Return the area by Green's theorem; that of the extents where it is refused as none."""
+        """Return the area by Green's theorem; the product of the extents for a polygon that is refused."""
         found = self._polygon.moments.area
         return found if found > 0.0 else thickness * width
 

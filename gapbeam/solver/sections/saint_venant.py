@@ -49,7 +49,7 @@ _WEIGHTS = np.repeat([0.223381589678011, 0.109951743655322], 3)
 
 @dataclass(frozen=True)
 class SaintVenantFigures:
-    """What beam theory takes from the stress of Saint-Venant's bars.
+    """Figures of beam theory from the stress of Saint-Venant's bars.
 
     Attributes:
         torsion_constant: J, m^4.

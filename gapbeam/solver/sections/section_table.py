@@ -27,7 +27,7 @@ AGREES = 0.01  # relative difference between a formula for thin walls or chords 
 WALL_SHARE = 4  # cells through the thickness that make one cell through a wall
 
 Lattice = Literal["rectangles", "rings", "own"]
-"""What the cells of a section lie on: lines along y and z, circles, or nothing that another section shares."""
+"""Lattice of the cells of a section: lines along y and z, circles, or one that no other section shares."""
 
 
 class SectionTable(Table, ABC):
@@ -53,17 +53,17 @@ class SectionTable(Table, ABC):
 
     @property
     def round(self) -> bool:
-        """Whether its lower and upper faces are curved."""
+        """True where the lower and upper faces are curved."""
         return False
 
     @property
     def mirrored(self) -> bool:
-        """Whether it is symmetric about the bending plane, and its mesh as well."""
+        """True where the section and its mesh are symmetric about the bending plane."""
         return True
 
     @property
     def lattice(self) -> Lattice:
-        """What its cells lie on: sections of one beam share their cells."""
+        """Lattice of the cells, which sections of one beam share."""
         return "rings" if self.round else "rectangles"
 
     def gyration_radius(self, thickness: float, width: float) -> float:
@@ -252,7 +252,7 @@ def thin_walled_shear(m: float, more: float, poisson_ratio: float) -> float:
     """Return Cowper's kappa of a section of thin walls.
 
     Args:
-        m: Area of both flanges over that of the webs.
+        m: Area of both flanges over the area of the webs.
         more: What the width of the flanges adds to the denominator.
         poisson_ratio: nu.
     """

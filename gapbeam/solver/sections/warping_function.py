@@ -28,7 +28,7 @@ WEIGHTS = 0.5 * np.polynomial.legendre.leggauss(3)[1]
 
 Array = NDArray[np.float64]
 Blocks = tuple[tuple[bool, bool], tuple[bool, bool]]
-"""Whether the blocks are there: by y (inner, outer), and in that by z (inner, outer)."""
+"""Presence of the blocks: by y (inner, outer), and in that by z (inner, outer)."""
 
 
 @lru_cache(maxsize=256)

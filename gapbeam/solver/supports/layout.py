@@ -179,7 +179,7 @@ class BodyMotion:
 
     @property
     def bends(self) -> bool:
-        """Whether it is along the bending axis."""
+        """True for a motion along the bending axis."""
         return self.axis == self.dimension - 1
 
     @property

@@ -43,21 +43,21 @@ class Face:
     middle: float = 0.0
 
     around: ClassVar[bool] = False
-    """Whether it is met all around the beam, and not along the bending axis."""
+    """True where the face is met all around the beam, not along the bending axis."""
 
     @property
     def carries(self) -> bool:
-        """Whether a beam with weight can rest on it."""
+        """True where a beam with weight can rest on the face."""
         return self.side > 0.0
 
     @property
     def circle(self) -> bool:
-        """Whether it is met as a circle, `gapbeam.solver.contact.formulations.circle_contact`."""
+        """True where the face is met as a circle, `gapbeam.solver.contact.formulations.circle_contact`."""
         return False
 
     @property
     def shape(self) -> dict[str, Any]:
-        """What results keep of its shape, beside its name, side and gap."""
+        """Shape of the face in results, besides its name, side and gap."""
         return {"tilt": self.tilt} if self.tilt else {}
 
     @property
@@ -139,7 +139,7 @@ class Support:
 
     @property
     def around(self) -> bool:
-        """Whether a face is met all around the beam."""
+        """True where a face is met all around the beam."""
         return any(face.around for face in self.faces)
 
     @cached_property

@@ -28,7 +28,7 @@ class SupportBody(Table):
     displacement: Literal["rest"] | Number = Field(
         default=0.0,
         description='displacement at t = 0 along the bending axis, upward, m; "rest": where the body rests under its '
-        "own weight without the beam; of a run that starts at the seat it is added to that of the seat",
+        "own weight without the beam; a run that starts at the seat adds it to the seat's displacement",
         examples=[-1.0e-3],
     )
     velocity: Number = Field(
@@ -37,7 +37,7 @@ class SupportBody(Table):
 
     @property
     def moved(self) -> bool:
-        """Whether a start of its own is asked for."""
+        """True where the body has a start of its own."""
         return self.displacement != 0.0 or self.velocity != 0.0
 
     @property

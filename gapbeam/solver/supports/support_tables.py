@@ -85,7 +85,7 @@ class BaseAndGland(Table):
         return False
 
     def impact_mass(self, beam: float, _width: float) -> float:
-        """Return the mass of an impact per area, kg/m^2: that of the beam there."""
+        """Return the mass of an impact per area, kg/m^2: the mass of the beam there."""
         return beam
 
     def without_play(self) -> BaseAndGland:
@@ -94,7 +94,7 @@ class BaseAndGland(Table):
 
 
 class OneOfSeveral(AlongBeam):
-    """What a [[support]] has besides its place: its play, and a contact of its own where it is of another material."""
+    """A [[support]] without its place: its play, and its own contact where the material differs."""
 
     name: Name = Field(description="name in results and messages, different for every support", examples=["baffle"])
     clearance: Number = Field(
@@ -171,7 +171,7 @@ class OneOfSeveral(AlongBeam):
 
     @property
     def around(self) -> bool:
-        """Whether it is a hole, met all around the beam."""
+        """True for a hole, met all around the beam."""
         return any(face.around for face in self.faces)
 
     @property
@@ -191,11 +191,11 @@ class OneOfSeveral(AlongBeam):
 
     @property
     def brings_stiffness(self) -> bool:
-        """Whether it has a stiffness of its own, per area or as a whole."""
+        """True for a support with its own stiffness, per area or as a whole."""
         return self.stiffness is not None or self.support_stiffness is not None
 
     def impact_mass(self, beam: float, width: float) -> float:
-        """Return the mass of an impact per area, kg/m^2: a b / (a + b) of beam and body, that of the beam without one.
+        """Return the mass of an impact per area, kg/m^2: a b / (a + b) of beam and body, a without a body.
 
         Args:
             beam: Mass of the beam per area of the face, a, kg/m^2.

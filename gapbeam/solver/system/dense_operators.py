@@ -205,7 +205,7 @@ class MassesBeside(DenseOperators):
             np.zeros((beam.size + len(masses),) * 2),
             block_diag(beam.restraint, np.zeros((len(masses),) * 2)),
         )
-        self.stiffness = block_diag(beam.stiffness, np.diag(springs))  # that of the beam to the last bit
+        self.stiffness = block_diag(beam.stiffness, np.diag(springs))  # equal to the beam's to the last bit
         self._beam, self._masses, self._springs = beam, masses, springs
 
     @cached_property

@@ -32,7 +32,7 @@ Indices = NDArray[np.integer[Any]]
 
 
 class Factor(Protocol):
-    """What solves with an effective operator."""
+    """Solver for an effective operator."""
 
     @property
     def tolerance(self) -> float:
@@ -79,7 +79,7 @@ class IterativeFactor(Factor, Protocol):
         Args:
             right_side: b, (n,).
             springs: What is added to A, positive semi-definite; None: nothing.
-            size: sqrt(x^T A x) of what the error is small against; None: that of the solution itself.
+            size: sqrt(x^T A x) that the error is compared with; None: the solution's own.
             start: A guess at the solution, (n,).
 
         Raises:
@@ -205,7 +205,7 @@ class Alike(Protocol):
 
     @property
     def kind(self) -> Hashable:
-        """What functions have in common that are computed together."""
+        """Key that functions computed together share."""
 
     def rows(self, signals: Sequence[Any], times: Array) -> Array:
         """Return s of some functions of this kind at many times, (times, functions)."""

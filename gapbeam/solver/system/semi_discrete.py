@@ -89,7 +89,7 @@ class ContactOperator:
 
     @property
     def symmetric(self) -> bool:
-        """Whether H = G."""
+        """True where H = G."""
         return self.force_matrix is None
 
     @property
@@ -255,7 +255,7 @@ class SemiDiscreteSystem:
 
     @cached_property
     def contact_is_massless(self) -> bool:
-        """Whether the DOFs that gaps depend on carry no mass, found once. Collective the first time."""
+        """True where the DOFs that gaps depend on carry no mass, found once. Collective the first time."""
         massless = self.operators.massless[self.contact.interface.owned]
         return bool(self.operators.sum(np.array([float(np.sum(massless))]))[0] > 0.0)
 

@@ -38,7 +38,7 @@ def closed_part(before: float, depth: float) -> float:
 
 
 class SlipModes(NamedTuple):
-    """What separates the modes.
+    """Limits between the modes of sliding.
 
     Attributes:
         impact_time: T_i, s; 0: nothing is an impact.

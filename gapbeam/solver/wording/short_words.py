@@ -95,7 +95,7 @@ SYNONYMS = {
     "method": "scheme",
     "spectral_radius": "rho_inf",
 }
-"""What papers and other programs call our keys."""
+"""Names of our keys in papers and other programs."""
 
 
 def near(word: object, known: Iterable[str]) -> str | None:

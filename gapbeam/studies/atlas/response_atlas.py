@@ -96,7 +96,7 @@ class Atlas:
 
     @property
     def is_complete(self) -> bool:
-        """Whether each start came to a response or to chaos."""
+        """True where each start came to a response or to chaos."""
         return bool((self.which > UNSETTLED).all())
 
 
@@ -299,7 +299,7 @@ class _Search:
         many = self.strobe.march(where, X, order, strobes=order)
         shorter: dict[int, list[int]] = {}
         for k, (i, orbit) in enumerate(good):
-            strobes = np.roll(many.strobes[..., k], 1, axis=0)  # the first is that of the state itself
+            strobes = np.roll(many.strobes[..., k], 1, axis=0)  # the first belongs to the state itself
             size = self.scale(strobes)
             least = next(
                 (

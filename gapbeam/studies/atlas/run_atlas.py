@@ -107,7 +107,7 @@ def run_atlas(
         settle: See `atlas`.
         rounds: See `atlas`.
         orders: See `atlas`.
-        reach: Largest velocity of a start, over that of the motion from the seat.
+        reach: Largest velocity of a start, relative to the motion from the seat.
         seed: Of the draws.
         progress: Called with the number of points that are done, and of all.
 

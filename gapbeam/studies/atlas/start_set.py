@@ -22,8 +22,8 @@ def drawn_starts(
 ) -> SceneState:  # fmt: skip
     """Return starts with displacements and velocities of points drawn at random, each evenly between two values.
 
-    The rest of a structure follows: of all motions with these displacements (velocities) that of the least potential
-    (kinetic) energy.
+    The rest of a structure follows: of all motions with these displacements (velocities) it takes the one of least
+    potential (kinetic) energy.
 
     Args:
         scene: What starts.

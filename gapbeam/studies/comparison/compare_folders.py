@@ -34,7 +34,7 @@ class ComparisonResult(PrintedResult):
 
     @property
     def agree(self) -> bool:
-        """Whether the runs agree within the tolerance."""
+        """True where the runs agree within the tolerance."""
         return self.comparison.agree
 
     @property

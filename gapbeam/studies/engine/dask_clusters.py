@@ -1,4 +1,4 @@
-"""How workers of Dask are had: processes of this machine, those of a scheduler that runs, jobs under Slurm."""
+"""Dask clusters: processes of this machine, workers of a running scheduler, or jobs under Slurm."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ OF_JOBS = ("target", "spill", "pause", "terminate")
 
 
 class PoolPlan(NamedTuple):
-    """What workers are wanted.
+    """Plan of a pool of workers.
 
     Attributes:
         workers: Where.
@@ -68,7 +68,7 @@ class PoolPlan(NamedTuple):
 
     @property
     def where_to_look(self) -> str:
-        """What a user should look at where no worker answers."""
+        """Advice for a user whose workers do not answer."""
         if self.workers.slurm is not None:
             return f"look at squeue, and at {self.logs or 'the output of the jobs'}"
         return "start some: dask worker ADDRESS --nthreads 1" if self.workers.scheduler else "look at the free memory"
@@ -149,7 +149,7 @@ def _in_jobs(plan: PoolPlan) -> Any:
         python=sys.executable,
         job_name="gapbeam-worker",
         job_extra_directives=list(job.directives),
-        job_directives_skip=["#SBATCH -t "],  # that of the user, or of the cluster, instead of one of Dask
+        job_directives_skip=["#SBATCH -t "],  # the user's limit, or the cluster's, instead of Dask's
         job_script_prologue=[*variables, *threads],
         worker_extra_args=["--preload", SETUP],
         log_directory=None if plan.logs is None else str(plan.logs),

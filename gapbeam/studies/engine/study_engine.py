@@ -133,7 +133,7 @@ class Engine:
 
 
 class _Terminated(BaseException):
-    """What ends a study that is terminated: no error that a point may have, so that none is taken for it."""
+    """Termination of a study; a base exception, so that no point takes it for its own error."""
 
 
 def _hear(_number: int, _frame: FrameType | None) -> None:

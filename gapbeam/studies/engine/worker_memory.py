@@ -1,4 +1,4 @@
-"""What a worker takes: the libraries, and the largest model of the study by the estimate that `run` refuses by."""
+"""Memory of a worker: the libraries, and the largest model of the study by the estimate that `run` uses."""
 
 from __future__ import annotations
 

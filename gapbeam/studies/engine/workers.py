@@ -40,7 +40,7 @@ UNITS = {"": 1.0e6, "K": 1.0e3, "M": 1.0e6, "G": 1.0e9, "T": 1.0e12}  # bytes; w
 
 
 class JobOptions(NamedTuple):
-    """What is asked of Slurm for one job.
+    """Options of sbatch for one job.
 
     Attributes:
         directives: Options as lines of a job script, without cores and memory.
@@ -152,12 +152,12 @@ class Workers:
 
     @property
     def elsewhere(self) -> bool:
-        """Whether workers may run on other machines, which then must see the folders of this one."""
+        """True where workers may run on other machines, which must then see the folders of this one."""
         return self.scheduler is not None or self.slurm is not None
 
     @property
     def job(self) -> JobOptions:
-        """What is asked of Slurm for each job."""
+        """Options of sbatch for each job."""
         return read_job_options(self.slurm or "")
 
     def here(self, points: int, room: float = inf) -> int:

@@ -1,1 +1,1 @@
-"""How far the figures of a run may be off: estimates from cheap companions of the run."""
+"""Error estimates of the figures of a run from cheap comparison runs."""

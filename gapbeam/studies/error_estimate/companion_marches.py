@@ -32,7 +32,7 @@ class EstimateError(Exception):
 
 @dataclass(frozen=True)
 class CompanionMotion:
-    """What a companion did.
+    """Motion of a comparison run.
 
     Attributes:
         name: Of the companion.
@@ -72,7 +72,7 @@ def companion_motions(
         end: Of the run, s.
         interval: Between records, s, a whole number of steps of every companion.
         longest: Wall time for all marches, s; setting up does not count. None: no limit.
-        body: That of the run, which companions with its mesh and model share; None: they set up their own.
+        body: Body of the run, which companions with its mesh and model share; None: they set up their own.
     """
     kept, reached = KeptBody(body), floor(end / interval + WHOLE) * interval
     whole = sum(one.steps for one in companions)

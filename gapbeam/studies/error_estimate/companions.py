@@ -163,7 +163,7 @@ def _why_no_finer(case: Case, plane: bool, even: bool) -> list[str]:
 
 
 def _in_bending_plane(case: Case) -> bool:
-    """Whether loads, contact points, probes and mesh of a solid leave all that is asked for in the bending plane."""
+    """Return True where loads, contact points, probes and mesh of a solid keep its results in the bending plane."""
     vectors: list[float | tuple[float, ...] | None] = [load.direction for load in case.load]
     vectors += [load.place.point for load in case.load]
     vectors += [probe.point for probe in case.probe]

@@ -69,7 +69,7 @@ class Span:
 
     @property
     def predictable(self) -> bool:
-        """Whether it lies before the horizon."""
+        """True where the span lies before the horizon."""
         return self.name != BEYOND_HORIZON
 
     @property

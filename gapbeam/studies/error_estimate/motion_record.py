@@ -1,4 +1,4 @@
-"""What error estimates read of a motion: displacements, velocity gained, impulses, at evenly spaced times."""
+"""Motion as error estimates read it: displacements, velocity gained, impulses, at evenly spaced times."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class MotionRecord:
 
     @property
     def contact_changes(self) -> bool:
-        """Whether contact points close or open; a motion in which none does is linear."""
+        """True where contact points close or open; a motion in which none does is linear."""
         closed = self.active if self.active.size else self.force > 0.0
         return bool(np.any(closed[1:] != closed[:-1]))
 

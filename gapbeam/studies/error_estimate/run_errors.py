@@ -101,7 +101,7 @@ def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
     """Estimate the errors of a finished run, write them to its summary, and return the outcome with them.
 
     A run that has them is returned as it is; one that ended early gets the peaks of its forces, by the same definition
-    as those of a whole run. Where a signal ends the estimate, the summary has no errors, and the exit status is that of
+    as those of a whole run. Where a signal ends the estimate, the summary has no errors, and the exit status comes from
     the signal.
 
     Args:

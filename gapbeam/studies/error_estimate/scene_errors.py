@@ -59,7 +59,7 @@ NO_ERRORS = {"GAPBEAM_ERRORS": "none"}
 def with_scene_errors(asked: SceneRun, outcome: Outcome) -> Outcome:
     """Estimate the errors of a run that passed, write them to its summary, and return the outcome with them.
 
-    Where a signal ends the estimate, the summary has no errors, and the exit status is that of the signal.
+    Where a signal ends the estimate, the summary has no errors, and the exit status comes from the signal.
     """
     off = any(os.environ.get(name) == value for name, value in NO_ERRORS.items())
     if outcome.exit_status != 0 or not asked.errors or off or "errors" in outcome.summary:

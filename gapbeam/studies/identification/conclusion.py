@@ -31,7 +31,7 @@ DROWNED = 0.5  # of a derivative: a standard error beyond which it says little
 
 
 class Neighborhood(NamedTuple):
-    """What lies around a set of values.
+    """Sensitivities around a set of values.
 
     Attributes:
         figures: Of all measurements, (m,), SI.
@@ -138,7 +138,7 @@ class MeasurementRow:
         residual: Plain residual, as asked for, not divided by a standard error.
         log10: log10(computed/measured); not a number where that has none.
         response: "period 1", "no cycle", ... or the verdict of an experiment that failed.
-        uncertainty: Standard deviation of the computed figure by that of the unknowns; not a number without a fit.
+        uncertainty: Standard deviation of the computed figure that the unknowns cause; not a number without a fit.
         others: The figure from other starts, where it is another response.
         left_out: log10 (or the residual asked for) of its prediction from all the others; None where not asked for.
     """
@@ -204,7 +204,7 @@ class Conclusion:
 
     @property
     def passed(self) -> bool:
-        """Whether every experiment passed its gates at the best values."""
+        """True where every experiment passed its gates at the best values."""
         return all(math.isfinite(row.computed) for row in self.rows)
 
 

@@ -1,4 +1,4 @@
-"""What the measurements say about the unknowns: sensitivities, intervals, correlations, combinations.
+"""Identifiability of the unknowns: sensitivities, intervals, correlations, combinations.
 
 With the Jacobian J of the m residuals by the n coordinates at the best place (0 to 1 from bound to bound of each
 unknown) the covariance is s^2 (J^T J)^-1. s^2 is the residual variance, sum r^2 / (m - n), with the quantiles of
@@ -47,13 +47,13 @@ class Spread:
 
     @property
     def contradicts(self) -> bool:
-        """Whether the best values are far off the measurements, so that the model is another one than was measured."""
+        """True where the best values are so far off the measurements that the model differs from what was measured."""
         return self.missed > self.allowed
 
 
 @dataclass(frozen=True)
 class ParameterFinding:
-    """What is known of one unknown.
+    """Identifiability of one unknown.
 
     Attributes:
         word: "identifiable", "only in combination", or "not identifiable".
@@ -70,7 +70,7 @@ class ParameterFinding:
 
 @dataclass(frozen=True)
 class Identifiability:
-    """What is known of all unknowns.
+    """Identifiability of all unknowns together.
 
     Attributes:
         spread: Of the residuals.
@@ -155,7 +155,7 @@ def identifiability(jacobian: FloatArray, spread: Spread, names: list[str]) -> I
     alone = np.where(columns > noise, reach / np.where(columns > noise, columns, 1.0), np.inf)
     if spread.contradicts:
         why = (
-            f"the model misses the measurements by {spread.missed:.3g} given standard errors: the value is that of the "
+            f"the model misses the measurements by {spread.missed:.3g} given standard errors: the value is only the "
             "nearest miss, and the interval does not hold"
         )
         halves = zip(spread.quantile * deviations, alone, strict=True)

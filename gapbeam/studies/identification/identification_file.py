@@ -56,7 +56,7 @@ class Coordinate:
 
     @property
     def logarithmic(self) -> bool:
-        """Whether the scale is that of the logarithm."""
+        """True for a logarithmic scale."""
         return self.unknown.scale == "log"
 
     def value(self, z: float) -> float:
@@ -90,7 +90,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What is run once for every measurement that shares its settings.
+    """Run shared by all measurements with the same settings.
 
     Attributes:
         settings: What differs from the case, by key.
@@ -259,7 +259,7 @@ def unit_of_key(key: str, base: Case) -> str:
 
 
 def _case_faults(file: Identification, base: Case, path: Path) -> Iterator[Fault]:
-    """What an identification asks of its case."""
+    """Yield contradictions between an identification and its case."""
     where = f"{path}: case = {file.case}"
     frequencies = forcing_frequencies(base.load)
     marched = any(not isinstance(figure, FrequencyFigure) for figure in file.figure)

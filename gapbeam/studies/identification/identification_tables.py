@@ -119,7 +119,7 @@ class Measurement(Table):
 
 
 class Search(Table):
-    """How the unknowns are searched."""
+    """Search for the unknowns."""
 
     method: Literal["global", "least-squares"] = Field(
         default="global", description="differential evolution and then least squares, or least squares from starts"
@@ -132,7 +132,7 @@ class Search(Table):
     )
     seed: Whole = Field(default=0, ge=0, description="of everything random")
     starts: Whole = Field(
-        default=1, ge=1, le=10_000, description="least-squares: starts; the first is that of the file, the rest spread"
+        default=1, ge=1, le=10_000, description="least-squares: starts; the first is from the file, the rest spread"
     )
     difference: Positive = Field(
         default=0.01, le=0.2, description="step of finite differences, as a fraction of the range of an unknown"

@@ -29,7 +29,7 @@ class BudgetSpentError(Exception):
 
 @dataclass(frozen=True)
 class Scale:
-    """How a measurement becomes a residual.
+    """Conversion of a measurement to a residual.
 
     Attributes:
         measurement: The measurement.
@@ -95,8 +95,8 @@ class Misfit:
     Args:
         problem: The identification.
         evaluations: What computes them.
-        fitted: Numbers of the measurements that take part; by default those of the file.
-        budget: Largest number of sets of values; by default that of the file.
+        fitted: Numbers of the measurements that take part; default: as in the file.
+        budget: Largest number of sets of values; default: as in the file.
     """
 
     def __init__(

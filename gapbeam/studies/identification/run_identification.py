@@ -31,7 +31,7 @@ Progress = Callable[[str, int, int | None], None]
 
 @dataclass(frozen=True, repr=False)
 class IdentificationResult(PrintedResult):
-    """What an identification found.
+    """Result of an identification.
 
     Attributes:
         problem: The identification.
@@ -64,7 +64,7 @@ class IdentificationResult(PrintedResult):
 
     @property
     def missed(self) -> bool:
-        """Whether the fit misses the tolerance that was asked for."""
+        """True where the fit misses the requested tolerance."""
         tolerance = self.problem.file.search.tolerance
         if self.found is None or tolerance is None:
             return False

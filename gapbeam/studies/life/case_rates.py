@@ -64,7 +64,7 @@ class CaseRates:
 
     @property
     def wear(self) -> Mapping[str, FaceWear]:
-        """How each face wears, by name."""
+        """Wear of each face, by name."""
         return face_wear(self.case)
 
     @property

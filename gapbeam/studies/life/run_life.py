@@ -41,7 +41,7 @@ WHY = {
 
 @dataclass(frozen=True, repr=False)
 class LifeResult(PrintedResult):
-    """How long the supports of a case live.
+    """Life of the supports of a case.
 
     Attributes:
         folder: Where its files are.

@@ -97,7 +97,7 @@ class WornState:
 
 @dataclass(frozen=True)
 class Blocks:
-    """How a march goes.
+    """Settings of a march of wear.
 
     Attributes:
         limit: Depth at which it ends, m.
@@ -116,7 +116,7 @@ class Blocks:
 
 @dataclass(frozen=True)
 class Worn:
-    """What a march found.
+    """Result of a march of wear.
 
     Attributes:
         states: At the start and at the end of each block.

@@ -58,7 +58,7 @@ class SpringSearch:
         beam: The beam; its length is an unknown where `lengths` says so.
         modes: Numbers n, (modes,).
         wanted: ln f_n, given, (modes,), f_n in Hz.
-        lengths: Least and greatest length, m; None: that of the beam.
+        lengths: Least and greatest length, m; None: the length of the beam.
     """
 
     beam: SpringBeam
@@ -176,7 +176,7 @@ class Estimate:
 
     @property
     def verdict(self) -> str:
-        """What the frequencies determine: "identified", "at least", "at most" or "not identifiable"."""
+        """Verdict of the frequencies on the spring: "identified", "at least", "at most" or "not identifiable"."""
         if self.low > 0.0 and np.isfinite(self.high):
             return "identified"
         if self.low > 0.0:
@@ -221,7 +221,7 @@ class EndSpringFit:
 
     @property
     def reproduces(self) -> bool:
-        """Whether the frequencies are met within twice their accuracy."""
+        """True where the frequencies are met within twice their accuracy."""
         return self.misfit <= 2.0 * self.accuracy
 
 
@@ -238,7 +238,7 @@ def identify_end_springs(
         beam: The beam; its length is fitted where `lengths` says so, and the start of that.
         modes: Numbers n of the frequencies, all different.
         frequencies: f_n > 0, Hz.
-        lengths: Least and greatest length, m, to fit it between; None: that of the beam.
+        lengths: Least and greatest length, m, to fit it between; None: the length of the beam.
         accuracy: Standard deviation of a frequency, relative. Where the misfit that remains says it is worse, the
             intervals stand on that instead.
 

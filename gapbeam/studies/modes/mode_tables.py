@@ -1,4 +1,4 @@
-"""What `gapbeam modes` reports: tables for the terminal, records for `modes.json`."""
+"""Tables of `gapbeam modes` for the terminal, and records for `modes.json`."""
 
 from __future__ import annotations
 

@@ -142,7 +142,7 @@ def beams_of(case: Case, section: Section | None = None) -> dict[str, SpringBeam
 
     Args:
         case: The case.
-        section: That of its mesh; None: that of the case.
+        section: Section of its mesh; None: the section of the case.
     """
     beam = TimoshenkoBeam.of_case(case, 1)
     if section is not None:
@@ -169,7 +169,7 @@ def compare_modes(
         count: How many bending modes are compared.
         measured: Measured frequencies by mode, Hz; empty: none.
         accuracy: Standard deviation of a frequency, relative.
-        section: Of a mesh file; None: that of the case.
+        section: Section of a mesh file; None: the section of the case.
     """
     beams = beams_of(case, section)
     seated, free, closed = states

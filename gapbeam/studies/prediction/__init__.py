@@ -1,1 +1,1 @@
-"""What a run will cost, predicted from trials."""
+"""Cost of a run, predicted from trials."""

@@ -1,4 +1,4 @@
-"""What a run will be and what it will cost, in tables."""
+"""Description of a run and its cost before it starts, in tables."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ GIGABYTE = 1.0e9
 
 @dataclass(frozen=True, repr=False)
 class CaseDescription(PrintedResult):
-    """What a run will be and what it will cost.
+    """Description of a run and its cost before it starts.
 
     Attributes:
         title: Of the case.

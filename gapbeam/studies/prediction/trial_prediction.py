@@ -54,7 +54,7 @@ FIELDS_OF_A_RUN = 100  # by default
 
 @dataclass(frozen=True)
 class Prediction:
-    """What a run will cost.
+    """Predicted cost of a run.
 
     Attributes:
         setup: Wall time of each part before the march, s.
@@ -157,7 +157,7 @@ def _fields(case: Case, dt: float, steps: int) -> int:
 
 @dataclass(frozen=True)
 class _Trial:
-    """What some steps cost.
+    """Cost of the steps of a trial.
 
     Their number, wall time, s per step, of that the back-substitution, s per field, all that in words, and whether they
     ended before all that were asked for.

@@ -1,4 +1,4 @@
-"""What a sweep is asked to do, and its folder: finished points, and the refusal of a case that has changed."""
+"""Plan of a sweep, and its folder: finished points, and the refusal of a case that has changed."""
 
 from __future__ import annotations
 

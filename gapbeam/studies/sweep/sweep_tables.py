@@ -175,7 +175,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, repr=False)
 class SweepResult(PrintedResult):
-    """What a sweep found.
+    """Result of a sweep.
 
     Attributes:
         folder: Where its files are.

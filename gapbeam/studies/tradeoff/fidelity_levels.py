@@ -16,7 +16,7 @@ from gapbeam.studies.trials.refined_mesh import mesh_keys
 from gapbeam.studies.trials.starts import KeptBody
 
 REFINEMENT = sqrt(2.0)  # between the meshes of the reference
-FINEST = 0.75  # cell size of the reference relative to that of the case
+FINEST = 0.75  # cell size of the reference over the case's
 RICH = {"type": "reduced", "modes": 40, "shapes": 19}
 LEAN = {"type": "reduced", "modes": 10, "shapes": 5}
 USUAL = {"type": "reduced"}
@@ -49,7 +49,7 @@ class Level:
 
 @dataclass(frozen=True)
 class LevelPlan:
-    """What is run of a case.
+    """Levels of a trade-off for a case.
 
     Attributes:
         fixed: Keys that are the same on all fidelity levels: the contact stiffness, which must not follow the mesh.
@@ -79,7 +79,7 @@ def plan_levels(case: Case, coarser: float = 1.0) -> LevelPlan:
     """Return the fidelity levels of a case.
 
     Args:
-        case: The case; its dimension is that of the finest fidelity levels.
+        case: The case; the finest fidelity levels have its dimension.
         coarser: How much coarser the meshes of the reference are than they could be.
 
     Raises:

@@ -67,7 +67,7 @@ class Judged:
         return max(self.errors.values(), default=inf)
 
     def inside(self, tolerance: float) -> bool:
-        """Whether figures and statistics are within a tolerance of the reference."""
+        """Return True where figures and statistics are within a tolerance of the reference."""
         return self.measured.verdict == "passed" and max(self.error, self.statistics or 0.0) <= tolerance
 
 
@@ -243,7 +243,7 @@ WHOLE = 1.0 - 1.0e-6  # share of the end of a case that counts as all of it
 
 @dataclass(frozen=True)
 class Grounds:
-    """What is known of all levels of a trade-off.
+    """Facts about all levels of a trade-off.
 
     Attributes:
         end: Simulated time of the case, s.

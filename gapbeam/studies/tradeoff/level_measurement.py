@@ -1,4 +1,4 @@
-"""What a fidelity level costs and what it answers, measured in a process of its own."""
+"""Cost and figures of a fidelity level, measured in a process of its own."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _SAME = 1e-6
 
 
 class LevelJob(NamedTuple):
-    """What to measure.
+    """Job that measures a level.
 
     Attributes:
         case: Path of the case file.

@@ -239,7 +239,7 @@ def whole_intervals(output: Output, changes: Mapping[str, Any]) -> dict[str, flo
     """Return the intervals of records and fields that are no whole number of the steps of a level, made so.
 
     Args:
-        output: That of the case.
+        output: Table [output] of the case.
         changes: Keys that the level replaces.
     """
     step, found = changes.get("time.step"), dict[str, float]()

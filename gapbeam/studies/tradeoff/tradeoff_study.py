@@ -86,7 +86,7 @@ class TradeoffStudy:
 
     @property
     def promised(self) -> bool:
-        """Whether the tolerance holds over the span of the case with the level to take."""
+        """True where the chosen level keeps the tolerance over the span of the case."""
         return self.chosen is not None and not self.doubts
 
     @property

@@ -1,4 +1,4 @@
-"""What a study varies: keys of the case and their values, as a grid or side by side."""
+"""Axes of a study: keys of the case and their values, as a grid or side by side."""
 
 from __future__ import annotations
 

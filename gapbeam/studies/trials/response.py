@@ -47,12 +47,12 @@ VERDICTS: dict[type[RunError], str] = {
 
 @dataclass
 class TrialResponse:
-    """What a model does from a start.
+    """Response of a model from a start.
 
     Attributes:
         verdict: "passed", one of VERDICTS, or "failed".
         message: The error, where there was one.
-        exit_status: 0, or that of the error.
+        exit_status: 0, or the error's own.
         reached: Time up to which it went, s.
         history: Records by name, (records, ...), as in `record_table.HISTORY`, and "time"; empty where none
             were asked for.

@@ -139,7 +139,7 @@ def joints_let_the_body_move(joint: Joints, model: ModelTable) -> Iterator[Fault
 
 
 def holds_need_implicit_steps(joint: Joints, time: Time, contact: Contact) -> Iterator[Fault]:
-    """What holds a section is far stiffer than the section, and an explicit step would follow its frequency."""
+    """Joints are far stiffer than the section, so that explicit steps would have to resolve their frequency."""
     if not time.scheme.explicit:
         return
     for number, entry in joint.items():

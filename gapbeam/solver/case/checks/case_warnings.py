@@ -1,4 +1,4 @@
-"""What is allowed in a case but probably not meant, or costs more or shows less than one would think."""
+"""Warnings about a valid case: choices that are probably not meant, cost more or show less than expected."""
 
 from __future__ import annotations
 

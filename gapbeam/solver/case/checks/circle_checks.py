@@ -25,7 +25,7 @@ PER_AREA = "stiffness, per area, instead of support_stiffness, which has a round
 
 
 class _Circle(NamedTuple):
-    """A support that is met as a circle: its key, that of the choice, and what is said to choose points."""
+    """Support that is met as a circle: its key, the key of the choice, and the advice to choose points."""
 
     support: Key
     key: Key
@@ -97,7 +97,7 @@ def circles_have_a_midpoint_rule(support: AnySupports, time: Time, contact: Cont
 
 
 def circles_do_not_yield(support: AnySupports, contact: Contact) -> Iterator[Fault]:
-    """What a contact point remembers belongs to one direction."""
+    """A plastic set belongs to one direction; circles are met in all."""
     for _, key, one, points in _circles(support):
         law = law_at(contact, one)
         if law.keeps_set:

@@ -53,7 +53,7 @@ def law_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
 
 
 def point_results_follow_the_law(contact: Contact, output: Output) -> Iterator[Fault]:
-    """What a point has met is found from its penetration; exact formulations leave none, or none that presses."""
+    """Results of contact points follow from the penetration, which exact formulations do not have."""
     if output.points and not contact.formulation.follows_the_law:
         yield Fault(
             ("output", "points"),
@@ -65,7 +65,7 @@ def point_results_follow_the_law(contact: Contact, output: Output) -> Iterator[F
 
 
 def law_fits_the_rest(contact: Contact) -> Iterator[Fault]:
-    """What the law itself has against the formulation and contact.damping."""
+    """Contradictions between the law, the formulation and contact.damping."""
     yield from contact.law.contradictions(contact.formulation, contact.damping)
 
 

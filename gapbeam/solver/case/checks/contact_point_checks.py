@@ -16,7 +16,7 @@ from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 
 POINTS: Key = ("contact", "points")
 ROUNDING = 1e-9
-"""How far lengths may be off, relative to what they are compared with."""
+"""Round-off of lengths, relative to the lengths that they are compared with."""
 
 
 def points_need_a_penalty(contact: Contact) -> Iterator[Fault]:

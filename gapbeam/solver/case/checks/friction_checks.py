@@ -14,7 +14,7 @@ SLIDING = ("contact", "friction", "coefficient")
 
 
 def static_friction_holds_more(support: AnySupports, contact: Contact) -> Iterator[Fault]:
-    """What sticks is held by no less than what slides, and there is friction."""
+    """Static friction is at least as large as sliding friction, and there is friction."""
     friction = contact.friction
     if friction is not None and friction.static_coefficient is not None:
         key = ("contact", "friction", "static_coefficient")

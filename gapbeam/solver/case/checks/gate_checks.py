@@ -10,7 +10,7 @@ from gapbeam.solver.wording.short_words import apart, exceeds
 
 
 def gates_are_in_order(gates: Gates) -> Iterator[Fault]:
-    """What one impact may do does not end the run at once."""
+    """Limits of a whole run are at least as large as those of one impact."""
     if exceeds(gates.impact_growth, gates.total_growth):
         found, limit = apart(gates.total_growth, gates.impact_growth)
         yield Fault(

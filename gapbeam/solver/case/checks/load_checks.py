@@ -1,4 +1,4 @@
-"""What loads find wrong themselves, and contradictions between what they add to the beam and the rest of a case."""
+"""Checks of loads by themselves, and of what they add to the beam against the rest of a case."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def loads_fit_the_run(time: Time, load: Loads) -> Iterator[Fault]:
 
 
 def attached_masses_sit_on_mass(support: AnySupports, contact: Contact, load: Loads) -> Iterator[Fault]:
-    """What a load, such as an exciter, adds to the masses cannot stand on nodes without mass."""
+    """Masses of loads, such as exciters, need nodes with mass."""
     if contact.mass != "redistributed":
         return
     for number, entry in load.items():

@@ -61,7 +61,7 @@ def own_laws_have_their_stiffness(support: AnySupports, contact: Contact) -> Ite
 
 
 def own_laws_fit_the_rest(support: AnySupports, contact: Contact) -> Iterator[Fault]:
-    """What the laws themselves have against the damping of their supports."""
+    """Contradictions between the laws of supports and their damping."""
     if not contact.formulation.follows_the_law:
         return
     for key, one, law in _own_laws(support):
@@ -73,7 +73,7 @@ def own_laws_fit_the_rest(support: AnySupports, contact: Contact) -> Iterator[Fa
 def yielding_laws_are_marched(
     support: AnySupports, contact: Contact, time: Time, analysis: Analysis
 ) -> Iterator[Fault]:
-    """What yields remembers: it is marched, by a scheme whose work over a step is known."""
+    """Laws with a plastic set need a march, by a scheme whose work over a step is known."""
     for key, law in laws_of(support, contact):
         if not law.keeps_set:
             continue
@@ -96,7 +96,7 @@ def yielding_laws_are_marched(
 
 
 def _placed(key: Key, law: Key) -> Key:
-    """Return a key of [contact] as that of the support which names the law."""
+    """Return the key of the support that names the law, for a key of [contact]."""
     if key[:2] == ("contact", "law"):
         return (*law, *key[2:])
     return (*law[:-1], *key[1:]) if key == ("contact", "damping") else key

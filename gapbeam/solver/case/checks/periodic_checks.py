@@ -162,7 +162,7 @@ def march_reaches_the_amplitude(analysis: Analysis, time: Time, load: Loads) -> 
 
 
 def curve_is_in_reach(analysis: Analysis, support: AnySupports, contact: Contact, load: Loads) -> Iterator[Fault]:
-    """What varies along a curve is a number of the case, which lies in the range."""
+    """A response curve varies a number of the case, which lies in the range of the curve."""
     if not isinstance(analysis, Periodic) or analysis.continuation is None:
         return
     curve, table = analysis.continuation, ("analysis", "continuation")

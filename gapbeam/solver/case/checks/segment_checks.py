@@ -163,7 +163,7 @@ def segments_are_meshed(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[F
 
 
 def steps_leave_room_for_cells(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[Fault]:
-    """The surface of a segment coincides with that of the beam and of other segments, or is clear of it."""
+    """The surface of a segment coincides with the surfaces of beam and other segments, or is clear of them."""
     closest = 2.0 * CLOSEST * beam.thickness
     for side in ("thickness",) if mesh.dimension == 2 else ("thickness", "width"):
         known: list[tuple[float, str, Key]] = [(getattr(beam, side), "the beam", ("beam", side))]

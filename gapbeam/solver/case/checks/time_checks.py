@@ -12,7 +12,7 @@ from gapbeam.solver.wording.short_words import apart, exceeds
 
 MOST_STEPS = 1e9
 MULTIPLE_TOLERANCE = 1e-6
-"""How far an interval may be from a whole number of steps, in steps."""
+"""Tolerance of intervals against a whole number of steps, in steps."""
 
 
 def run_has_steps(time: Time) -> Iterator[Fault]:

@@ -16,7 +16,7 @@ from gapbeam.solver.wording.short_words import apart, exceeds
 
 
 class UsualRange(NamedTuple):
-    """What is usual for a key.
+    """Usual range of a key.
 
     Attributes:
         table: Table of the key.

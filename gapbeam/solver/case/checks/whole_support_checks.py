@@ -13,7 +13,7 @@ from gapbeam.solver.supports.support_tables import WHOLE, AnySupports
 
 
 def figures_are_of_one_kind(support: AnySupports) -> Iterator[Fault]:
-    """A figure is that of the whole support, or one per area."""
+    """A figure belongs to the whole support, or is per area."""
     for key, one in keyed(support):
         for name in WHOLE:
             per_area = name.removeprefix("support_")
@@ -21,7 +21,7 @@ def figures_are_of_one_kind(support: AnySupports) -> Iterator[Fault]:
                 yield Fault(
                     (*key, name),
                     f"{getattr(one, name):g}, together with {per_area} = {getattr(one, per_area):g}",
-                    f"one of the two: {name} is that of the whole support, {per_area} is per area",
+                    f"one of the two: {name} belongs to the whole support, {per_area} is per area",
                     f"leave {per_area} out",
                     ((*key, per_area),),
                 )
@@ -65,7 +65,7 @@ def whole_supports_touch_at_once(support: AnySupports) -> Iterator[Fault]:
 
 
 def yield_forces_are_of_whole_supports(support: AnySupports, contact: Contact) -> Iterator[Fault]:
-    """A law that yields at a force acts at supports whose stiffness is that of the whole."""
+    """A law that yields at a force acts at supports whose stiffness belongs to the whole support."""
     for key, one in keyed(support):
         law = law_at(contact, one)
         if isinstance(law, ElasticPlastic) and law.yield_force is not None and one.support_stiffness is None:

@@ -45,7 +45,7 @@ def _tables_in(model: type[BaseModel], inside: Key, root: type[BaseModel]) -> It
 
 
 def is_array(name: object, data: object = None, root: type[BaseModel] = Case) -> bool:
-    """Whether a name is that of an array of tables, as [[load]] is, and [[support]] where the data have one.
+    """Return True for the name of an array of tables, such as [[load]], or [[support]] where the data have several.
 
     Args:
         name: Of the table.

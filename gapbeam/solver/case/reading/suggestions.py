@@ -1,4 +1,4 @@
-"""What a mistyped or misplaced key or name of a case file probably meant."""
+"""Suggestions for mistyped or misplaced keys and names of a case file."""
 
 from __future__ import annotations
 

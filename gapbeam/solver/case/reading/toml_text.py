@@ -35,7 +35,7 @@ EXPECTED = (
     ("backslash", "text in 'single quotes' where it holds a backslash"),
     ("Unescaped '\\\\'", "text in 'single quotes' where it holds a backslash"),
 )
-"""What tomllib says, and what it would have liked."""
+"""Parts of tomllib's messages, each with the expected syntax."""
 
 HINTS = (
     (r"[“”„‘’]", 'straight quotes: "text"'),

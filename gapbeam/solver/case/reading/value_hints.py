@@ -1,4 +1,4 @@
-"""What to try where a value of a case file has the wrong type or lies outside its range."""
+"""Hints for values of a case file of a wrong type or beyond their range."""
 
 from __future__ import annotations
 

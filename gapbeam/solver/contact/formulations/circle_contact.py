@@ -5,11 +5,11 @@ x = |r| - c the penetration, a step from r0 to r1 has the force
 
     F = -N z / s,    z = r0 + r1,    s = |r0| + |r1|,    N = w P(x0, x1),
 
-P being the law of any other contact point. Since (r0 + r1) . (r1 - r0) = (|r1| - |r0|) s, the force does the work
--N (x1 - x0): it keeps the energy that P keeps, and z x F = 0 keeps the angular momentum of the axis about the middle.
-For the directions o = -z / s of a step, the gap is linear, g1 = g0 + o . (r1 - r0), and the contact solve is that of
-points that do not turn; o is found by turns (`march.python.turning_step`). Holes that move or open have the r and c of
-the time; over a step, walls then open the gap by c1 - c0 - o . (m1 - m0) with m the middle of the hole.
+P being the law of any other contact point. Since (r0 + r1) . (r1 - r0) = (|r1| - |r0|) s, the force does the work -N
+(x1 - x0): it keeps the energy that P keeps, and z x F = 0 keeps the angular momentum of the axis about the middle. For
+the directions o = -z / s of a step, the gap is linear, g1 = g0 + o . (r1 - r0), and the step is solved like contact at
+points that do not turn; o is found by iteration (`march.python.turning_step`). Holes that move or open have the r and c
+of the time; over a step, walls then open the gap by c1 - c0 - o . (m1 - m0) with m the middle of the hole.
 
 The area of a station is the projected one, diameter times length. Points around the section come near a circle as
 their number grows; here it is one. What is left out is that a wall that gives way touches on a wider part of the
@@ -93,7 +93,7 @@ def _fitted(
 
 @dataclass(frozen=True, kw_only=True)
 class CircleOperator(ContactOperator):
-    """G, w and g0 with stations in round holes; G is that of the directions `opening`.
+    """G, w and g0 with stations in round holes; G takes the directions `opening`.
 
     Attributes:
         around: The operator at points around the sections.

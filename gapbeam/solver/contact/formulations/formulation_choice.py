@@ -29,7 +29,7 @@ class BodyShare(NamedTuple):
 
 
 class StressTerms(NamedTuple):
-    """What the stress of the body adds to contact: theta, and gamma relative to the eigenvalue of its trace problem."""
+    """Terms of Nitsche's method: theta, and gamma relative to the eigenvalue of the trace problem."""
 
     theta: int
     factor: float
@@ -67,7 +67,7 @@ class ChosenFormulation(Table):
 
     @property
     def left_by_multipliers(self) -> float | None:
-        """Penetration that multipliers shall leave, relative to that of the penalty alone; None: none are used."""
+        """Penetration that multipliers leave, relative to the penalty alone; None: none are used."""
         return None
 
 
@@ -88,7 +88,7 @@ class AugmentedLagrangian(ChosenFormulation):
 
     type: Literal["augmented-lagrangian"] = Field(description="name of the formulation")
     penetration: Positive = Field(
-        default=1.0e-4, lt=1, description="largest penetration, relative to that of the penalty alone, no unit"
+        default=1.0e-4, lt=1, description="largest penetration, relative to the penalty alone, no unit"
     )
 
     takes_stiffness: ClassVar[bool] = True

@@ -1,4 +1,4 @@
-"""What the table of a contact law says about the law: its traits, with the values that most laws have."""
+"""Traits of a contact law, from its table, with the values that most laws have."""
 
 from __future__ import annotations
 
@@ -76,12 +76,12 @@ class ChosenLaw(Table):
 
     @property
     def yields_as_whole(self) -> bool:
-        """Whether the law yields at a force of the whole support."""
+        """True where the law yields at a force of the whole support."""
         return False
 
     @property
     def dissipates(self) -> bool:
-        """Whether the law takes energy out of the motion, contact.damping aside."""
+        """True where the law dissipates energy, contact.damping aside."""
         raise NotImplementedError
 
     @property

@@ -58,7 +58,7 @@ class ContactLaw:
             None: the coefficient is given.
         stores_energy: False where the scheme puts impulses instead of the spring.
         friction: Traction along the face; None: none.
-        augmented: Penetration that multipliers shall leave, relative to that of the penalty alone; None: none are used.
+        augmented: Penetration that multipliers leave, relative to the penalty alone; None: none are used.
         slowest_touch: Speed as which slower touches are damped where there is a touch_product, m/s.
 
     Raises:
@@ -91,7 +91,7 @@ class ContactLaw:
 
     @property
     def linear(self) -> bool:
-        """Whether closed contact is a linear spring, with a constant damper or none."""
+        """True where closed contact is a linear spring, with a constant damper or none."""
         return self.spring.exponent == 1.0 and self.damper.law == NO_DAMPER.law
 
     @property
@@ -101,7 +101,7 @@ class ContactLaw:
 
     @property
     def keeps_set(self) -> bool:
-        """Whether points yield and keep a plastic set."""
+        """True where points yield and keep a plastic set."""
         return False
 
     def yielded_by(self, plastic_set: Array | None) -> ContactLaw:
@@ -198,7 +198,7 @@ class ContactLaw:
 
     @cached_property
     def numbers(self) -> LawNumbers:
-        """What is the same at all points; a damper without a coefficient is left out."""
+        """Numbers of the law that are the same at all points; a damper without a coefficient is left out."""
         damped = self.touch_product is not None or bool(np.any(self.damper.coefficient))
         return LawNumbers(
             float(self.spring.exponent),
@@ -262,8 +262,8 @@ def make_law(
 def step_slopes(law: ContactLaw, implicit: bool, old: Array, new: Array, dt: float) -> tuple[Array, Array]:
     """Return the derivatives of the pressure of a step by the penetrations at its start and end, (m,) each, Pa/m.
 
-    The discrete gradient of a step reversed in time is the same pressure, so its slope in the start is that of the
-    reversed step in its end. At touch the law has a kink; the slope on one side of it is returned.
+    The discrete gradient of a step reversed in time is the same pressure, so its slope in the start equals the slope of
+    the reversed step in its end. At touch the law has a kink; the slope on one side of it is returned.
 
     Args:
         law: The contact law.

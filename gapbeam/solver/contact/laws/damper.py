@@ -38,12 +38,12 @@ ROOM = 4  # parameters of a formula, those that it does not use are 0
 
 
 class DampedPoint(NamedTuple):
-    """What the formula of a damper is given at a contact point, besides the penetration.
+    """Arguments of a damping formula at a contact point, besides the penetration.
 
     Attributes:
         stiffness: K of the spring, Pa/m^n.
         exponent: n of the spring.
-        coefficient: Coefficient of the damper at this point; its meaning is that of the law.
+        coefficient: Coefficient of the damper at this point; the law defines its meaning.
         parameters: Parameters of the damper that are the same at all points.
     """
 
@@ -122,7 +122,7 @@ class CoulombFriction:
 
         Args:
             slip: Slip velocity in the balance of the step, (m, k), m/s.
-            before: That of the step before, (m, k), m/s; None: no step was before, and what moves fast slides.
+            before: Slip velocity of the step before, (m, k), m/s; None: no step was before, and what moves fast slides.
         """
         before = slip if before is None else before
         slowest = (BREAKS_AWAY * self.slip_velocity) ** 2

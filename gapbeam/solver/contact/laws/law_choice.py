@@ -71,7 +71,7 @@ class KelvinVoigt(ChosenLaw):
 
     @property
     def dissipates(self) -> bool:
-        """Whether a restitution below 1 is asked for."""
+        """True for a restitution below 1."""
         return self.restitution is not None and self.restitution < 1.0
 
     def damper(self, damping: float | Array, areas: float | Array) -> Damper:
@@ -228,7 +228,7 @@ class AdamsImpact(ChosenLaw):
 
     @property
     def dissipates(self) -> bool:
-        """Whether there is damping."""
+        """True for damping above 0."""
         return self.damping > 0.0
 
     def damper(self, damping: float | Array, areas: float | Array) -> Damper:

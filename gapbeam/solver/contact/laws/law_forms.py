@@ -1,4 +1,4 @@
-"""How a step takes the contact law: what schemes and compiled laws call the forms of a law by."""
+"""Forms of a contact law in a step, as schemes and compiled laws name them."""
 
 from __future__ import annotations
 

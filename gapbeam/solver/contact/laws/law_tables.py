@@ -60,7 +60,7 @@ class ElasticPlastic(ChosenLaw):
 
     @property
     def yields_as_whole(self) -> bool:
-        """Whether a force is given."""
+        """True where a yield force is given."""
         return self.yield_force is not None
 
     @property
@@ -107,7 +107,7 @@ class RestitutionLaw(ChosenLaw):
 
     @property
     def dissipates(self) -> bool:
-        """Whether the restitution is below 1."""
+        """True for a restitution below 1."""
         return self.restitution < 1.0
 
     def damper(self, damping: float | Array, areas: float | Array) -> Damper:

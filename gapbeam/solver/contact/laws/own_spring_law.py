@@ -190,7 +190,7 @@ class MixedLaw(ContactLaw):
 
     @property
     def linear(self) -> bool:
-        """Whether all laws are."""
+        """True where all laws are linear."""
         return all(law.linear for _, law in self.groups)
 
     @property
@@ -210,7 +210,7 @@ class MixedLaw(ContactLaw):
 
     @property
     def keeps_set(self) -> bool:
-        """Whether a law does."""
+        """True where one of the laws keeps a plastic set."""
         return any(law.keeps_set for _, law in self.groups)
 
     def yielded_by(self, plastic_set: Array | None) -> ContactLaw:

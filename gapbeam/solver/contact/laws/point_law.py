@@ -63,7 +63,7 @@ class LawTable(NamedTuple):
 
 
 class StepNumbers(NamedTuple):
-    """What a scheme makes of the law.
+    """Form of the law in the step of a scheme.
 
     Attributes:
         form: MEAN, IMPLICIT or ENDPOINT.

@@ -26,7 +26,7 @@ from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 
 @dataclass(frozen=True)
 class ForceResponse:
-    """What point forces do.
+    """Response of the body to point forces.
 
     Attributes:
         gaps: D f = G A^-1 H^T f, (m,), m.

@@ -237,7 +237,7 @@ def _settled(
 ) -> ContactSolution:
     """Return the solution, without the round-off that is left of forces where the law knows none.
 
-    The change keeps it: the penetration is that of the change, and nearly free bodies move far under round-off.
+    The change keeps it: the penetration follows the change, and nearly free bodies move far under round-off.
     """
     forces = np.where(stage.pressure == 0.0, 0.0, held + change)
     unresolved = UNRESOLVED * size * float(np.abs(forces).sum())

@@ -16,7 +16,7 @@ HOLDS, WARNING, FAILURE = "holds", "warning", "failure"
 
 @dataclass(frozen=True)
 class Assumption:
-    """What the equations take for granted.
+    """Assumption of the equations, with its limits.
 
     Attributes:
         name: In a few words.
@@ -47,7 +47,7 @@ class Assumption:
 
 @dataclass(frozen=True)
 class Finding:
-    """How close a run came to the limit of an assumption.
+    """Distance of a run from the limit of an assumption.
 
     Attributes:
         assumption: The assumption.
@@ -69,7 +69,7 @@ class Finding:
 
     @property
     def verdict(self) -> str:
-        """Whether the assumption holds, or its limits are passed; what is not a number fails."""
+        """Verdict: the assumption holds, or one of its limits is passed; a value that is not a number fails."""
         worst = self.assumption.failure
         if worst is not None and not self.closest <= worst:
             return FAILURE
@@ -77,7 +77,7 @@ class Finding:
 
     @property
     def words(self) -> str:
-        """How close the run came, in one sentence."""
+        """Distance from the limit, in one sentence."""
         one = self.assumption
         unit = "" if one.unit == "1" else f" {one.unit}"
         where = "" if self.time is None else f" at t = {self.time:.6g} s"
@@ -90,12 +90,12 @@ class Finding:
 
     @property
     def share(self) -> float:
-        """How close the run came to the limit: 1 is the limit."""
+        """Largest value over the limit: 1 at the limit."""
         return self.closest / self.assumption.limit  # 0 where there is none
 
     @property
     def remark(self) -> str:
-        """What a user has to know where the limit is passed."""
+        """Warning for the user where the limit is passed."""
         return f"{self.words}: {self.assumption.meaning}"
 
     def as_data(self) -> dict[str, Any]:

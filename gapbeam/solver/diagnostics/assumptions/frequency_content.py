@@ -22,7 +22,7 @@ DEPTH = 1e-6  # of the interval, by which records may be unevenly spaced
 
 @dataclass(frozen=True)
 class FrequencyContent:
-    """What carries the energy.
+    """Distribution of the energy over frequencies.
 
     Attributes:
         frequencies: Each stands for a hundredth of the energy, rising, (100,), Hz.

@@ -24,7 +24,7 @@ ROTATION, STRAIN, STRESS, TRAVEL, ASIDE = range(5)
 
 
 class PoseRows(Protocol):
-    """What gives displacement and gradient at points of the surface."""
+    """Rows of displacement and gradient at points of the surface."""
 
     @property
     def places(self) -> Array:
@@ -32,7 +32,7 @@ class PoseRows(Protocol):
 
     @property
     def on_faces(self) -> int:
-        """How many of them lie on base and gland; they come first."""
+        """Number of points on base and gland; they come first."""
 
     def poses(self, u: Array) -> tuple[Array, Array]:
         """Return displacement (times, k, d) and gradient (times, k, d, d) of marched DOFs u, (times, n). Collective."""
@@ -40,7 +40,7 @@ class PoseRows(Protocol):
 
 @dataclass(frozen=True)
 class PoseScales:
-    """What a pose is measured against.
+    """Scales that a pose is compared with.
 
     Attributes:
         shear_modulus: mu, Pa, of a beam of one material; of several ones that at each point, (k,).

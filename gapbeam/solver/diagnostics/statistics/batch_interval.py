@@ -13,7 +13,7 @@ The largest value of a map of means with chance in them: where it is, and what i
 
 The largest of many means is larger than the mean at its place: chance lifts some, and the largest is one of these. So
 
-* the interval is that of the largest of the true means. Each point has an interval that holds with the probability
+* the interval belongs to the largest of the true means. Each point has an interval that holds with the probability
   1 - 0.05 / m; all m of them hold with 0.95 at least (Bonferroni), and then the largest true mean lies between the
   largest of their lower and the largest of their upper ends;
 * beside the largest mean stands the mean at a place that other batches chose: the place where the even batches are

@@ -76,12 +76,12 @@ class RunStatistics:
 
     @property
     def _columns(self) -> int:
-        """How many sums over time a face has."""
+        """Number of sums over time of a face."""
         return len(self._summed) + (len(SLIP_MODES) if self.slides else 0)
 
     @property
     def directions(self) -> tuple[str, ...]:
-        """What figures of probes are called by direction."""
+        """Suffixes by which figures of probes name their direction."""
         return ("", LATERAL) if self.in_space else ("",)
 
     def see(self, rows: Mapping[str, Array]) -> None:

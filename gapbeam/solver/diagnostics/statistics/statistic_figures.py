@@ -110,7 +110,7 @@ class Doubts:
 
     @property
     def too_few_steps(self) -> str | None:
-        """How many steps the time of an impact has, and needs, where it has too few for the parts of a work rate."""
+        """Steps in the time of an impact, with the number needed, where too few to split a work rate; else None."""
         if self.impact_steps >= LEAST_STEPS:
             return None
         return f"has {self.impact_steps:.2g} steps, and needs {LEAST_STEPS:g}"
@@ -224,7 +224,7 @@ class StatisticFigure:
 
 @dataclass(frozen=True)
 class AveragedSeries:
-    """What a figure is the mean of.
+    """Series whose mean, or percentile, is a figure.
 
     Attributes:
         name: Of the figure.
@@ -255,7 +255,7 @@ class AveragedSeries:
 
     @property
     def averaged(self) -> Array:
-        """What is averaged, (blocks,): of a percentile whether the motion is below it."""
+        """Averaged values, (blocks,): for a percentile, 1 where the motion is below it."""
         if self.share is None:
             return self.values
         return np.asarray(self.values <= np.quantile(self.values, self.share), dtype=float)

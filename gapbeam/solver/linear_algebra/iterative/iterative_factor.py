@@ -114,7 +114,7 @@ class ConjugateGradients:
         Args:
             right_side: b, (n,).
             springs: What is added to A, positive semi-definite; None: nothing.
-            size: sqrt(x^T A x) of what the error is small against; None: that of the solution itself.
+            size: sqrt(x^T A x) that the error is compared with; None: the solution's own.
             start: A guess at the solution, (n,).
 
         Raises:

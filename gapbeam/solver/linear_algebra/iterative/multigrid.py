@@ -98,7 +98,7 @@ class Smoother:
 
 
 def largest_eigenvalue(inverse: Part, multiply: Part, dots: Dots, noise: Array) -> float:
-    """Return about the largest eigenvalue of D^-1 A, from below: that of the tridiagonal matrix of Lanczos.
+    """Return about the largest eigenvalue of D^-1 A, from below: the largest of the tridiagonal matrix of Lanczos.
 
     Args:
         inverse: D^-1.

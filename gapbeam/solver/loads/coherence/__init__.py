@@ -1,1 +1,1 @@
-"""How alike a distributed random load is at two places of its length."""
+"""Coherence of a distributed random load between two places of its length."""

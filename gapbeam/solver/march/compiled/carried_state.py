@@ -1,4 +1,4 @@
-"""What a compiled loop carries from step to step, as plain arrays.
+"""State that a compiled loop carries from step to step, as plain arrays.
 
 The state in modal coordinates, and the factor of the active block: its rows stand in an order that follows from the
 contacts before, and the order of a sum decides on its last bits.

@@ -1,4 +1,4 @@
-"""What a compiled loop gives back of some steps."""
+"""Results of some steps of a compiled loop."""
 
 from __future__ import annotations
 

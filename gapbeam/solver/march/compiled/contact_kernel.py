@@ -52,7 +52,7 @@ class Balance(NamedTuple):
 
 
 class StepPoints(NamedTuple):
-    """What a scheme makes of the law, and the points it starts from; see `Point`."""
+    """Form of the law in the step, and the points at its start; see `Point`."""
 
     numbers: StepNumbers
     old_depth: Array
@@ -62,7 +62,7 @@ class StepPoints(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """What a solve leaves, and its room; all (m,).
+    """Solution of a contact problem, and work space; all (m,).
 
     Attributes:
         change: f - f_held, N.

@@ -1,4 +1,4 @@
-"""Whether the compiled loop can march a plan."""
+"""Eligibility of a plan for the compiled loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What kernels keep of every step: energy ledger, gates, contact episodes and peaks, as arrays.
+"""Records of every step in kernels: energy ledger, gates, contact episodes and peaks, as arrays.
 
 Kernels measure in modal coordinates; `gapbeam.solver.diagnostics.energy_ledger` and `face_updates` say how to use
 what they measure, as they do in the step-by-step march.
@@ -43,7 +43,7 @@ EPS = float(np.finfo(float).eps)
 
 
 class LedgerArrays(NamedTuple):
-    """What is kept of every step.
+    """Ledger, gates, episodes and peaks of all steps so far.
 
     Attributes:
         energies: The ledger, in the order of `Energies`, (12,), J.

@@ -148,8 +148,8 @@ def room_for_records(
 ) -> Records:
     """Return room for records and snapshots of some steps, for impacts that may end in them, and the work of sliding.
 
-    One impact in two steps may end at each face. The work of sliding so far is that of the accounts, which goes on in
-    place.
+    One impact in two steps may end at each face. The work of sliding so far comes from the accounts and
+    accumulates in place.
     """
     contact, reactions = modal.system.contact, modal.system.reactions
     rows, n, faces = steps // every + 2, len(modal.squares), int(contact.faces.max()) + 1

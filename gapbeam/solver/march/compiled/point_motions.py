@@ -1,4 +1,4 @@
-"""How contact points move with the DOFs, and what forces on them do: products of Phi and D.
+"""Motion of contact points with the DOFs, and of DOFs under point forces: products of Phi and D.
 
 Points around rigid sections share R, see `around_points`; others have their own rows. Which of the two it is, is known
 when these functions are compiled.

@@ -1,9 +1,9 @@
 """Fewer contact points across the width: a Gauss rule on each line of contact points across a face.
 
 The contact points (x, y_j) with weights w_j of one line make a discrete measure. Its Gauss rule has k nodes y_i, and
-the gap at a node is that of the polynomial of degree k - 1 that fits the gaps of the line best, g_i = sum_j P_ij g_j
+the polynomial of degree k - 1 that fits the gaps of the line best gives the gap at a node, g_i = sum_j P_ij g_j
 (`assembly.gauss_rule`). Motions that are symmetric about the bending plane are polynomials in y^2: the measure is then
-that of y^2, and k nodes integrate twice the degree.
+one of y^2, and k nodes integrate twice the degree.
 
 A mean over points with other initial gaps is the gap of no place: the lowest point of a round face touches long before.
 Lines whose initial gaps differ keep the points of the mesh, those within reach of the face that they are met by; where

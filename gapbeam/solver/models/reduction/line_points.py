@@ -27,7 +27,7 @@ UNSYMMETRIC = 4  # times as many points across the width, where faces may close 
 def gathered_points(
     case: Case, contact: ContactOperator, symmetric: bool, across: int | Literal["all"], facet_length: float
 ) -> ContactOperator:
-    """Return the operator with few points on each line across the faces of a solid; that of the mesh elsewhere.
+    """Return the operator with few points on each line across the faces of a solid, and the mesh's points elsewhere.
 
     Lines of faces that are not flat across keep the points of the mesh that can touch.
 
@@ -70,8 +70,8 @@ def refuse_other_faces(case: Case, contact: ContactOperator, interface_values: A
         there = float(np.max(mesh[contact.distributed.faces == face]))
         if not abs(found - there) <= allowed:
             raise UserError(
-                f'[model] type = "{case.model.type}": its {name} is not that of the mesh it comes from, {pose}\n'
-                f"  found:    the deepest contact point {found:.3g} m deep, that of the mesh {there:.3g} m\n"
+                f'[model] type = "{case.model.type}": its {name} differs from the mesh it comes from, {pose}\n'
+                f"  found:    the deepest contact point {found:.3g} m deep, in the mesh {there:.3g} m\n"
                 f"  expected: the same to {allowed:.2g} m, or the beam rests elsewhere than its mesh would\n"
                 f'  try:      {finer} in [model], or type = "full"'
             )

@@ -14,8 +14,8 @@ A basis without the motions that joints hold.
 
 Of q with B q = 0, B = R V of the rows R of the motions held, in coordinates y = (s + sigma)^(1/2) q in which the energy
 of K + sigma M is 1: the eigenvalues 1 / (s' + sigma) of its inertia on the null space of B (s + sigma)^(-1/2) give the
-low frequencies of the held body to full accuracy, and their vectors its vibration modes. The null space is that of
-Householder reflections, which leave alone what no joint holds, such as the lateral motions of a symmetric body.
+low frequencies of the held body to full accuracy, and their vectors its vibration modes. Householder reflections
+give the null space; they do not change what no joint holds, such as the lateral motions of a symmetric body.
 
 A rigid body on the contact faces of its mesh, as in multibody programs.
 

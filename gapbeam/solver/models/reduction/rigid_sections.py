@@ -35,7 +35,7 @@ from gapbeam.solver.system.semi_discrete import ContactOperator
 
 @dataclass(frozen=True)
 class Neglected:
-    """What a basis neglects of the static flexibility of the contact faces.
+    """Static flexibility of the contact faces that a basis neglects.
 
     Attributes:
         local: Its share for pressures that vary from point to point.
@@ -49,7 +49,7 @@ class Neglected:
 
 
 class KeptContact(Protocol):
-    """How the surface in the supports moves in a basis."""
+    """Motion of the surface in the supports, in a basis."""
 
     @property
     def count(self) -> int:
@@ -61,7 +61,7 @@ class KeptContact(Protocol):
 
     @property
     def inputs(self) -> tuple[Any, ...]:
-        """What its vectors and what they neglect follow from beside the contact rows of the mesh."""
+        """Inputs that the vectors and their neglected share follow from, besides the contact rows of the mesh."""
 
     def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[Array, float]:
         """Return modes and shapes, (n, k), and the largest `Modes.left`. Collective.

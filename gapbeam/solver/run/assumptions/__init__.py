@@ -1,1 +1,1 @@
-"""How close a run comes to the limits of the assumptions behind its equations."""
+"""Findings on the assumptions behind the equations of a run."""

@@ -1,4 +1,4 @@
-"""How the frequencies that carry the energy of a run stand beside step, mesh and basis."""
+"""Findings on the frequencies that carry energy, compared with step, mesh and basis."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ ON_MESH = Assumption(
     "bending waves of these frequencies are not resolved; try a smaller mesh.size",
 )  # fmt: skip
 IN_BASIS = Assumption(
-    "basis beside the frequencies", "highest frequency that carries energy over that of the basis", "1", 1.0, None,
+    "basis beside the frequencies", "highest frequency with energy over the highest of the basis", "1", 1.0, None,
     "the basis holds no modes of these frequencies; try more modes in [model]",
 )  # fmt: skip
 SLENDER = Assumption(

@@ -1,4 +1,4 @@
-"""How close the pose, the contact and the restraint of a run came to the limits of what the equations assume."""
+"""Findings on pose, contact and restraint of a run."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ SHALLOW = Assumption(
 )  # fmt: skip
 BESIDE_CLEARANCE = "penetration beside the clearance", "1", 0.1
 RESTRAINED = Assumption(
-    "weak restraint", "largest energy of the restraint over that of the beam", "1", 0.01, None,
+    "weak restraint", "largest energy of the restraint over the energy of the beam", "1", 0.01, None,
     "the restraint is not weak; soften [restraint], or look for a load along it",
 )  # fmt: skip
 RESOLVED = Assumption(

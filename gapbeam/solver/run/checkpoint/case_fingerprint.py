@@ -1,4 +1,4 @@
-"""What makes two cases the same run: every key but those that do not change what is computed."""
+"""Fingerprint of a case: every key but those that do not change the results."""
 
 from __future__ import annotations
 

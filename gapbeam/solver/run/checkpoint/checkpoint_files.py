@@ -44,7 +44,7 @@ class BrokenCheckpoint(Exception):  # noqa: N818 - the field's word
 
 @dataclass(frozen=True)
 class Contents:
-    """What a checkpoint holds.
+    """Contents of a checkpoint file.
 
     Attributes:
         path: Its file.

@@ -111,7 +111,7 @@ class Checkpoints:
 
     @property
     def due(self) -> bool:
-        """Whether it is time for one, by the clock of rank 0."""
+        """True where a checkpoint is due, by the clock of rank 0."""
         return self._interval > 0.0 and self._comm.rank == 0 and time.perf_counter() >= self._next
 
     def write(

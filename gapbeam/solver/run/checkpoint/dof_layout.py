@@ -1,4 +1,4 @@
-"""How the DOFs of a model lie on the ranks, and how those of a checkpoint are found in it.
+"""Layout of the DOFs of a model on the ranks, and the places of a checkpoint's DOFs in it.
 
 A full model keeps its DOFs at the nodes of a mesh, numbered anew for every number of ranks: they are matched by place.
 A model of few DOFs has the same ones on all ranks, as long as it goes on with the same matrices.
@@ -46,7 +46,7 @@ class DofLayout:
 
     @property
     def spread_out(self) -> bool:
-        """Whether every rank has DOFs of its own."""
+        """True where every rank has DOFs of its own."""
         return self.model.body.expansion is None
 
     @property

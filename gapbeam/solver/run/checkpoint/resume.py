@@ -1,4 +1,4 @@
-"""Whether and where a run in a results folder goes on."""
+"""Resume of a run in a results folder: whether it is possible, and from which checkpoint."""
 
 from __future__ import annotations
 

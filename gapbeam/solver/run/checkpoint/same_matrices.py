@@ -1,4 +1,4 @@
-"""Whether matrices that were kept are those of the model that was found anew, in another basis of the same motions.
+"""Comparison of stored matrices with those of a model set up anew, in another basis of the same motions.
 
     b_i (K + s M)^-1 b_j,    b_i (K + s M)^-1 M (K + s M)^-1 b_j    and the same with the restraint instead of M
 

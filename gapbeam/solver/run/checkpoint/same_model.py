@@ -59,7 +59,7 @@ def model_as_it_was(folder: Path, case: Case, model: Model, header: Mapping[str,
         folder: Results folder.
         case: The case, as it was read.
         model: Its model, found anew.
-        header: That of the checkpoint.
+        header: Header of the checkpoint.
         comm: The ranks.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Whether what a checkpoint holds belongs together: a checksum that fits does not make it a state of the model.
+"""Consistency of a checkpoint: a correct checksum does not make its contents a state of the model.
 
     M x, K x of u, v, a;    d = -(g0 + G u);    T, V and Psi of the ledger;    X q = u;    t = n dt
 

@@ -106,7 +106,7 @@ def put_in_place(part: Path, path: Path) -> None:
 
 
 class Sink:
-    """What HDF5 writes a file through: HDF5 does not hear that the disk is full.
+    """File object below HDF5, which keeps the first error of writing: HDF5 itself misses that a disk is full.
 
     HDF5 that cannot write does not get over it: it tries again whenever something is let go, and ends the process. So
     the first trouble is kept, nothing more is written, and whoever writes asks for it.

@@ -1,4 +1,4 @@
-"""Motion at the corners of the cells, which is what field files hold, without that of the other nodes."""
+"""Motion at the corners of the cells, which field files hold without the other nodes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gapbeam.solver.system.operators import Array, Indices, row_product
 
 @dataclass(frozen=True)
 class CornerValues:
-    """What takes the values at the corners that this rank owns out of the DOFs that are marched.
+    """Values at the corners that this rank owns, taken from the DOFs that are marched.
 
     A corner of a cell is a node of the space of the displacement, so its values are DOFs: nothing is interpolated. Of a
     reduced model only the rows of the corners are expanded.

@@ -1,4 +1,4 @@
-"""How much a run will write, and whether the disk has room for it."""
+"""Disk space that a run needs, and a check that it is free."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def around(cell: str, corners: Array) -> Array:
 
 @dataclass(frozen=True)
 class FieldGrid:
-    """What the XML of all fields of a mesh has in common.
+    """Common parts of the XML of all fields of a mesh.
 
     Attributes:
         cell: Name of the cells in DOLFINx.

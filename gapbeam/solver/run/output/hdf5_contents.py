@@ -1,4 +1,4 @@
-"""Whether what an HDF5 file holds is what a run has written there, looked at before any of it is read."""
+"""Check of the contents of an HDF5 file before any of it is read: only what a run writes is accepted."""
 
 from __future__ import annotations
 

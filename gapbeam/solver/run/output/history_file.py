@@ -60,7 +60,7 @@ class HistoryWriter:
 
     @property
     def records(self) -> int:
-        """How many records there are so far."""
+        """Number of records so far."""
         return self._length + self._waiting
 
     def append(self, rows: dict[str, Array]) -> None:

@@ -1,4 +1,4 @@
-"""What may lie where a run writes: plain files and folders of its own, nothing that leads elsewhere."""
+"""Check of the output folder: plain files and folders of the run itself, no links that lead elsewhere."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from gapbeam.solver.errors import UserError
 
 SHARED = "GAPBEAM_SHARED"
-"""What a root file system of environment/run shows of the machine: folders, with colons between."""
+"""Variable with the folders of the machine that the root file system of environment/run shows, separated by colons."""
 NO_DISKS = (Path("/proc"), Path("/sys"), Path("/dev"))
 BUT = Path("/dev/shm")
 LONGEST_NAME = 255  # bytes, of Linux

@@ -43,12 +43,12 @@ class RankRows:
 
     @cached_property
     def all_here(self) -> bool:
-        """Whether this rank has all rows, in their order."""
+        """True where this rank has all rows, in their order."""
         return np.array_equal(self.places, np.arange(self.count))
 
     @property
     def in_order(self) -> bool:
-        """Whether the whole table has the rows rank by rank. Collective."""
+        """True where the rows of the whole table follow rank by rank. Collective."""
         first = sum(self.comm.allgather(len(self.places))[: self.comm.rank])
         natural = np.array_equal(self.places, first + np.arange(len(self.places)))
         return all(self.comm.allgather(natural))
@@ -56,7 +56,7 @@ class RankRows:
 
 @dataclass(frozen=True)
 class ParallelTable:
-    """What this rank has of a table.
+    """Rows of a table on this rank.
 
     Attributes:
         rows: Where it belongs.

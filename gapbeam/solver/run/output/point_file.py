@@ -1,7 +1,7 @@
-"""points.csv: what each contact point has met in a run, one a line, that any program reads.
+"""points.csv: contact of each point in a run, one point a line, readable by any program.
 
-First touch, time in contact and largest penetration are those at the instants of the records. The angle is that of
-wear.csv. Cells of what is not known are empty: the first touch of a point that was never in contact at a record, and
+First touch, time in contact and largest penetration are those at the instants of the records. The angle is defined as
+in wear.csv. Cells of what is not known are empty: the first touch of a point that was never in contact at a record, and
 the impulses of a face that was pressed between records only, or that yields.
 """
 

@@ -17,7 +17,7 @@ from gapbeam.solver.system.operators import Array
 
 @dataclass(frozen=True)
 class StressFields:
-    """What takes the stress of a displacement.
+    """Stress fields of a displacement.
 
     Attributes:
         gradients: Give its gradient.

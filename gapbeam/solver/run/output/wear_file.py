@@ -1,7 +1,7 @@
 """wear.csv: the work of sliding at every contact point of a run, one a line, that any program reads.
 
-The angle is that of the wall from straight down, positive toward +y: 0 of a plane below the beam, 180 of one above it.
-The depth rate is that of the point alone, k W' / w, with the area w that belongs to the point. Under random loads the
+The angle of the wall is measured from straight down, positive toward +y: 0 for a plane below the beam, 180 above it.
+The depth rate of a point by itself is k W' / w, with the area w that belongs to the point. Under random loads the
 settled rate is the work rate behind the burn-in, with the 95 % interval of this point alone.
 """
 

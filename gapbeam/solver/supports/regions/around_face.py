@@ -167,7 +167,7 @@ class BoreFace(AroundFace):
 
     @property
     def circle(self) -> bool:
-        """Whether it is met as a circle."""
+        """True where contact is met as a circle."""
         return self.exact
 
     @property
@@ -186,7 +186,7 @@ class BoreFace(AroundFace):
 
     @property
     def middle_of_play(self) -> tuple[float, float, float] | None:
-        """That of the hole."""
+        """Middle of the hole."""
         return self.lateral, self.offset, self.gap
 
     def room(self, x: float, lateral: float, height: float) -> float:

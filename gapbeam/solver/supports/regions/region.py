@@ -61,17 +61,17 @@ class Region(Table, ABC):
 
     @property
     def recess(self) -> float:
-        """How much farther away than the clearance its wall is at most, m."""
+        """Largest distance of the wall beyond the clearance, m."""
         return 0.0
 
     @property
     def along_radii(self) -> bool:
-        """Whether a beam in its middle is met along the radii of its section, wherever it has moved to."""
+        """True where a centered beam is met along the radii of its section, wherever it has moved."""
         return False
 
     @property
     def touches_at_once(self) -> bool:
-        """Whether a beam that lies in it along its length touches it along lines or areas that do not grow."""
+        """True where a beam that lies along the support touches along lines or areas that do not grow."""
         return True
 
     def of_whole(self) -> Region:

@@ -56,7 +56,7 @@ class Profile(AroundRegion):
 
     @property
     def recess(self) -> float:
-        """That of the widest direction."""
+        """Recess of the widest direction."""
         return max(0.0, *self.recesses)
 
     def faults(self, key: Key, radius: float) -> Iterator[Fault]:
@@ -144,7 +144,7 @@ class Polygon(AroundRegion):
 
     @property
     def recess(self) -> float:
-        """That of the farthest wall."""
+        """Recess of the farthest wall."""
         return max(0.0, *self.recesses, 0.0)
 
     def faults(self, key: Key, radius: float) -> Iterator[Fault]:  # noqa: ARG002

@@ -39,7 +39,7 @@ def test_a_drawn_case_lies_within_its_errors(number: int, tmp_path: Path, monkey
 def attempt(number: int, *ratios: float, status: int = 0, second: int = 0) -> Attempt:
     """Return a run whose errors have these ratios to their estimates."""
     figures = tuple(Figure("settled", f"figure {place}", 1.0, 0.1, 0.1 * one, {}) for place, one in enumerate(ratios))
-    chosen = {"law": "kelvin-voigt"}
+    chosen = {"law": "kelvin-voigt", "scheme": "discrete-gradient"}
     return Attempt(number, "beam", "auto", chosen, status, "no seat", None, 1.0, second, "", None, figures)
 
 
@@ -82,3 +82,12 @@ def test_a_refusal_is_false_where_the_second_way_ends_well() -> None:
     assert not any(missed([replace(refused, status=0, second_status=4)]))
     assert not any(missed([replace(refused, status=3, off=0.3)]))
     assert any(missed([replace(refused, status=3, off=0.001)]))
+
+
+@pytest.mark.parametrize("scheme", ["generalized-alpha", "implicit-midpoint"])
+def test_an_energy_gate_of_a_scheme_that_changes_energy_is_true(scheme: str) -> None:
+    """Its status 3 is a measured energy; other statuses of it, and status 3 of a scheme that conserves, are judged."""
+    refused = replace(attempt(3, status=3), choices={"scheme": scheme}, off=0.001)
+    assert not any(missed([refused]))
+    assert any(missed([replace(refused, status=4)]))
+    assert any(missed([replace(refused, choices={"scheme": "discrete-gradient"})]))

@@ -106,6 +106,25 @@ def test_a_potential_is_accepted_where_it_is_the_integral_and_refused_a_thousand
         check_law(law)
 
 
+@pytest.mark.parametrize("size", [2.0**-14, 1.0, 2.0**10, 2.0**30])
+def test_a_potential_is_judged_alike_at_every_size(size: float) -> None:
+    """A second slope that the potential leaves out is found wherever it begins, and accepted where it is there."""
+    corner = 1e-3 * size
+
+    def spring(x: float, k: float) -> float:
+        return k * x if x < corner else k * (9.0 * x - 8.0 * corner)
+
+    def first(x: float, k: float) -> float:
+        return 0.5 * k * x * x
+
+    def both(x: float, k: float) -> float:
+        return first(x, k) if x < corner else k * (4.5 * x * x - 8.0 * corner * x + 4.0 * corner * corner)
+
+    check_law(gb.law(potential=both)(spring)(k=1e6))
+    with pytest.raises(gb.UserError, match="integral of the spring"):
+        check_law(gb.law(potential=first)(spring)(k=1e6))
+
+
 def test_an_own_region_moves_as_the_one_that_it_repeats() -> None:
     """A circle from its distance against the disc, and an ellipse that keeps energy."""
     one, ends = gb.mass(0.2, motions=2), []

@@ -144,7 +144,7 @@ def test_picking_a_signal_with_content_above_half_the_rate_warns() -> None:
 
 def test_a_rate_above_the_record_is_refused() -> None:
     with pytest.raises(SignalError, match=r"recorded at 1000 Hz, it cannot be sampled at 2000 Hz"):
-        smooth(sampled(np.sin, 1000.0))
+        smooth(sampled(np.sin, 1000.0), 2000.0)
 
 
 @settings(deadline=None, max_examples=20)

@@ -11,6 +11,7 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
+from benchmarks.similarity.scaled_case import scaled_case
 from gapbeam.solver.models.model import Model, build_model, model_of
 from gapbeam.solver.system.semi_discrete import VALUE, State
 from gapbeam.studies.trials.response import respond
@@ -32,9 +33,9 @@ def keys(clearance: float, contact: str) -> list[str]:
     ]
 
 
-def moving(contact: str) -> tuple[Model, State]:
-    """Return a tube in wide holes, and a moment in which it flies aside in both."""
-    model = build_model(gapbeam.read_case(CASE, [*QUICK, *keys(WIDE, contact)]), MPI.COMM_SELF)
+def moving(contact: str, size: float = 1.0) -> tuple[Model, State]:
+    """Return a tube of a size in wide holes, and a moment in which it flies aside in both."""
+    model = build_model(scaled_case(gapbeam.read_case(CASE, [*QUICK, *keys(WIDE, contact)]), size), MPI.COMM_SELF)
     end = respond(model, seated(model).state, 1037).end
     assert end is not None
     return model, end
@@ -59,6 +60,20 @@ def test_a_narrower_hole_takes_the_tube_along(contact: str) -> None:
     assert 0.98 * excess <= moved <= 1.45 * excess
     strains = [float(x.u[VALUE] @ operators.apply_stiffness(x.u[VALUE])) for x in (end, begin.state)]
     assert strains[1] == pytest.approx(strains[0], rel=0.05)
+
+
+@pytest.mark.parametrize("size", [2.0**-14, 2.0**10])
+def test_tubes_of_every_size_are_taken_along_alike(size: float) -> None:
+    """By the same share of the clearance, without bending, and with the same words."""
+    found = []
+    for one in (1.0, size):
+        before, end = moving("circle", one)
+        case = scaled_case(gapbeam.read_case(CASE, [*QUICK, *keys(NARROW, "circle")]), one)
+        begin = carried(model_of(case, before.body), end, before.case)
+        assert len(begin.notes) == 1
+        found.append((float(begin.notes[0].split("up to ")[1].split()[0]) / one, begin.state.depth / one))
+    assert found[1][0] == pytest.approx(found[0][0], rel=5e-3)
+    assert found[1][1] == pytest.approx(found[0][1], abs=1e-6 * WIDE)
 
 
 def test_kicks_go_aside_in_holes() -> None:

@@ -22,15 +22,14 @@ from gapbeam.solver.record_table import SMOOTHING_WINDOW
 Sampling = Literal["mean", "pick"]
 FloatArray = np.ndarray
 
-RATE = 2000.0  # Hz, of the paper
-POINTS = 5
+POINTS = 5  # as in the paper
 SHARE = 0.05  # of the forcing period, or of the record without one
 
 _EDGE = 1.0e-6
 _FOLDED = 0.01
 
 
-def smooth(signal: Signal, rate: float = RATE, points: int = POINTS, sampling: Sampling = "mean") -> Signal:
+def smooth(signal: Signal, rate: float, points: int = POINTS, sampling: Sampling = "mean") -> Signal:
     """Sample a signal at a rate, then average over n points, centered.
 
     Args:
@@ -85,7 +84,7 @@ def smooth_over(signal: Signal, window: float) -> Signal:
     return smooth(signal, points / window, points)
 
 
-def resample(signal: Signal, rate: float = RATE, sampling: Sampling = "mean") -> Signal:
+def resample(signal: Signal, rate: float, sampling: Sampling = "mean") -> Signal:
     """Sample a signal at a lower rate.
 
     "mean": sample j is the mean over j/rate <= t <= (j+1)/rate, placed at the middle: exact for the piecewise

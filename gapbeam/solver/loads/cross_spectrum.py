@@ -15,7 +15,7 @@ from gapbeam.solver.table import Name, NonNegative, Number, Table
 from gapbeam.solver.wording.short_words import apart, exceeds
 
 MOST = 1000  # rows
-LONGEST_DELAY = 1.0e6  # s
+LONGEST_DELAY = 2**40  # samples of the noise: whose number, and 1e-4 of a sample more, a float still holds
 FASTEST_PHASE = (
     360.0 / 64.0
 )  # degrees in an interval of the filter's grid; its smoothing takes 2 % of the coherence then
@@ -69,7 +69,7 @@ class CrossSpectrum(Table):
         return given if isinstance(given, tuple) else (given,) * len(self.frequencies or (0.0,))
 
     def faults(self, key: Key) -> Iterator[Fault]:
-        """Yield rows that do not pair or ascend, coherences beyond 0 and 1, and delays beyond any run.
+        """Yield rows that do not pair or ascend, and coherences beyond 0 and 1.
 
         Args:
             key: The way to its table in the case.
@@ -89,10 +89,6 @@ class CrossSpectrum(Table):
                 "a coherence from 0 (nothing in common) to 1 (all)",
                 _instead_of(wrong[0]),
             )
-        if abs(self.delay) > LONGEST_DELAY:
-            delay, longest = apart(abs(self.delay), LONGEST_DELAY)
-            sign = "-" if self.delay < 0.0 else ""
-            yield Fault((*key, "delay"), f"{sign}{delay} s", f"at most {longest} s", "is it in another unit?")
 
     def _row_faults(self, key: Key, given: float | tuple[float, ...], frequencies: Key) -> Iterator[Fault]:
         """Yield several values without frequencies, or for another number of them."""
@@ -106,13 +102,20 @@ class CrossSpectrum(Table):
             found = f"{len(given)} for {count} frequencies"
             yield Fault(key, found, "one value for each frequency", "one number holds at all", related=(frequencies,))
 
-    def detail_faults(self, key: Key, interval: float) -> Iterator[Fault]:
-        """Yield rows that are closer, and phases that change faster, than the filter of the noise can show.
+    def detail_faults(self, key: Key, interval: float, rate: float) -> Iterator[Fault]:
+        """Yield a delay that its samples cannot count, and rows closer, and phases faster, than its filter can show.
 
         Args:
             key: The way to its table in the case.
             interval: Between frequencies of the filter, Hz.
+            rate: Samples of the noise in a second.
         """
+        if abs(self.delay) * rate > LONGEST_DELAY:
+            delay, longest = apart(abs(self.delay), LONGEST_DELAY / rate)
+            sign = "-" if self.delay < 0.0 else ""
+            expected = f"at most {longest} s, 2^40 samples of noise at {rate:g} Hz"
+            yield Fault((*key, "delay"), f"{sign}{delay} s", expected, "is it in another unit?")
+            return
         fastest = FASTEST_PHASE / interval
         phases = self._rows(self.phase)
         for (one, following), (low, high) in zip(pairwise(self.frequencies or ()), pairwise(phases), strict=True):

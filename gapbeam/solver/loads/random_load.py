@@ -198,7 +198,8 @@ class PairedNoiseLoad(NoiseLoad):
         yield from wrong
         if not found and not wrong:
             spectrum = self.spectrum.spectrum()
-            yield from cross.detail_faults(place, sample_rate(spectrum) / filter_length(spectrum))
+            rate = sample_rate(spectrum)
+            yield from cross.detail_faults(place, rate / filter_length(spectrum), rate)
 
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a delay that is longer than the run, such as one in ms."""

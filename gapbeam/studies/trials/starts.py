@@ -26,6 +26,7 @@ from mpi4py import MPI
 from scipy.optimize import linprog
 
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.body import Body
@@ -34,16 +35,17 @@ from gapbeam.solver.models.model import Model, build_body, model_of
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State, imaged
 
-SOFT = 2.0 * pi  # rad/s: springs on the mass that leave a free body its rigid motions, far below bending
+SOFT = 0.02  # of the first bending frequency: springs on the mass that leave a free body its rigid motions
+SLACK, ROUND_OFF = 1.0e-9, 1.0e-10  # of the depth that is allowed, of the thickness
 STOPPED = 1.0e-6  # of the largest motion at the faces: less is none
 LEFT_OVER = 1000.0  # cost of depth that is left, of that of motion
 MOST_CUTS = 30
 CLEARED = 1.0e-7  # of the largest excess: the tolerance of linear programs
 
 
-def slack(allowed: Array) -> float:
-    """Return what depths may differ by, m."""
-    return 1.0e-9 * float(np.max(allowed)) + 1.0e-12
+def slack(model: Model, allowed: Array) -> float:
+    """Return what depths may differ by, m: a share of those that are allowed, and round-off of places."""
+    return SLACK * float(np.max(allowed)) + ROUND_OFF * model.case.beam.thickness
 
 
 def rigid_motions(model: Model) -> Array:
@@ -53,7 +55,7 @@ def rigid_motions(model: Model) -> Array:
     forces at the faces do. Motions that the model does not have are left out.
     """
     contact, operators = model.system.contact, model.system.operators
-    soft = operators.factor(SOFT**2, 1.0)
+    soft = operators.factor((2.0 * pi * SOFT * overhang_frequency(model.case)) ** 2, 1.0)
     lever = contact.positions[:, 0] - float(np.mean(contact.positions[:, 0]))
     motions = list[Array]()
     for pushed, along in _pushed(model):
@@ -223,11 +225,11 @@ def carried(model: Model, end: State, before: Case) -> Start:
     u = end.u[VALUE]
     depth = contact.depth(contact.interface.trace(u, operators), time)
     allowed = np.maximum(end.depth, 0.0) if len(end.depth) == len(depth) else np.zeros(len(depth))
-    if np.any(depth > allowed + slack(allowed)):
+    if np.any(depth > allowed + slack(model, allowed)):
         u, moved, left = moved_clear(model, u, time, allowed)
         depth = contact.depth(contact.interface.trace(u, operators), time)
         notes.append(f"moved by up to {moved:.3g} m as a rigid body, as the faces are closer")
-        if left > slack(allowed):
+        if left > slack(model, allowed):
             notes.append(f"in spite of that {left:.3g} m deeper in its faces than before")
     pressure = end.pressure if len(end.pressure) == contact.size else np.zeros(contact.size)
     state = State(time, imaged(operators, u), imaged(operators, end.v[VALUE]), depth, pressure)

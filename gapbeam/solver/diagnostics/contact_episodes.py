@@ -1,12 +1,11 @@
-"""Contact episodes: are the impacts resolved by the time step?
+"""Contact episodes, which show whether the time step resolves the impacts.
 
 An episode of a face lasts from the step in which it closes to the step in which it has opened. What happens
 within a step or two is a matter of the scheme, not of the beam: the share of the impulse that short episodes
 carry says how much of the contact force is so.
 
-Impacts, contact episodes and peaks of a face after each step: loops measure, these functions count.
-
-The functions take and return plain numbers, as those of `ledger_update` do.
+Loops measure, and these functions count impacts, episodes and peaks after each step. They take and return plain
+numbers, as those of `ledger_update` do.
 """
 
 from __future__ import annotations

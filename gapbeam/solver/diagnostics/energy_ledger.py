@@ -1,18 +1,13 @@
-"""The energy ledger of a run.
+"""Energy ledger of a run.
 
     (T + V + Psi)(t) - (T + V + Psi)(0) = W - D_structural - D_contact - D_friction - D_algorithmic + residual
 
-Every term on the right but the residual is accumulated from what a step did (`ledger_update`, for every loop); the
-left side is measured on the state. The residual is therefore an independent check: of the linear solver, of the contact
-solve and of the bookkeeping. The algorithmic dissipation is what the scheme itself took (positive) or created
-(negative).
+Every term on the right but the residual is accumulated from what a step did; the left side is measured on the state.
+The residual is therefore an independent check: of the linear solver, of the contact solve and of the bookkeeping. The
+algorithmic dissipation is what the scheme itself took (positive) or created (negative).
 
-The energy balance of a march after each step, for every loop: loops measure, these functions enter.
-
-    (T + V + Psi)(t) - (T + V + Psi)(0) = W - D_structural - D_contact - D_friction - D_algorithmic + residual
-
-The functions take and return plain numbers, so that the step-by-step march calls them as they stand and kernels compile
-them.
+Loops measure each step and call functions of plain numbers here: the step-by-step march calls them as they stand, and
+kernels compile them.
 """
 
 from __future__ import annotations

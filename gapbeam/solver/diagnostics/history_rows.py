@@ -1,8 +1,8 @@
-"""From instants of a march to records of the history.
+"""Records of the history from instants of a march, with motion relative to supports that move.
 
-The straight line that follows the supports: what motion relative to supports that move is counted from.
+The reference of that motion is a straight line that follows the supports,
 
-    r(x, t) = sum_k (w_k(t) - w_k(0)) L_k(x),    u_rel = u - r
+    r(x, t) = sum_k (w_k(t) - w_k(0)) L_k(x),    u_rel = u - r.
 
 L_k(x) is the line of least squares, at x, through the middles of all supports and joints, where the support that the
 motion w_k moves is displaced by a unit along its direction and all others are at rest. Supports that move alike give

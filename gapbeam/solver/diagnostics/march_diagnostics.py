@@ -1,10 +1,6 @@
-"""What is kept of every accepted step of a march: energy ledger, gates, contact episodes, peaks, counts.
+"""Accounts of a march over all accepted steps: energy ledger, gates, contact times, impacts, episodes, peaks, counts.
 
-Impacts in figures: how many in a second, and how approach speed, impulse and duration are distributed.
-
-How long each face was in contact, and how often it closed, since t = 0.
-
-The impacts of every face of a march: what is running, what has ended, and the sum of the approach speeds.
+Impacts become figures: rates, and distributions of approach speed, impulse and duration.
 """
 
 from __future__ import annotations

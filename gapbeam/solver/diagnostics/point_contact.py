@@ -1,24 +1,22 @@
-"""What each contact point has met, seen at the instants of the records.
+"""Contact of each point, seen at the instants of the records, and the work of sliding.
 
 With the penetrations d0 and d1 at the records at both ends of an interval dt:
 
     time in contact = sum of dt where d1 > 0,    load = sum of w P(d0, d1) dt,    deepest = max d
 
-P is the mean pressure of the law over the interval, damping included. The march gives the impulse of a face; its
-points share it as they share the load. Where a record is written for every step, first touch and time in contact go by
-the rule of the faces, see `gapbeam.solver.diagnostics.march_diagnostics`, and P is the pressure of a step of the
-discrete gradient. Contacts that begin and end between two records are not seen.
+P is the mean pressure of the law over the interval, damping included. The march gives the impulse of a face; its points
+share it as they share the load. Where a record is written for every step, first touch and time in contact go by the
+rule of the faces, see `gapbeam.solver.diagnostics.march_diagnostics`, and P is the pressure of a step of the discrete
+gradient. Contacts that begin and end between two records are not seen.
 
-What contact did to each face since t = 0: impulse, largest penetration, largest forces.
+The work of sliding is the integral of N |v_t| over time at every contact point,
 
-The work of sliding: the integral of N |v_t| over time at every contact point.
-
-    W = sum over steps of N |s|
+    W = sum over steps of N |s|.
 
 N is the normal force of a point in the balance of a step, s the way that the point moves along its face in the step.
 Over the time T it is the work rate W / T. Friction with the coefficient mu takes mu W from the motion of a point that
-slides; W itself is measured without friction as well. `gapbeam.solver.system.slip_modes` says which part of it is
-impact, sliding and sticking.
+slides; W itself is measured without friction as well. `gapbeam.solver.system.slip_modes` divides it into impact,
+sliding and sticking.
 
 Source: Archard, Journal of Applied Physics 24 (1953) 981, for wear in proportion to W; Pettigrew, Taylor, Fisher,
 Yetisir and Smith, Nuclear Engineering and Design 185 (1998) 249, for the work rate.

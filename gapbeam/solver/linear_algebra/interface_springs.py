@@ -1,7 +1,4 @@
-"""Springs between DOFs of the interface, added to a distributed matrix.
-
-A linear map on the vectors of a rank as PETSc's matrix, which knows nothing but its products.
-"""
+"""Springs between DOFs of the interface, added to a distributed matrix that only multiplies."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""The choice of loads: the tables [[load]] of a case, distinguished by their `type`.
-
-What the loads of a case together drive a motion with: frequencies, and the weight.
-
-Directions of loads as unit vectors, and points on the beam axis as coordinates.
-"""
+"""Loads of a case: the tables [[load]], distinguished by `type`, with their directions, frequencies and weight."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
-"""The base of all loads: what models, checks, time steps, starts and studies ask a load.
+"""Base of all loads: traits that models, checks, time steps, starts and studies ask for, and keys of recorded loads.
 
-They read these traits, and never which load it is. What has no answer that fits every load is abstract: a load that
-leaves it out cannot be made.
-
-The keys that all recorded loads have in common: the file of a measured signal, and how it is read.
+The rest of the code reads these traits and never asks which load it is. A trait without a value that fits every load is
+abstract: a load that leaves it out cannot be made.
 """
 
 from __future__ import annotations

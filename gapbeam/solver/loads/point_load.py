@@ -1,12 +1,6 @@
-"""What all forces at a point have in common.
+"""Forces at a point, f = N(x_p)^T e s(t) with s in N: harmonic with a smooth start, constant, or recorded.
 
-What all harmonic loads have in common: amplitude, frequency, phase and a smooth start.
-
-A harmonic force at a point: f = N(x_p)^T e s(t), s in N.
-
-A constant force at a point: f = N(x_p)^T e F at all times, from the seat on.
-
-A recorded force at a point: f = N(x_p)^T e s(t), s in N from a file.
+A constant force acts at all times, from the seat on.
 """
 
 from __future__ import annotations

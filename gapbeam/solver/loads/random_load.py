@@ -1,8 +1,6 @@
-"""A random load: a force at a point or an acceleration of the support, Gaussian noise of a given spectrum.
+"""Random loads: Gaussian noise of a given spectrum, as a force at a point or an acceleration of the support.
 
-What random loads have in common, wherever they act: Gaussian noise of a given spectrum.
-
-A random load that may have a cross-spectrum with another one of its type: it is made of noise of both.
+A load may have a cross-spectrum with another one of its type: it is then made of the noise of both.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""How the rows of a text file are written: what separates columns, and the names above them.
+"""Layout of the rows of a text file: delimiter, decimal mark, and the names above the columns.
 
-Where commas do not separate columns, they are those of decimals.
+Commas that do not separate columns are decimal marks.
 """
 
 from __future__ import annotations

@@ -1,10 +1,7 @@
-"""What all recorded loads have in common: a function of time from a file.
+"""Recorded loads: functions of time from a file, with the checks and warnings of their records.
 
-What is wrong with a record by itself and in a run; the file is read for that.
-
-How fast a record is, and what it holds, in words.
-
-Records that are too coarse for their motion or for the run, that jump, or that look like another unit.
+Records are refused or questioned where they are too coarse for their motion or for the run, jump, or look like another
+unit.
 """
 
 from __future__ import annotations

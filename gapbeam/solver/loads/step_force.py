@@ -1,12 +1,8 @@
-"""A force at a point that is switched on: f = N(x_p)^T e s(t).
+"""Forces at a point that are switched on, f = N(x_p)^T e s(t), and the base of loads that never repeat.
 
     s(t) = F (r(t - start) - r(t - end))
 
 r is the smooth start of `gapbeam.solver.loads.ramp`, or a step from 0 to 1 without a ramp.
-
-What loads have in common that are a force at a point or an acceleration of the support, as a key says.
-
-What loads have in common that never repeat and may start smoothly.
 """
 
 from __future__ import annotations

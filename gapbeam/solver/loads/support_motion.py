@@ -1,20 +1,11 @@
-"""What all motions of the support have in common.
+"""Motions of supports: of all of them together, of the walls of one support, and of a clearance.
 
-What all motions of the walls of one support have in common.
+Base motion is the load f = -M e a_b(t) in the frame of the support, where a_b is the given acceleration, or the first
+or second derivative of the given velocity or displacement, ramp included. Walls of one support move by q(t) - q(0), in
+m, with q = r(t) A sin(2 pi f t + phi) or from a file. A clearance changes by a table, as in thermal closure or a
+release,
 
-Harmonic motion of one support: its walls move by q(t) - q(0), q = r(t) A sin(2 pi f t + phi), in m.
-
-Recorded motion of one support: its walls move by q(t) - q(0), q from a file, in m.
-
-Recorded motion of the support: f = -M e a_b(t) in the frame of the support, a_b from a file.
-
-Harmonic motion of the support: f = -M e a_b(t) in the frame of the support.
-
-a_b is the given acceleration, or the first or second derivative of the given velocity or displacement, ramp included.
-
-A clearance that changes in time: thermal closure, a release that opens.
-
-    c(t) = clearance + x(t)
+    c(t) = clearance + x(t).
 
 x is the curve through the rows of a table: piecewise cubics that keep the rows monotone, at rest in the first and in
 the last row, and constant after it. It overshoots no row, so that no closure is deeper than the table says; its speed

@@ -1,10 +1,8 @@
-"""The recipe from a model to its motion: model, scheme, plan of the march, seat, start, steps.
+"""Simulation of a case, from the model to its motion: model, scheme, plan of the march, seat, start, steps.
 
     case -> model -> scheme -> plan -> seat -> start -> steps
 
 Runs, studies, predictions, benchmarks and Python sessions all go this way; they differ in what they do with the steps.
-
-From a model to the march that its case asks for.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""A march in blocks of one or many steps: what runs and sweeps consume, however the steps are computed.
-
-Some whole steps of a march, and how those that come one by one are gathered.
-"""
+"""Blocks of one or many steps of a march, which runs and sweeps consume however the steps are computed."""
 
 from __future__ import annotations
 

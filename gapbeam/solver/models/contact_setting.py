@@ -1,8 +1,6 @@
-"""Stiffness, damping and friction of the contact at every point: those of [contact], or a support's own.
+"""Contact law, stiffness, damping and friction at every contact point: from [contact], or from the support itself.
 
-The contact of a body at stations in round holes, where supports ask for circles.
-
-The contact law of a case on a body: one law, or those that supports name, each at its points.
+Supports that ask for circles are met at stations.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""From the DOFs of a basis of beam elements to the nodes of a mesh, as a product that is never multiplied out.
-
-What a held body keeps of the equations of motion along what joints hold.
-"""
+"""Expansion from a basis of beam elements to the nodes of a mesh, as a product that is never multiplied out."""
 
 from __future__ import annotations
 

@@ -1,8 +1,6 @@
-"""The computed time step: the frequencies of interest, the contact, and records that fall on whole steps.
+"""Time step of a run where none is given: from the frequencies of interest, the contact and the output intervals.
 
-Scales of the contact: its linearized stiffness and the duration of an impact.
-
-The time step of the explicit scheme: the stability limit, and a step below the limit where none was given.
+An explicit scheme has a step below its stability limit.
 """
 
 from __future__ import annotations

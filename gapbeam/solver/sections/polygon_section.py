@@ -1,7 +1,4 @@
-"""Any closed polygon with holes.
-
-What makes no cross-section of a polygon with holes.
-"""
+"""Polygon section: any closed polygon with holes, and the checks of its corners."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""The choice of cross-sections: `section` of [beam], by name or as a table with its `type`.
-
-The I section.
-
-The hollow rectangle.
-"""
+"""Cross-sections: `section` of [beam], by name or as a table with its `type`, with the I and the hollow rectangle."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""The round tube.
-
-The solid rectangle.
-
-The solid disc.
-"""
+"""Simple cross-sections: tube, solid rectangle, solid disc."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Where the supports of a beam are, and how much play they leave: lengths and clearances that scales are made of.
+"""Layout of the supports of a beam: places, lengths and play that scales follow from, and the motions of their bodies.
 
-The motions of support bodies: one along the bending axis each, and a second one across it around the beam.
+Bodies move along the bending axis, and around the beam also across it.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""The tables of supports: [support], the base and gland at x = 0, and what every [[support]] along the beam has.
+"""Tables of supports: [support], the base and gland at x = 0; keys of every [[support]] along the beam; their play.
 
 The contact law that a [[support]] may name besides is in `gapbeam.solver.case.placed_support`.
-
-The play of a support: where its middle is, and how far a beam in the middle can move from there.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The semi-discrete system: the equation of motion with contact.
+"""Semi-discrete system: the equation of motion with contact.
 
     M a + C v + K u = sum_k s_k(t) f_k + H^T (w p) + T^T (w t),    C = c_M M + c_K K + dashpots,
     g = g0 + G u + W(t)
@@ -8,9 +8,8 @@ the contact pressure, W by how much walls that move open the gaps (`wall_motion`
 both contain the stress (`nitsche`). With friction,
 T takes them to the motion along the faces, and t is the tangential traction (`laws.coulomb_friction`).
 Finite element models (PETSc) and small dense ones (numpy) are the same type; integrators, laws and analyses
-never know which. Vectors are numpy arrays of the part that this rank owns.
-
-Snapshots: what field files show of a motion at some times.
+never know which. Vectors are numpy arrays of the part that this rank owns. Snapshots hold what field files show of a
+motion at some times.
 """
 
 from __future__ import annotations

@@ -1,9 +1,4 @@
-"""Short words of messages: lists of options, and text of the user's that fits on a line.
-
-Two numbers that are compared: equal to round-off or not, and in words that differ where the numbers do.
-
-The known name that a mistyped one was probably meant to be.
-"""
+"""Words of messages: lists of options, close numbers set apart, text of the user's on one line, and likely meanings."""
 
 from __future__ import annotations
 

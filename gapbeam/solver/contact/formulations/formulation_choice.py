@@ -1,14 +1,8 @@
-"""Which contact formulations there are: the union of their tables.
+"""Contact formulations: their tables, the union of them, and the traits that the rest of the code asks for.
 
-What the table of a contact formulation says about the formulation: its traits, with the values that most have.
-
-Penalty: the pressure follows a law of the penetration.
-
-Augmented Lagrangian: a penalty, and multipliers that are updated until nothing penetrates.
-
-Nitsche's method; the operator that it assembles stands in `assembly.nitsche_terms`.
-
-Unilateral contact: the gap is held at zero by a penalty that is rigid beside the body, or exactly by impulses.
+Penalty: the pressure follows a law of the penetration. Augmented Lagrangian: a penalty, and multipliers that are
+updated until nothing penetrates. Nitsche: the stress of the body is part of the pressure (`assembly.nitsche_terms`).
+Unilateral: the gap stays at zero, by a penalty that is rigid compared with the body, or by impulses.
 """
 
 from __future__ import annotations

@@ -1,12 +1,11 @@
-"""A stop that yields: elastic up to a yield pressure, then plastic, with a set that stays; the gap has grown.
+"""Tables of contact laws: elastic-plastic and stiffening stops, and the laws damped by a coefficient of restitution.
 
-A mass m that arrives at v0 on such a stop (F_y, k of the whole contact, no hardening) leaves a set s and returns at v1:
+An elastic-plastic stop is elastic up to a yield pressure, then plastic, with a set that stays: the gap has grown. A
+mass m that arrives at v0 on such a stop (F_y, k of the whole contact, no hardening) leaves a set s and returns at v1:
 
     m v0^2 / 2 = F_y s + F_y^2 / (2 k),    v1 = F_y / sqrt(k m)
 
-What laws have in common whose damping follows from a coefficient of restitution and the speed at touch.
-
-A stop that stiffens: a linear spring whose stiffness changes at given depths, with a constant damper.
+A stiffening stop is a linear spring whose stiffness changes at given depths, with a constant damper:
 
     p(d) = K (<d> + sum_j (f_j - f_(j-1)) <d - d_j>) + c d',   f_0 = 1
 

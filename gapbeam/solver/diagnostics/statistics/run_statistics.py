@@ -1,7 +1,4 @@
-"""The statistics of a run under random loads: gathered from its records, in constant memory.
-
-Statistics of a run with those of the work of sliding at every contact point.
-"""
+"""Statistics of a run under random loads, gathered from its records in constant memory, sliding work included."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Products of a sparse matrix in square blocks with several columns at once: it is read once for all of them.
-
-Compiled update of a Chebyshev sweep at each node, in one pass over memory.
-"""
+"""Products of a sparse block matrix with several columns, and Chebyshev sweeps, each in one pass over memory."""
 
 from __future__ import annotations
 

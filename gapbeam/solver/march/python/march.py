@@ -1,8 +1,7 @@
-"""The march in time: a generator of accepted steps.
+"""March in time: a generator of accepted steps.
 
-A step is halved where the contact solve does not converge and, in adaptive marches, where the contact is not resolved.
-
-What an adaptive step must resolve, or be halved: impacts on a face, and the energy of the scheme.
+A step is halved where the contact solve does not converge and, in adaptive marches, where it resolves neither an impact
+nor the energy of the scheme.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""The contact points that a reduced model keeps across the width.
-
-The contact faces of a model with fewer contact points, beside those of the mesh that it comes from.
+"""Contact points that a reduced model keeps across the width, and a check of them against the mesh.
 
 A model whose points are means over the points of a mesh is compared with that mesh where it lies undeformed, and where
 it is seated: the deepest points of each face have to be as deep, or the beam rests elsewhere than its mesh would.

@@ -1,7 +1,4 @@
-"""A basis in its own modal coordinates: V with V^T M V = 1 and V^T K V = diag(s).
-
-Ritz vectors: directions of unit energy in the span of given vectors.
-"""
+"""Basis in its own modal coordinates, V^T M V = 1 and V^T K V = diag(s), from Ritz vectors of given directions."""
 
 from __future__ import annotations
 

@@ -1,11 +1,4 @@
-"""What the regions of supports have in common: the faces that bound what the beam may take up.
-
-A stop: one plane, below or above the beam.
-
-A slot: one plane below the beam and one above it.
-
-What regions around a round beam have in common.
-"""
+"""Regions of supports: the faces that bound the beam. A stop is one plane, a slot is a plane below and one above."""
 
 from __future__ import annotations
 

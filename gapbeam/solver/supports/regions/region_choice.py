@@ -1,10 +1,7 @@
-"""The choice of regions: `region` of a [[support]], by name or as a table with its `type`.
+"""Regions that a [[support]] may have, by name or as a table with its `type`.
 
-A profile: a hole that is not round, measured or worn.
-
-A hole: a bore, a sleeve or a drilled baffle around a round beam.
-
-A polygon: flat walls around a round beam, such as a broached hole, lattice bars or a V-block.
+A hole is a bore, a sleeve or a drilled baffle around a round beam; a profile is a hole that is not round, measured or
+worn; a polygon consists of flat walls, such as a broached hole, lattice bars or a V-block.
 """
 
 from __future__ import annotations

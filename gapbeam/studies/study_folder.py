@@ -1,6 +1,6 @@
-"""The folder that a study writes: a fit place, held by one process from before the first computation to the end.
+"""Folder that a study writes: a fit place, locked by one process from before the first computation to the end.
 
-Records of sweeps and identifications that are on disk: what they must hold to be gone on with.
+A study is resumed from its records on disk, which are checked first.
 """
 
 from __future__ import annotations

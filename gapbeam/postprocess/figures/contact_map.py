@@ -1,4 +1,4 @@
-"""Figure: where the beam touches a support: share of time in contact, impulse per area, largest penetration.
+"""Figure of contact along a support: share of time in contact, impulse per area, largest penetration.
 
 Faces around the beam are unrolled: x along the beam, the angle from straight down around it. Planes have curves over x.
 """

@@ -1,7 +1,4 @@
-"""Everything that is computed from the history of one probe: peaks, spectra, harmonics, period.
-
-The findings of an analysis as text and as plain data.
-"""
+"""Analysis of the history of one probe: peaks, spectra, harmonics and period, with the findings as text and as data."""
 
 from __future__ import annotations
 

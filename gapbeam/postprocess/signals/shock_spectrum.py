@@ -1,19 +1,19 @@
-"""Shock response spectra: the largest responses of oscillators of one DOF whose base moves as a record does.
+"""Spectra of records: shock response spectra, and power spectral densities with intervals.
+
+A shock response spectrum holds the largest responses of oscillators of one DOF whose base moves as the record does,
 
     z'' + 2 zeta w z' + w^2 z = -a(t),    absolute: max |a + z''|,    pseudo: max w^2 |z|
 
 from rest, over the record. The filters are exact for a that is linear between its values (ramp invariant). To a force
 in place of a the pseudo spectrum is the static force of the same deflection.
 
-Source: Smallwood, Shock Vib. Bull. 51 (1981) 279; ISO 18431-4, equations of the relative displacement.
+Power spectral densities follow from Welch's method: the record is cut into windows that overlap by half and are
+weighted by Hann's; the squares of their transforms, without their means, are averaged. Densities are one-sided: their
+integral over frequency is the mean square. The mean of K windows is taken as chi-squared with
+2 K / (1 + (1 - 1/K) / 18) degrees of freedom, as neighbors share a little.
 
-Power spectral densities of records by Welch's method, with the interval that the length of the record leaves.
-
-The record is cut into windows that overlap by half and are weighted by Hann's; the squares of their transforms, without
-their means, are averaged. Densities are one-sided: their integral over frequency is the mean square. The mean of K
-windows is taken as chi-squared with 2 K / (1 + (1 - 1/K) / 18) degrees of freedom, as neighbors share a little.
-
-Source: Welch, IEEE Trans. Audio Electroacoust. 15 (1967); Percival and Walden, Spectral Analysis (1993), chapter 6.
+Source: Smallwood, Shock Vib. Bull. 51 (1981) 279; ISO 18431-4, equations of the relative displacement. Welch, IEEE
+Trans. Audio Electroacoust. 15 (1967); Percival and Walden, Spectral Analysis (1993), chapter 6.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""A signal: values of one quantity over time, picked from the history of a run.
-
-Extremes of a signal: overall and in every forcing period, with their times.
-"""
+"""Signal of one quantity over time, picked from the history of a run, and its extremes in every forcing period."""
 
 from __future__ import annotations
 

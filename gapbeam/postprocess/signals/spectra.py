@@ -1,7 +1,4 @@
-"""Amplitude spectra over a whole number of forcing periods.
-
-The table of harmonics: what a spectrum shows at multiples and fractions of the forcing frequency.
-"""
+"""Amplitude spectra over a whole number of forcing periods, and tables of their harmonics and subharmonics."""
 
 from __future__ import annotations
 

@@ -1,12 +1,9 @@
-"""The figures of a forced response over windows of whole periods: one number each, with its scatter.
+"""Figures of a forced response over windows of whole periods at the end of a record: one number each, with its scatter.
 
 A window is 12 forcing periods long, which hold whole cycles of 1, 2, 3, 4, 6 and 12 periods; a response with another
 cycle gets the next multiple of it. A settled response has the same figures in every window, to its residual; one that
-never repeats has a mean and a scatter, which is all that can be compared.
-
-The figures of a response without a period: peak to peak over the whole record, and the largest forces.
-
-Windows of whole forcing periods at the end of a record, after the transient.
+never repeats has a mean and a scatter, which is all that can be compared. Without a forcing period the figures are peak
+to peak over the whole record, and the largest forces.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Workers of Dask: started, given points, and ended.
-
-Jobs with workers that end before their study: others are submitted in their place.
-"""
+"""Pool of Dask workers: started, given points, and ended; jobs that end before their study are submitted again."""
 
 from __future__ import annotations
 

@@ -1,12 +1,8 @@
-"""Where a study computes its points: in this process, in workers of this machine, or on many machines.
+"""Workers of a study: this process, processes of this machine, or jobs on many machines.
 
-Options of sbatch, as they are typed behind `--slurm`: what a job of workers gets, and how many workers it holds.
-
-What every worker process loads before its first point (`--preload` of Dask), and how it computes one.
-
-One piece of work in a process of its own, whose time and memory are those of the work alone.
-
-How long a study still takes, from what it has done: nothing is said before anything is done.
+The options behind `--slurm` are those of sbatch. Every worker process loads the libraries before its first point
+(`--preload` of Dask). Work whose time and memory are measured gets a process of its own. The remaining time of a study
+is estimated from the points that are done.
 """
 
 from __future__ import annotations

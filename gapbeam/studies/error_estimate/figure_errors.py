@@ -1,4 +1,4 @@
-"""The error of each key figure, from the differences between a run and its companions.
+"""Errors of the key figures, from the differences between a run and its companions.
 
 With f of the run, R of its reference, and A, C, D, H, K of the companions (finest, coarser mesh, four times the step,
 half the step, stiffer contact),
@@ -31,11 +31,7 @@ With the variance v of a mean, c = t sqrt(2 v) and Student's t (95 %, two-sided)
 with the factors F_i of the terms above: what differs by more than chance is an error of step, mesh or stiffness.
 
 The factors but those derived here were found by comparing estimates with converged marches; benchmarks.drawn_cases
-compares them.
-
-Predictability of a motion: where it parts from its companions, and whether it repeats.
-
-Key figures with their errors in words, as the last line of a run has them.
+compares them. A motion is predictable until it parts from its companions.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The largest contact force of each face: on record where the contact is resolved, else the mean over the contact.
+"""Largest contact force of each face, recorded where the contact is resolved, otherwise as the mean over the contact.
 
 The largest force on record means something where records resolve the contact that carries it. Elsewhere it follows the
 step and the formulation and has no limit as the step shrinks. The mean over the contact is an impulse over a time,
@@ -11,9 +11,7 @@ The duration of a contact is
 where the force is a line between records, so that T does not jump where a record is half of the peak. For half a sine T
 is the contact itself; of a face that stays closed while a short blow meets it, T is the blow.
 
-The key figures of a motion, over windows of equal length; their names are those of all tables of a run.
-
-The spans of a run over which figures are taken, and the windows in them.
+Key figures are taken over the spans of a run, in windows of equal length; their names are those of all tables of a run.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What an identification has found: the best values, how well they are known, what they predict.
+"""Conclusion of an identification: best values, how well they are known, and their predictions.
 
-What lies around the best values: derivatives of the figures, their noise, and the profile of the misfit.
+Around the best values it has derivatives of the figures, their noise, and the profile of the misfit.
 """
 
 from __future__ import annotations

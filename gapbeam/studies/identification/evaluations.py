@@ -1,6 +1,6 @@
-"""All evaluations of an identification: computed side by side, each once, and on disk as soon as they are there.
+"""Evaluations of an identification: each set of values once, in parallel, and on disk as soon as it is done.
 
-One experiment with one set of values, in a process of its own: march, windows, figures.
+An experiment is marched in a process of its own: march, windows, figures.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""From the file of an identification to a problem, or to one error with every fault in it.
+"""File of an identification, read into a problem of unknowns on their scales, experiments and measurements.
 
-An identification as it is computed: unknowns on their scales, experiments, measurements.
+All faults of a file are reported in one error.
 """
 
 from __future__ import annotations

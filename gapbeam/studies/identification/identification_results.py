@@ -1,7 +1,4 @@
-"""The files of an identification: best values, all figures, all evaluations.
-
-What an identification found, as tables and sentences for the terminal.
-"""
+"""Results of an identification: files with best values, figures and evaluations, and tables for the terminal."""
 
 from __future__ import annotations
 

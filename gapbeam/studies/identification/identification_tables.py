@@ -1,7 +1,4 @@
-"""The file of an identification as frozen pydantic models: what is unknown, what was measured, how to search.
-
-Contradictions between the tables of an identification.
-"""
+"""Tables of an identification file: unknowns, measurements and search, with the contradictions between them."""
 
 from __future__ import annotations
 

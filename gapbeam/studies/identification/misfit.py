@@ -1,9 +1,8 @@
-"""From the figures of evaluations to residuals: what the search makes small.
+"""Misfit of an identification, from the figures of evaluations, and the search that minimizes it.
 
-The search for the unknowns: differential evolution, least squares with finite differences, from several starts.
-
-All coordinates run from 0 to 1, from the lower to the upper bound of an unknown on its scale. Residuals that are not
-numbers, of runs that failed, are worse than all others and are never averaged into anything.
+The search is differential evolution, then least squares with finite differences, from several starts. All coordinates
+run from 0 to 1, from the lower to the upper bound of an unknown on its scale. Residuals that are not numbers, of runs
+that failed, are worse than all others and are never averaged into anything.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The rates at which a case wears its faces on given gaps: one run, its statistics, and what was found in it.
+"""Wear rates of a case on given gaps, from the statistics of one run, by face or by contact point.
 
-The rates at which a case wears each of its contact points: gaps that grow where they are worn.
+Gaps of contact points grow where they are worn,
 
     dd_i / dt = k W_i' / w_i
 

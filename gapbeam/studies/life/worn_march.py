@@ -1,4 +1,4 @@
-"""Gaps that grow by wear, in blocks of time: how deep each face is worn, and when the first one reaches a limit.
+"""March of wear in blocks of time: depth of each face as gaps grow, and life until the first reaches its limit.
 
     dd/dt = r(d)
 
@@ -15,11 +15,9 @@ variance is taken from the square of the estimate.
 A rate that is wrong by dr for the time h shifts all that follows by h dr / r, and no more, as r depends on d alone. Of
 the face that reaches the limit first, the errors of the blocks are thus added up as times: their sizes, and beside
 them the square root of the sum of the squares of half of the intervals. What errors at one face change at another one
-is left out.
+is left out. Faces whose lives end at different depths are marched as shares of their limits.
 
 Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993), sections III.1 and III.5.
-
-Lives of faces that end at different depths: they are marched as shares of their limits.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The end springs, and the length, of a beam on springs that has given frequencies.
+"""End springs, and length, of a beam with given frequencies: a map of the misfit, and least squares from it.
 
     minimize  sum_n (ln f_n(k1, k2, l) - ln f_n,given)^2 / accuracy^2
 
@@ -7,10 +7,6 @@ units of E I / l^3 and E I / l, so that no valley is overlooked; the best of eac
 with the slopes in closed form. Intervals come from the Jacobian there. They mean nothing on a plateau, where
 frequencies no longer feel a spring: so each spring is also set to either end of the map, and all else fitted anew;
 where that does as well, the frequencies determine a limit, or nothing.
-
-The search for end springs, and a length, with given frequencies: a map of the misfit, and least squares from it.
-
-The unknowns are ln k1, ln k2 and, if asked for, ln l; the residuals ln f_n - ln f_n,given.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Modes of a case beside those of the theory, and the end springs that reproduce them or those measured.
+"""Comparison of the modes of a case with beam theory, and the end springs that reproduce them or measured ones.
 
-Modes matched by shape: the modal assurance criterion between the sections of a body and a beam of the theory.
+Modes are matched by shape: by the modal assurance criterion between the sections of a body and a beam of the theory,
 
     MAC = (x . y)^2 / ((x . x) (y . y)),    x . y = sum_slices m x y
 

@@ -1,4 +1,4 @@
-"""What a run will cost, from a trial of it on this machine.
+"""Prediction of the cost of a run, from a trial of it on this machine.
 
     total = set-up + seat + once + steps * per_step + fields * per_field
 
@@ -6,7 +6,7 @@ Everything that a run does before its march is done and timed, then a few steps 
 the seat with the loads at their full amplitude, so that contact opens and closes as it will. Nothing is kept for the
 next time: what another day or another machine measured would not hold.
 
-What a run costs that is too large to try out: coarser meshes of the same beam are tried out, and scaled.
+A run that is too large to try out is tried out on coarser meshes of the same beam, and scaled,
 
     cost(n) = cost(n2) (n / n2)^b,    b = ln(cost(n2) / cost(n1)) / ln(n2 / n1)
 

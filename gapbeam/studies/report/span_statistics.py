@@ -1,10 +1,7 @@
-"""The statistics of a span of a run, from its records.
+"""Statistics of a span of a run, and its wear, from the sums over time that its records hold.
 
-Records hold the sums over time that figures of faces are made of, but for the squares of forces and the approach
-speeds: their figures are left out. So are records before the first one of the span, and no burn-in is cut but that of
-the span.
-
-The wear of a span of a run, from the sums over time that its records hold.
+Records lack the squares of forces and the approach speeds, whose figures are left out. So are records before the first
+one of the span, and no burn-in is cut but the span's own.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What a sweep leaves behind: one table of all responses, the census, and a picture.
+"""Results of a sweep: one table of all responses, the census, and a picture.
 
-A sweep from its plan to its tables: points read, responses computed side by side, responses classified.
+A sweep reads its points, computes the responses in parallel and classifies them.
 """
 
 from __future__ import annotations

@@ -1,11 +1,9 @@
-"""How far a fidelity level is from the finest, and how far that may be from the truth.
+"""Errors of fidelity levels relative to the finest, the error of the finest itself, and the choice of a level.
 
 All fidelity levels start from their own seat. Figures are compared window by window over the span of the case, as
 errors grow with time: a period that is 0.01 % too long detunes a resonance, and shows after hundreds of periods only. A
 chaotic motion can be compared as long as it can be predicted: as long as the members of the reference family stay
 together. Beyond that it has only statistics: means over windows and starts, with their standard errors.
-
-Which fidelity level to take for a tolerance, and whether the tolerance is promised.
 
 A tolerance is promised where the level is inside it over the span of the case: error and uncertainty of the reference
 together, in every window. What is missing is a doubt, and a doubt is never dropped.

@@ -1,8 +1,6 @@
-"""A trade-off from a case file to its files, and the level of fidelity that a stored one names for a tolerance.
+"""Trade-off of a case: run, stored on disk, and asked for the fidelity level of a tolerance.
 
-Trade-offs on disk: what they depend on, and the fidelity level that one of them names for a tolerance.
-
-Whether a run keeps the tolerance that was asked for: into its summary, its last line and its exit status.
+A run that was asked for a tolerance states in its summary, last line and exit status whether it keeps it.
 """
 
 from __future__ import annotations

@@ -1,13 +1,11 @@
-"""Where a response starts: the seat, the seat with a random kick, or the end of another response.
+"""Starts of responses: the seat, the seat with a random kick, or the end of another response.
 
 A settled response may be one of several; which one depends on the start. Kicks are velocities of the seated beam, and
-phases of the forcing, drawn from a seeded generator; carried starts follow a response from point to point.
+phases of the forcing, drawn from a seeded generator; carried starts follow a response from point to point. The body of
+the last case is kept for the next one, where only clearance, law or loads differ.
 
-The body of the last case, kept for the next one that differs only in what is cheap to change.
-
-Rigid motions that take a beam out of faces that have come closer.
-
-With the motions V, x the penetrations at a pose u and a the amplitudes,
+Where faces have come closer, a rigid motion takes the beam out of them. With the motions V, x the penetrations at a
+pose u and a the amplitudes,
 
     least sum |a_i| + 1000 t,    x(u + V a) <= allowed + t
 

@@ -1,7 +1,4 @@
-"""One run of a case that leaves no files: its figures and its verdict.
-
-Trials of a case at every point of a grid, side by side.
-"""
+"""Trials: runs of a case that leave no files but figures and a verdict, one or at every point of a grid."""
 
 from __future__ import annotations
 

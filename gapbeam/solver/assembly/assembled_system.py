@@ -1,4 +1,4 @@
-"""A beam under its loads, with the mass, spring and damper that loads such as exciters attach to it.
+"""Assembled system: a beam under its loads, with attached masses, springs, dampers, joints and fluids.
 
 An exciter pulls with s(t) + preload along its direction e at a point x_p, and moves with the beam there. With
 b = N(x_p)^T e,
@@ -13,8 +13,6 @@ Joints and masses add the same to the mean motions of cross-sections, b being th
 acts on masses. Fluid is fixed to the sections at its Gauss points; gravity and base motion act on the mass that the
 beam displaces, upside down (`attachments.fluid_table`). What joints hold is in the operators already
 (`assembly.attached_motions`).
-
-Which motions of cross-sections the joints, masses and fluids of a case act on, in its model.
 
 A motion that a joint holds has no DOF in a reduced, beam or rigid model (`models.reduction.held_motions`). In a full
 model a spring in K holds the motion: 1e4 E A / h, or 1e4 E A h for a rotation, far stiffer than a section of

@@ -1,22 +1,20 @@
-"""From tagged faces to the contact operator G, H, T, w, g0.
+"""Assembly of the contact operator G, H, T, w, g0 from tagged faces, at points or at stations.
 
 Contact points are the quadrature points of the facets that face a support. Planes are met along the bending
 axis: a plane stands the gap of its face away from the outermost point of the facets, so faces that are not flat start
 with their own gaps. Weights are areas projected on the bending axis. Friction acts across it, along the other axes. The
 faces of holes are met along the radii of the section, and friction acts along the beam and around it.
 
-The mean motions of the surface of a round beam at stations along each support around it.
-
-The quadrature points (x_j, w_j) of the surface within a support make a discrete measure along the beam. The nodes x_s
-of its Gauss rule are the stations. The mean motions of the sections, along y and z, are a polynomial in x that fits the
-motions u_j of the surface best,
+Stations along a support around a round beam take the mean motions of its surface. The quadrature points (x_j, w_j) of
+the surface within a support make a discrete measure along the beam. The nodes x_s of its Gauss rule are the stations.
+The mean motions of the sections, along y and z, are a polynomial in x that fits the motions u_j of the surface best,
 
     s_s = sum_a pi_a(x_s) c_a,    c_a = sum_j w_j pi_a(x_j) u_j,    a < 4
 
 with pi_a the orthonormal polynomials of the measure. A force at a station is spread over the surface likewise: its
 resultant and its moments are those of a force at x_s, and around the section it is the same everywhere.
 
-How the surface of a section moves along its support is that of a rigid section, too: u_x = U + a y + b z along the
+Along its support, the surface of a section moves like a rigid section, too: u_x = U + a y + b z along the
 beam, and r t around it. U, a, b and t are fitted along x likewise, to u_x, 2 y u_x / r^2, 2 z u_x / r^2 and
 (y u_z - z u_y) / r^2, whose means around a circle they are.
 """

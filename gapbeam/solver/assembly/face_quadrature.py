@@ -1,7 +1,4 @@
-"""Quadrature points on the contact faces, with the basis functions there.
-
-Points within the body: basis functions and their gradients in all cells that meet there.
-"""
+"""Quadrature points on the contact faces and points within the body, with basis functions and their gradients."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""[[joint]]: what holds a cross-section of the beam to the frame of the supports, without play.
+"""Attachments of a beam: tables [[joint]], [[fluid]] and [[mass]].
 
-[[fluid]]: still fluid around a part of the beam: added mass, buoyancy and damping per length.
+A joint holds a cross-section to the frame of the supports, without play.
 
-A section that moves across the axis with the velocity v relative to the fluid feels, per length,
+A fluid at rest around a part of the beam adds mass, buoyancy and damping per length. A section that moves across the
+axis with the velocity v relative to the fluid feels, per length,
 
     f = -m_a v' - c v,
 
@@ -16,9 +17,8 @@ The equation is integrated along the fluid by Gauss's rule: each of its points i
 Source: Morison, O'Brien, Johnson and Schaaf (1950), Petroleum Transactions 189, 149-154, in the linear form; Lamb
 (1932), Hydrodynamics, 6th ed., sec. 68, for the cylinder, whose added mass is the displaced mass.
 
-[[mass]]: a mass on the beam, with rotary inertia, on its axis or beside it.
-
-A mass at d from the centroid of a cross-section moves as a point that the section carries (`attachments.mean_motion`),
+A mass sits on the axis or off it, with rotary inertia. At d from the centroid of a cross-section it moves as a point
+that the section carries (`attachments.mean_motion`),
 
     T = m |v + omega x d|^2 / 2 + I_r (theta_t^2 + psi_t^2) / 2 + I_p phi_t^2 / 2,
 

@@ -1,4 +1,4 @@
-"""The mean motions of a cross-section that joints hold and masses follow.
+"""Mean motions of a cross-section, which joints hold and masses follow, and the matrices that they add.
 
 Of the displacement u over the cross-section A at x, with y across and z along the bending direction from its center,
 
@@ -15,7 +15,6 @@ from its centroid moves by small rotations with it, phi the twist:
     lateral:   v + d_x psi - d_z phi
     vertical:  w + d_x theta + d_y phi
 
-What joints and masses add to the mean motions of cross-sections.
 """
 
 from __future__ import annotations

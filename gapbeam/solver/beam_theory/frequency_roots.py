@@ -1,4 +1,4 @@
-"""Roots of the frequency equation: the n-th for certain, for any end springs.
+"""Roots of the frequency equation of a beam on end springs: the n-th for certain, for any springs.
 
 A spring that stiffens raises every root, and none beyond the next root of the beam without it (each is a positive
 perturbation of rank one), so that
@@ -12,10 +12,8 @@ the four limits, whose roots lie one to an interval between multiples of pi / 2.
 
 Source: Courant and Hilbert (1953), VI.1, for the interlacing.
 
-The frequency equation of a beam on a draught spring and a torsion spring at one end, free at the other.
-
-With xi = x / l in [0, 1], y'''' = lambda^4 y and the dimensionless springs s1 = k1 l^3 / E I, s2 = k2 l / E I, the
-boundary conditions are
+The beam stands on a translational and a rotational spring at one end and is free at the other. With xi = x / l in [0,
+1], y'''' = lambda^4 y and the dimensionless springs s1 = k1 l^3 / E I, s2 = k2 l / E I, the boundary conditions are
 
     y'''(0) + s1 y(0) = 0,    y''(0) - s2 y'(0) = 0,    y''(1) = y'''(1) = 0.
 

@@ -1,6 +1,4 @@
-"""A beam on end springs with its dimensions: stiffness in N/m and N m/rad, frequencies in Hz.
-
-Mode shapes of a beam on end springs, stable from rigid motions to the thousandth mode.
+"""Beam on end springs, in N/m and N m/rad: frequencies in Hz, and mode shapes up to the thousandth.
 
 Two functions satisfy the equation and the conditions at the free end, with eta = 1 - xi: those of Krylov,
 

@@ -1,4 +1,4 @@
-"""The spectrum of a random signal as it was generated, beside the one asked for, with the scatter that chance allows.
+"""Spectrum and cross-spectrum of random signals as generated, against those asked for, with the scatter of chance.
 
 The bands hold equal shares of the power asked for. Their mean squares are sums over Welch's estimate with Hann windows
 that overlap by half. Neighboring frequencies of one window are correlated with 4/9 and 1/36, neighboring windows with
@@ -10,11 +10,10 @@ The sum is taken as chi-squared with that variance. E_k is the spectrum asked fo
 
 Source: Welch, IEEE Trans. Audio Electroacoust. 15 (1967); Percival and Walden, Spectral Analysis (1993), chapter 6.
 
-The cross-spectrum of two random loads as it was generated, beside the one asked for, with the scatter of chance.
-
-The other load is taken as much earlier as this one follows it. Each line f of the Fourier transforms X1 and X2 of both,
-under a Hann window over the whole run, is divided by the root of its spectrum, and X2 turned back by the phase asked
-for: Y1 and Y2 are complex normal numbers then, of equal size, with the correlation gamma(f). Over a band,
+For the cross-spectrum, the other load is taken as much earlier as this one follows it. Each line f of the Fourier
+transforms X1 and X2 of both, under a Hann window over the whole run, is divided by the root of its spectrum, and X2
+turned back by the phase asked for: Y1 and Y2 are complex normal numbers then, of equal size, with the correlation
+gamma(f). Over a band,
 
     r = Re sum conj(Y1) Y2 / (sum |Y1|^2 sum |Y2|^2)^(1/2)
 

@@ -1,4 +1,4 @@
-"""Gaussian noise of a given spectrum as a smooth function of time, with a smooth start.
+"""Random functions of time: Gaussian noise of a given spectrum, with a smooth start.
 
     s(t) = r(t) sum_n c_n B(F t - n),    c = h * w
 
@@ -16,15 +16,14 @@ is stationary and Gaussian and does not repeat. Blocks of it are filtered by fas
 
 Source: Oppenheim and Schafer, Discrete-Time Signal Processing (2010), chapters 7 and 8.
 
-Independent normal numbers by their count: any of them at any time, the same ones wherever they are asked for.
-
-A counter-based generator turns a key and a counter into random bits without a state. The key is a hash of the seed
-and of a name, the counter is the place in the sequence; pairs of uniform numbers become pairs of normal ones (Box and
-Muller), which takes a fixed number of bits.
+The normal numbers are counted: any of them is known at any time, the same wherever it is asked for. A counter-based
+generator turns a key and a counter into random bits without a state. The key is a hash of the seed and of a name, the
+counter is the place in the sequence; pairs of uniform numbers become pairs of normal ones (Box and Muller), which takes
+a fixed number of bits.
 
 Source: Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3 (2011); Philox4x64-10 of NumPy.
 
-What a random signal shares with another one: the white noise of the other one, and how much of it at which phase.
+A signal may share the white noise of another one, with a coherence and a phase:
 
     X2 = S2^(1/2) (G W1 + (1 - |G|^2)^(1/2) W2),    X1 = S1^(1/2) W1,    G = gamma exp(i phi - 2 pi i f T)
 

@@ -1,9 +1,8 @@
-"""A random force per length along the beam, such as that of turbulent cross flow, with a coherence and a profile.
+"""Random force per length along the beam, such as turbulent cross flow causes, with a coherence and a profile.
 
-The coherence of a load along the beam as it was generated, beside the one asked for, with the scatter of chance.
-
-The load acts as forces Q_i at stations (`line_patterns`). All of them have the spectrum S(f) of the load, and the
-coherence does not depend on frequency; so that the correlation of two of them is their coherence,
+The coherence as generated is compared with the one asked for. The load acts as forces Q_i at stations
+(`line_patterns`). All of them have the spectrum S(f) of the load, and the coherence does not depend on frequency; so
+that the correlation of two of them is their coherence,
 
     rho_ij = C_ij / (C_ii C_jj)^(1/2),
 
@@ -17,11 +16,10 @@ beside rho_ij stands the curve at their distance.
 
 Source: Fisher, Metron 1 (1921) 3, for atanh(r); Bendat and Piersol, Random Data (2010), section 8.2, for n.
 
-The patterns of a random load along the beam: forces at Gauss points with the covariance of the load.
-
-The force per length q(x, t) = v(x)^2 s(x, t) has the cross-spectral density S(f) v(x)^2 v(x')^2 rho(|x - x'|). The
-motion of the beam along the load is a polynomial through its values at n Gauss points, u(x) = sum_i l_i(x) u_i. So the
-load does the work of forces Q_i at these points with the covariance S(f) C,
+The stations are Gauss points, with the covariance of the load. The force per length q(x, t) = v(x)^2 s(x, t) has the
+cross-spectral density S(f) v(x)^2 v(x')^2 rho(|x - x'|). The motion of the beam along the load is a polynomial through
+its values at n Gauss points, u(x) = sum_i l_i(x) u_i. So the load does the work of forces Q_i at these points with the
+covariance S(f) C,
 
     C_ij = int int l_i(x) v(x)^2 l_j(x') v(x')^2 rho(|x - x'|) dx dx',
 

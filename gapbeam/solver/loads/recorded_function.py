@@ -1,4 +1,4 @@
-"""Recorded loads as functions of time, with a smooth start.
+"""Recorded functions of time, with a smooth start, and the curve between the rows of a record.
 
     q(t) = r(t) (scale (x(start + t) - mean) + offset)
 
@@ -8,11 +8,10 @@ acceleration of the support from a recorded acceleration, velocity or displaceme
 equations are those in the frame of the support, where only its acceleration acts. Before the first row and after the
 last, s is 0, or the record again.
 
-The curve between the rows of a record, and what it holds: its peak, its spectrum.
-
-Schemes of order 2 need a load that is smooth between its rows, and a base motion given as a displacement needs its
-second derivative: the cubic spline is twice continuously differentiable, and its error is of order 4. It overshoots at
-jumps, where piecewise cubics that keep the data monotone (order 2 at peaks, one continuous derivative) do not.
+Peak and spectrum of a record are those of its curve. Schemes of order 2 need a load that is smooth between its rows,
+and a base motion given as a displacement needs its second derivative: the cubic spline is twice continuously
+differentiable, and its error is of order 4. It overshoots at jumps, where piecewise cubics that keep the data monotone
+(order 2 at peaks, one continuous derivative) do not.
 
 Source: de Boor, A Practical Guide to Splines (1978); Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984).
 """

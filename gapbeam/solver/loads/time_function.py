@@ -1,6 +1,6 @@
-"""The function of time s of a load, and its mean over intervals.
+"""Function of time s of a load, and its mean over intervals.
 
-A sine whose frequency goes from one value to another and, if asked for, back.
+A swept sine has a frequency that goes from one value to another and, if asked for, back,
 
     s(t) = r(t) A sin(2 pi phi(t)),    phi(t) = int_0^t f dt
 
@@ -9,7 +9,7 @@ A sine whose frequency goes from one value to another and, if asked for, back.
 
 On the way back f is mirrored at t = T. Behind the sweep the last frequency is held, or the load is 0.
 
-Harmonic time functions with a smooth start, and their derivatives.
+Harmonic functions with a smooth start have their derivatives in closed form,
 
     q(t) = r(t) A sin(2 pi f t + phi)
 

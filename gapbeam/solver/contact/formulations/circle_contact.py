@@ -16,8 +16,6 @@ their number grows; here it is one. What is left out is that a wall that gives w
 circumference as it is pressed: N is linear in x where P is.
 
 Source: LaBudde and Greenspan (1976), Numerische Mathematik 25, 323-346, for the discrete force.
-
-The sections that are met as circles: which points belong to one, and by which motions they move together.
 """
 
 from __future__ import annotations

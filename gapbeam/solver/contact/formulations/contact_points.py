@@ -1,4 +1,4 @@
-"""From contact at the quadrature points to resultant springs at places of the faces.
+"""Contact points of a user's choice: resultant springs at places of the faces, and figures of whole supports.
 
 A force on a single node gives a displacement there that grows without bound as cells shrink, so a resultant F_i is
 spread over a patch by a hat function N_i around its place, and its gap is the mean of the gap over the same patch:
@@ -8,11 +8,9 @@ spread over a patch by a hat function N_i around its place, and its gap is the m
 with j the quadrature points of the face. That is G -> P G, g0 -> P g0 and, with friction, T -> P T; the areas A_i stand
 instead of w, so that a law F(d) is the pressure F(d) / A_i.
 
-Contact by figures of whole supports: weights of contact points whose sum is the same for every section.
-
-A stiffness k of a whole support, N/m^n, is the law F = k d^n of a beam that lies on it along its length L. With the
-nominal area A = L b (b the width of the beam) a law per area has K = k / A, and the weights of the contact points that
-touch at once add up to A:
+A stiffness k of a whole support, N/m^n, needs weights of contact points whose sum is the same for every section: it is
+the law F = k d^n of a beam that lies on it along its length L. With the nominal area A = L b (b the width of the beam)
+a law per area has K = k / A, and the weights of the contact points that touch at once add up to A:
 
     sum_i w_i = A,    F = sum_i w_i K d^n = k d^n
 

@@ -1,4 +1,4 @@
-"""A contact law, per area: an elastic pressure, a damped one, and whether they may pull.
+"""Contact law, per area: an elastic and a damped pressure, adhesive or not.
 
 With the penetration d = -g, the closed law is
 
@@ -7,8 +7,6 @@ With the penetration d = -g, the closed law is
 clipped at p >= 0 unless the face may pull (`adhesive`). Each time scheme asks for the law in the form that it can
 trust; clipped, all forms are non-decreasing in the penetration at the end of the step, so that the step has one
 solution. The formulas stand in `point_law`, for one point; they serve both marches.
-
-How the pressure over a midpoint step depends on the penetrations at its start and its end.
 """
 
 from __future__ import annotations

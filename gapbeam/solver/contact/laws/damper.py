@@ -1,9 +1,10 @@
-"""The damped part of a contact law, per area: p = c(d) d' for d > 0, with c(d) by the formula of a law.
+"""Damping and friction of a contact law, per area.
 
-Each law writes c(d), its slope and its integral C(d) = int_0^d c at one point, in its own file. Over a step in which
-the penetration moves from d0 to d1 the time mean of c(d) d' is (C(d1) - C(d0)) / dt, whatever the path in between.
+The damped pressure is p = c(d) d' for d > 0, with c(d) by the formula of a law. Each law writes c(d), its slope and its
+integral C(d) = int_0^d c at one point, in its own file. Over a step in which the penetration moves from d0 to d1 the
+time mean of c(d) d' is (C(d1) - C(d0)) / dt, whatever the path in between.
 
-Coulomb friction, regularized: the traction along the face opposes the slip velocity v.
+Coulomb friction is regularized: the traction along the face opposes the slip velocity v,
 
     t = -mu <p> v / sqrt(|v|^2 + v0^2)
 

@@ -1,8 +1,8 @@
-"""Which contact laws there are: the union of their tables, and their damping formulas by number for compiled code.
+"""Contact laws: their tables, the union of them, and their damping formulas by number for compiled code.
 
 A law is added by its file, and here by an import, a place in the union, a number and a line of `damping`.
 
-Kelvin and Voigt's law: a linear spring and a constant damper, p = K d + c d'; p jumps at touch.
+Kelvin and Voigt's law is a linear spring and a constant damper, p = K d + c d'; p jumps at touch.
 
 A mass m on such a contact is a damped oscillator for the time of the contact, with zeta = c / (2 sqrt(K m)) and
 s = sqrt(1 - zeta^2). Clipped, it leaves when the force is zero; if the face may pull, when d is zero again. It arrives
@@ -13,7 +13,7 @@ at v0 and leaves with e v0:
 
 Clipped, zeta may exceed 1: acos becomes acosh and s = sqrt(zeta^2 - 1), with e = exp(-2) at zeta = 1.
 
-Hunt and Crossley's law: damping in proportion to the elastic pressure, p = K d^n (1 + chi d').
+Hunt and Crossley's law has damping in proportion to the elastic pressure, p = K d^n (1 + chi d').
 
 A mass that arrives at v0 leaves with e v0, where p = chi v0 solves
 
@@ -21,15 +21,12 @@ A mass that arrives at v0 leaves with e v0, where p = chi v0 solves
 
 whatever K, n and the mass are.
 
-Source: Hunt and Crossley (1975), J. Appl. Mech. 42, 440-445.
+ADAMS's IMPACT function is p = K d^n + c(d) d', c rising as a smooth step up to a depth. Lankarani and Nikravesh's law
+is Hunt and Crossley's damping with chi = 3 (1 - e^2) / (4 v0); it gives a higher restitution than asked for unless e is
+close to 1.
 
-The law of ADAMS's IMPACT function: p = K d^n + c(d) d', c rising as a smooth step up to a depth.
-
-Lankarani and Nikravesh's law: Hunt and Crossley's damping with chi = 3 (1 - e^2) / (4 v0).
-
-It gives a higher restitution than asked for unless e is close to 1.
-
-Source: Lankarani and Nikravesh (1990), J. Mech. Des. 112, 369-376; Eq. 2 of Li et al. (2013).
+Source: Hunt and Crossley (1975), J. Appl. Mech. 42, 440-445; Lankarani and Nikravesh (1990), J. Mech. Des. 112,
+369-376; Eq. 2 of Li et al. (2013).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A contact law whose elastic pressure e(d) is a formula of its own, not K d^n; it has its potential and its slope.
+"""Contact laws with an elastic pressure e(d) of their own instead of K d^n, and mixtures of laws.
 
     p = e(d) + c(d) d' for d > 0,   psi(d) = int_0^d e
 
@@ -6,10 +6,9 @@ All forms of the law follow from these three functions: the discrete gradient is
 potential, or a quadrature of e where two depths are so close that the difference would cancel. Machine code knows
 springs K d^n only; such a law is marched step by step.
 
-Supports with different contact laws: each law acts on the contact points of its supports.
-
-All forms of a law are taken point by point, so that a mixture is the laws side by side: what holds for each of them
-(one solution of a step, a potential whose difference is the work of a discrete gradient) holds for all together.
+Of supports with different contact laws, each law acts on the contact points of its supports. All forms of a law are
+taken point by point, so that a mixture is the laws side by side: what holds for each of them (one solution of a step, a
+potential whose difference is the work of a discrete gradient) holds for all together.
 """
 
 from __future__ import annotations

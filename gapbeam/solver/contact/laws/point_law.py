@@ -1,9 +1,7 @@
-"""A contact law at one point: spring, damper and clipping in the form that a scheme asks for.
+"""Contact law at one point: spring, damper and clipping in the form that a scheme asks for.
 
 With the penetration d = -g, the closed law is p = e(d) + c(d) d' for d > 0, p = 0 otherwise, clipped at p >= 0 unless
-the face may pull.
-
-The contact law of `point_law` at many points: rows of m points, (r, m), filled in place.
+the face may pull. At many points, rows of m points, (r, m), are filled in place.
 """
 
 from __future__ import annotations

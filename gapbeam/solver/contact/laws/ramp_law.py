@@ -3,9 +3,7 @@
 Each ramp is a linear spring that begins at a depth. Its potential and its discrete gradient are known in closed form
 (`springs`), and so are those of the sum: a midpoint step conserves the energy of such a contact at any step.
 
-A contact law whose elastic pressure is not K d^n: made from the spring, the damper and the traits of its table.
-
-The law of a stop that yields: an elastic-plastic spring whose plastic set s stays.
+A stop that yields is an elastic-plastic spring whose plastic set s stays:
 
     p = K <d - s>,    p <= p_y(s),    s grows so that p = p_y(s) where more would be needed
 

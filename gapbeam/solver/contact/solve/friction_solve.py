@@ -1,18 +1,16 @@
-"""Contact with friction in one step: contact and slip in turn, until the friction forces settle.
+"""Contact with friction in one step: Newton's iteration on both, then contact and slip by turns until they agree.
 
     d = d_held - s G A^-1 (H^T (f - f_held) + T^T h),    f = w P(d)
     v = v_held + c T A^-1 (H^T (f - f_held) + T^T h),    h = -mu <f> v / sqrt(|v|^2 + v0^2)
 
-Newton's iteration on both (`solve.coupled_newton`) gives a start. Given h, f then solves a contact problem,
+Newton's iteration on both gives a start. Given h, f then solves a contact problem,
 and given f, h a slip problem; each has a potential and one solution. Mostly one turn h -> f -> h confirms the start.
 Where it was none, turns contract by about mu times the coupling of both directions in A^-1, which vanishes with the
 step, and Anderson's mixing of the last turns speeds them up.
 
 Source: Panagiotopoulos (1975) for the turns; Walker and Ni (2011), SIAM J. Numer. Anal. 49, 1715-1735, for the mixing.
 
-What a step knows about slip before contact and friction are solved.
-
-Newton's iteration on contact and friction at once: a start for the solution in turns, mostly the solution itself.
+Newton's iteration on contact and friction at once starts the solution in turns, and mostly is the solution itself:
 
     d = d_free - s G A^-1 (H^T f + T^T h),    f = w P(d)
     v = v_free + c T A^-1 (H^T f + T^T h),    h = -mu <f> phi(v)

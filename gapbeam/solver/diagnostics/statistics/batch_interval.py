@@ -1,4 +1,4 @@
-"""The confidence interval of a mean over time, from the means of a few long batches.
+"""Confidence intervals of means over time, from the means of a few long batches.
 
     se^2 = (s_b^2 / b) (1 + r) / (1 - r),    r = clip(rho_1 + 1 / b, 0, 0.8)
 
@@ -9,9 +9,8 @@ logarithm of a figure that is positive.
 Sources: Law and Kelton, Simulation Modeling and Analysis, chapter 9, for batch means; the correction of an AR(1)
 process for what is left of the correlation is that of Fishman, Principles of Discrete Event Simulation (1978).
 
-The largest value of a map of means with chance in them: where it is, and what interval it has.
-
-The largest of many means is larger than the mean at its place: chance lifts some, and the largest is one of these. So
+Of a map of means, the largest value needs care. The largest of many means is larger than the mean at its place: chance
+lifts some, and the largest is one of these. So
 
 * the interval belongs to the largest of the true means. Each point has an interval that holds with the probability
   1 - 0.05 / m; all m of them hold with 0.95 at least (Bonferroni), and then the largest true mean lies between the
@@ -21,10 +20,9 @@ The largest of many means is larger than the mean at its place: chance lifts som
 
 Source: Miller, Simultaneous Statistical Inference (1981), section 2.1, for Bonferroni's intervals.
 
-Whether a record is long enough, and has settled, for an interval of its means to hold.
-
-Narrow intervals are the wrong ones on a short record: it has not yet seen how far the motion strays. Rules that look
-for the end of a transient do more harm than good, so that a fixed share is left out.
+An interval holds where the record is long enough and has settled. Narrow intervals are the wrong ones on a short
+record: it has not yet seen how far the motion strays. Rules that look for the end of a transient do more harm than
+good, so that a fixed share is left out.
 
 Source: Kendall (1938), Biometrika 30, 81, for tau.
 """

@@ -1,14 +1,12 @@
-"""Means of signals over blocks of equal length, in constant memory, however long a march is.
+"""Block means of signals in constant memory, with their autocorrelation time and the share of missed impacts.
 
 A block holds as many records as all others. Where there is no room for another block, neighbors are joined in pairs and
 the length doubles. The sums are formed record by record, so that they do not depend on how many records come at once.
 
-Means over blocks of signals that are recorded as sums over time: the sums at the ends of blocks say all.
+Of signals that are recorded as sums over time only the sums at the ends of blocks are kept, so that a record costs next
+to nothing; where there is no room for another block, every second end goes.
 
-As `block_means`, but a record costs next to nothing: only the sums at the ends of blocks are kept, and where there is
-no room for another block, every second end goes.
-
-How long a motion remembers, and how many independent samples it holds: the integrated autocorrelation time.
+The integrated autocorrelation time says how many independent samples a motion holds,
 
     tau = h (1/2 + sum_{k >= 1} rho_k),    n_eff = T / (2 tau)
 
@@ -17,10 +15,9 @@ Ornstein and Uhlenbeck, has the relaxation time tau.
 
 Source: Sokal, Monte Carlo Methods in Statistical Mechanics (1997), section 3, for the window.
 
-The part of the impacts of a face that steps are too long to see.
-
-A face is looked at once a step h. A touch of duration d < h is seen with the probability d / h, and so is a parting of
-that duration between two touches, which are otherwise counted as one. Where durations are spread evenly below h,
+Impacts that are shorter than a step may be missed. A face is looked at once a step h. A touch of duration d < h is seen
+with the probability d / h, and so is a parting of that duration between two touches, which are otherwise counted as
+one. Where durations are spread evenly below h,
 
     missed = integral of (1 - d / h) dd = h / 2 = integral of (d / h) dd = seen:
 

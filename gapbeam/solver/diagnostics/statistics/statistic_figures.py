@@ -1,8 +1,6 @@
-"""Figures of a random motion with their intervals, from the block means of a run.
+"""Figures of a random motion with their intervals, from the block means of a run, and doubts on them.
 
-Doubts on the figures of a random motion that no longer record takes away: impacts missed, and the bias of a scheme.
-
-The scheme of a run in its step is at fault in two ways.
+No longer record takes away missed impacts, nor the bias of a scheme at its step, which has two causes.
 
 * Energy. What noise brings is lost by damping and by the scheme. With the loss D by damping and contact and that by the
   scheme, A, negative where it creates energy, the motion has D / (D + A) of the energy that the noise would give it:

@@ -1,9 +1,9 @@
-"""The base of all coherences: what a distributed load asks how alike it is at two places.
+"""Coherences of distributed random loads: their base, their tables, and their integrals along a load.
 
 The coherence rho(d) of the forces at two places a distance d apart is their cross-spectral density over the root of
 the product of their densities. It is real and does not depend on frequency: what happens at all places is in phase.
 
-Double integrals of shapes along a load under its coherence, and joint acceptances.
+Double integrals of shapes along a load under its coherence give joint acceptances,
 
     C_jk = int int s_j(x) s_k(x') rho(|x - x'|) dx dx',    J^2_mn = C_mn / L^2
 
@@ -17,23 +17,16 @@ the knots of piecewise polynomials the inner integral is exact.
 
 Source: Powell, On the fatigue failure of structures due to vibrations excited by random pressure fields (1958).
 
-The choice of coherences: `coherence` of a distributed random load, a table with its `type`.
+A coherence may be given at some distances, with straight lines in between and 0 beyond the last. Not every curve is a
+coherence. A sum of forces cannot have a negative mean square, so that the matrix of the coherences of any places has no
+negative eigenvalue (it is positive semidefinite). A curve that falls from 1 on, ever more slowly down to 0, always is
+one (Polya's criterion); one with a plateau and a step never is.
 
-A coherence given at some distances: straight lines in between, 0 beyond the last.
+Forces that vary smoothly along the beam have rho(d) = exp(-pi d^2 / (4 length^2)), tubes in cross flow
+rho(d) = exp(-d / length). The integrals of both over d > 0 are the length: they load waves that are long beside it
+alike. One force at all places, such as the sound of a long wave or the flow at the tip of a jet, has rho = 1.
 
-Not every curve is a coherence. A sum of forces cannot have a negative mean square, so that the matrix of the coherences
-of any places has no negative eigenvalue (it is positive semidefinite). A curve that falls from 1 on, ever more slowly
-down to 0, always is one (Polya's criterion); one with a plateau and a step never is.
-
-rho(d) = exp(-pi d^2 / (4 length^2)): forces that vary smoothly along the beam.
-
-Its integral over d > 0 is the length, as that of exp(-d / length) is: both load waves that are long beside it alike.
-
-rho(d) = exp(-d / length): what tubes in cross flow are computed with.
-
-Source: Axisa, Antunes and Villard, Journal of Fluids and Structures 4 (1990), 321-341.
-
-rho = 1: one force at all places, such as the sound of a long wave or the flow at the tip of a jet.
+Source: Axisa, Antunes and Villard, Journal of Fluids and Structures 4 (1990), 321-341, for the exponential.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
-"""A one-sided spectral density made of power laws between frequencies, and the power below a frequency.
+"""Power spectrum: a one-sided density made of power laws between frequencies, and the power below a frequency.
 
     S(f) = S_i (f / f_i)^p_i,    p_i = ln(S_(i+1) / S_i) / ln(f_(i+1) / f_i),    f_i <= f <= f_(i+1)
 
 A power law is a straight line where both axes are logarithmic. S is 0 below the first frequency and above the last.
-
-Values on a grid of frequencies, smoothed over some of its intervals, so that filters made from them are short.
+Values on a grid of frequencies are smoothed over some of its intervals, so that filters made from them are short.
 """
 
 from __future__ import annotations

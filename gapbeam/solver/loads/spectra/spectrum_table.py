@@ -1,19 +1,13 @@
-"""The base of all spectra of random loads: what a load asks its spectrum.
+"""Spectra of random loads: their base, and the tables that `spectrum` may be.
 
-A density from a text file, such as that of a measurement: power laws between its rows.
-
-The envelope of measured turbulence in cross flow over the reduced frequency fr = f D / V.
+White noise in a band is S(f) = S0 for low <= f <= high, 0 elsewhere. A density from a text file, such as a measurement,
+or given at some frequencies, such as the profile of a vibration test, has power laws in between. Turbulence in cross
+flow has the envelope of measurements over the reduced frequency fr = f D / V,
 
     S(f) = scale * 5e-3 fr^-0.5    for fr <= 0.2
     S(f) = scale * 4e-5 fr^-3.5    above
 
 Source: the spectrum that code_aster documents as SPEC_LONG_COR_3.
-
-A density given at some frequencies, such as the profile of a vibration test: power laws in between.
-
-The choice of spectra: `spectrum` of a random load, a table with its `type`.
-
-White noise in a band: S(f) = S0 for low <= f <= high, 0 elsewhere.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which motions a beam model has: those that something in its case calls for, each with the reason.
+"""Motions of a beam model: those that something in its case calls for, each with the reason.
 
 A beam always bends in its bending plane. It bends across that plane where a hole, a load or its start moves it there.
 It moves along its axis where something pushes, pulls or rubs there, or its start does. It twists where a force passes

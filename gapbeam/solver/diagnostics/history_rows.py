@@ -246,7 +246,7 @@ class Recorder:
 
     @cached_property
     def _massless(self) -> Array:
-        """Which probes read DOFs without mass, (probes, components): no scheme has a velocity of theirs. Collective."""
+        """Mask of probes on DOFs without mass, (probes, components): no scheme has their velocity. Collective."""
         operators = self.model.system.operators
         return np.asarray(np.abs(self._probes(operators.massless.astype(float)[None])[0]) > TOUCHED)
 

@@ -1,4 +1,4 @@
-"""Which linear solver an effective operator gets: a factor as long as it fits in memory, iterations beyond.
+"""Choice of the linear solver of an effective operator: a factor as long as it fits in memory, iterations beyond.
 
 A factor costs most when it is made and solves in milliseconds; conjugate gradients need a fraction of its memory and
 dozens of products for every solve (docs/benchmarks/large-models.md). Between the two lies a factor without the columns

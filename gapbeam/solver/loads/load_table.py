@@ -99,7 +99,7 @@ class LoadTable(Table, ABC):
 
     @property
     def derivative(self) -> int:
-        """Which derivative of the given quantity is s."""
+        """Order of the derivative of the given quantity that s is."""
         return 0
 
     @property

@@ -149,7 +149,7 @@ class SupportMotion(LoadTable):
 
     @property
     def derivative(self) -> int:
-        """Which derivative of the quantity in time is the acceleration."""
+        """Order of the time derivative of the quantity that the acceleration is."""
         return ("acceleration", "velocity", "displacement").index(self.quantity)
 
     @property

@@ -1,8 +1,8 @@
-"""The part of a model that depends on mesh, material and positions only: a sweep over the rest sets it up once.
+"""Body: the part of a model that depends on mesh, material and positions only, set up once for a sweep over the rest.
 
 Clearance, contact law, damping, amplitudes, frequencies and the march in time are added by `models.model`.
 
-The basis of beams of many elements: their lowest vibration modes, and what contact and loads make of the rest.
+Beams of many elements have a basis of their lowest vibration modes and static responses to contact and loads,
 
     u = V q,    V = [modes, A^-1 B^T, A^-1 f],    A = K + sigma M
 

@@ -1,9 +1,9 @@
-"""Timoshenko beams of several prismatic parts, one behind the other: beams with [[segment]], and graded elements.
+"""Stepped Timoshenko beams of several prismatic parts: beams with [[segment]], and graded elements.
 
 Deflection and rotation are continuous where two parts meet; curvature and shear strain jump there with section and
 material. The elements do not know that the corners of a shoulder carry nothing: a solid with steps is a bit softer.
 
-The motions that a beam is made of: bending in one plane or two, tension and twist, with DOFs of their own each.
+Bending in one plane or two, tension and twist have DOFs of their own each,
 
     u_x = u - (z - z_c) theta - y psi,    u_y = v - z a,    u_z = w + y a
 

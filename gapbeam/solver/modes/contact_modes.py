@@ -6,8 +6,7 @@ kappa is the slope of the contact law where a point is closed, 0 where it is ope
 which no point opens or closes. Masses and springs of exciters are included. By SLEPc for finite elements, by LAPACK for
 reduced models and beam elements.
 
-Motion of the cross-sections in a mode: bending, stretching and twist of a finite element body as a beam.
-
+A mode of a finite element body is named by the motion of its cross-sections as a beam: bending, stretching or twist.
 The nodes are gathered in slices along x. In each slice their masses (the diagonal of M, scaled to its total) give the
 mean motion, and its first moment about the axis the twist; the share of the kinetic energy that each of these holds
 names the mode.

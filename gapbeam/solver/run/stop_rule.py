@@ -27,7 +27,7 @@ LARGEST = 0.5  # relative error that may be asked for
 
 @dataclass(frozen=True)
 class StopRule:
-    """When a run may end before `time.end`.
+    """Rule that may end a run before `time.end`.
 
     Looks follow from the steps alone, so that a run that continues from a checkpoint ends where it would have.
 

@@ -1,16 +1,14 @@
 """Dense operators for systems of a few DOFs: oscillators, rods, reduced models.
 
-A dense system with masses on springs beside it, which nothing but contact couples to it.
+Masses on springs beside a body, which nothing but contact couples to it, are part of the dense system:
 
     M = diag(M_beam, m_1, m_2, ...),    K = diag(K_beam, k_1, k_2, ...)
 
-The DOFs of the masses come after those of the beam.
+The DOFs of the masses come after those of the beam. Chains of many beam elements have sparse operators until their few
+DOFs are made.
 
-Sparse operators of bodies that are made before their few DOFs are: chains of many beam elements.
-
-Iterative refinement of vibration modes down to round-off.
-
-A step takes shapes X that nearly solve  K X = M X diag(s),  X^T M X = 1,  to X (1 + E), with
+Vibration modes are refined down to round-off. A step takes shapes X that nearly solve  K X = M X diag(s),  X^T M X = 1,
+to X (1 + E), with
 
     R = 1 - X^T M X,    S = X^T K X,    s_j = S_jj / (1 - R_jj),
     E_ij = (S_ij + s_j R_ij) / (s_j - s_i),    E_jj = R_jj / 2,

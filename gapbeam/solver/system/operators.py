@@ -1,15 +1,12 @@
 """Operators of a model: products with M and K, factors, and the interface DOFs that gaps depend on.
 
-Loads of a semi-discrete system: patterns times functions of time.
+Loads are patterns times functions of time. Many rows are multiplied with a matrix in blocks of one size, so that bits
+do not depend on the number of rows. BLAS adds up in an order that follows from the number of rows, and from the place
+of a row among them. Records are made of blocks whose length follows from the clock; a run that is resumed has others.
+So rows are multiplied eight at a time, the last ones filled up: of eight rows, kernels of OpenBLAS for AVX-512, AVX2,
+AVX and SSE treat each alike. Of 64 rows, as many as here before, those for AVX-512 do not.
 
-Products of many rows with a matrix in blocks of one size, so that bits do not depend on the number of rows.
-
-BLAS adds up in an order that follows from the number of rows, and from the place of a row among them. Records are made
-of blocks whose length follows from the clock; a run that is resumed has others. So rows are multiplied eight at a time,
-the last ones filled up: of eight rows, kernels of OpenBLAS for AVX-512, AVX2, AVX and SSE treat each alike. Of 64 rows,
-as many as here before, those for AVX-512 do not.
-
-The forces with which joints hold the body, as rows on what a record knows of a state.
+The forces with which joints hold the body are rows on the quantities of a record,
 
     R = A u + B v + F s(t) + P (w p) + T (w t)
 

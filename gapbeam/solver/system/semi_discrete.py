@@ -260,7 +260,7 @@ class SemiDiscreteSystem:
 
     @cached_property
     def driven(self) -> Array:
-        """Which loads are not static, (loads,): what created energy is measured against is their work."""
+        """Mask of the loads that are not static, (loads,): created energy is compared with their work."""
         return np.array([not load.static for load in self.loads], dtype=bool)
 
     def load_factors(self, time: float) -> Array:

@@ -1,4 +1,4 @@
-"""The work of sliding by the mode of motion: impact, sliding and sticking.
+"""Work of sliding by the mode of motion: impact, sliding and sticking.
 
 A face is pressed from the step in whose balance a force acts on it until the first step without one; in the first of
 them from the instant in which its gap closes, taken as linear in time. Of this contact
@@ -10,8 +10,6 @@ them from the instant in which its gap closes, taken as linear in time. Of this 
 T_i is half a period of the contact: a contact that lasts no longer is an impact and nothing else. v_s is the slip
 velocity of the friction law, below which its traction holds rather than slides; 0 without friction. A face that is
 pressed when the march begins has not met an impact. The three parts add up to the whole.
-
-In which part of a step a face is closed that closes in it, or opens: the gap is linear in time within the step.
 """
 
 from __future__ import annotations

@@ -152,7 +152,7 @@ class TradeoffResult(PrintedResult):
 
     @property
     def doubts(self) -> list[str]:
-        """Why the tolerance is not promised; nothing where it is."""
+        """Reasons for which the tolerance is not promised; empty where it is."""
         return self.study.doubts
 
     def headline(self) -> str:

@@ -80,7 +80,7 @@ class TradeoffStudy:
 
     @property
     def doubts(self) -> list[str]:
-        """Why the tolerance is not promised for the level to take; nothing where it is promised."""
+        """Reasons for which the chosen level does not promise the tolerance; empty where it does."""
         taken = self.chosen or nearest(self.levels, self.grounds)
         return ["every fidelity level failed"] if taken is None else doubts(taken, self.tolerance, self.grounds)
 

@@ -94,7 +94,7 @@ class ContactLaw:
 
     @property
     def why_not_compiled(self) -> str | None:
-        """Why kernels do not take the law, in words; None where they do."""
+        """Reason for which kernels do not take the law, in words; None where they do."""
         return None
 
     @property

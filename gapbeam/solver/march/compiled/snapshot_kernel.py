@@ -1,4 +1,4 @@
-"""When a compiled march keeps a snapshot of its state, and how."""
+"""Snapshots that a compiled march keeps of its state."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fewer contact points across the width: a Gauss rule on each line of contact points across a face.
+"""Contact lines: a Gauss rule with few points on each line of contact points across a face.
 
 The contact points (x, y_j) with weights w_j of one line make a discrete measure. Its Gauss rule has k nodes y_i, and
 the polynomial of degree k - 1 that fits the gaps of the line best gives the gap at a node, g_i = sum_j P_ij g_j
@@ -9,20 +9,16 @@ A mean over points with other initial gaps is the gap of no place: the lowest po
 Lines whose initial gaps differ keep the points of the mesh, those within reach of the face that they are met by; where
 all motion is symmetric, the points at y and -y are one. Holes keep all points of the mesh.
 
-Shapes of pressure on the contact faces: hat functions along the support times powers across it.
-
-The truncation check: the share of the contact faces' static flexibility that a basis misses.
-
-Under a pressure z the faces give way by z^T D z, D = G (K + sigma M)^-1 G^T. A basis gives less,
+Shapes of pressure on the contact faces are hat functions along the support times powers across it. A truncation check
+finds the share of the contact faces' static flexibility that a basis misses: under a pressure z the faces give way by
+z^T D z, D = G (K + sigma M)^-1 G^T, and a basis by less,
 
     sum_j (phi_j^T G^T z)^2 / (s_j + sigma).
 
 The share of what is missing, rigid motions left out, is averaged over random pressures.
 
-The contact points around the stations of supports: the angles and areas of the contact points of the mesh.
-
-A force at a point is shared among the points of the mesh on the same line along the beam that are nearest to its
-station.
+Contact points around the stations of supports have the angles and areas of those of the mesh. A force at a point is
+shared among the points of the mesh on the same line along the beam that are nearest to its station.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""A finite element body in terms of a basis, u = V q: operators, contact, loads and probes.
-
-The equations of motion that a basis leaves out where joints hold the body: they give the forces of the joints.
+"""Projection of a finite element body on a basis, u = V q: operators, contact, loads, probes and joint forces.
 
 A basis V without the motions that joints hold, B V = 0, knows nothing of the forces lambda that hold them. These follow
 from the equation along shapes Z with B Z = 1, of the same body before it is held:
@@ -10,14 +8,13 @@ from the equation along shapes Z with B Z = 1, of the same body before it is hel
 Z are the static shapes of K + sigma M under unit forces along B. Every Z gives the same lambda, for the residual of the
 held body lies in the span of B^T.
 
-A basis without the motions that joints hold.
+Such a basis is found in coordinates of unit energy. Of q with B q = 0, B = R V of the rows R of the motions held, in
+coordinates y = (s + sigma)^(1/2) q in which the energy of K + sigma M is 1: the eigenvalues 1 / (s' + sigma) of its
+inertia on the null space of B (s + sigma)^(-1/2) give the low frequencies of the held body to full accuracy, and their
+vectors its vibration modes. Householder reflections give the null space; they do not change what no joint holds, such
+as the lateral motions of a symmetric body.
 
-Of q with B q = 0, B = R V of the rows R of the motions held, in coordinates y = (s + sigma)^(1/2) q in which the energy
-of K + sigma M is 1: the eigenvalues 1 / (s' + sigma) of its inertia on the null space of B (s + sigma)^(-1/2) give the
-low frequencies of the held body to full accuracy, and their vectors its vibration modes. Householder reflections
-give the null space; they do not change what no joint holds, such as the lateral motions of a symmetric body.
-
-A rigid body on the contact faces of its mesh, as in multibody programs.
+A rigid body on the contact faces of its mesh, as in multibody programs, has
 
     u = V q,    V^T M V = 1,    V^T K_restraint V = diag(s)
 

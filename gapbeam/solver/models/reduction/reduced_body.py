@@ -1,4 +1,4 @@
-"""From an assembled body to a reduced one.
+"""Reduced body, from an assembled one.
 
     u = V q,    V^T M V = 1,    V^T K V = diag(s)
 
@@ -7,12 +7,10 @@ faces. With free contact faces the latter are A^-1 G^T p, A = K + sigma M: what 
 the residual flexibility (Rubin 1975); with fixed ones they are the static response to motions of the interface DOFs,
 the constraint modes (Craig and Bampton 1968). Rigid motions are always in V: the body floats.
 
-Contact on surfaces that deform: a basis keeps the response to shapes of pressure on them, or to all forces.
-
-The vectors of Craig and Bampton (1968): modes with fixed interface DOFs, and constraint modes.
-
-A constraint mode is the static response of the interior to a motion of the interface DOFs, K_ii x_i = -K_ib x_b. Where
-only some shapes of pressure are kept, the motions are those of the interface DOFs that follow these shapes best.
+Contact surfaces deform: a basis keeps the response to shapes of pressure on them, or to all forces. Craig and Bampton's
+vectors are modes with fixed interface DOFs, and constraint modes. A constraint mode is the static response of the
+interior to a motion of the interface DOFs, K_ii x_i = -K_ib x_b. Where only some shapes of pressure are kept, the
+motions are those of the interface DOFs that follow these shapes best.
 """
 
 from __future__ import annotations
@@ -156,7 +154,7 @@ class DeformableSections:
 
     @cached_property
     def _touching(self) -> NDArray[np.bool_]:
-        """Which points of the mesh can touch."""
+        """Mask of the points of the mesh that can touch."""
         return within_reach(self.body.contact, REACH * self.body.case.profile.thinnest)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Contact on rigid sections: at a few stations along each support, the section of the beam keeps its shape.
+"""Rigid sections for contact: at a few stations along each support, the section of the beam keeps its shape.
 
 The contact points around a station all move by the two motions s of its section (`assembly.ring_rows`),
 
@@ -10,7 +10,6 @@ sections in their plane: that a tube gives way under a force on one side, while 
 all around. It is measured, on the mesh, for a pressure over half of the circumference of each support,
 p = max(cos t, 0) about a direction.
 
-What a basis keeps of the contact of a body: shapes that contact forces give it, and the points that are marched.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ class StuckOutput(NotWritten):
 
 
 class OutputThread:
-    """Does one thing after the other in a second thread; whoever needs what was written says `wait`.
+    """Second thread that writes one thing after the other; readers of what it wrote call `wait` first.
 
     A disk that neither writes nor fails (a file server that is gone) keeps the thread forever. Waiting for it is
     reported, and ends once the run is asked to end; the thread does not keep the process.

@@ -10,9 +10,8 @@ by u closes its gap by d . u with d its radius: forces act through the axis, and
 gap. Radii keep to their points. That errs by c^2 / (2 R_b) in depth and c / R_b in direction, where the play is small
 beside the radius.
 
-Directions are angles from straight down, positive toward +y: (sin t, -cos t).
-
-Convex areas between straight walls: n . o <= b for all walls.
+Directions are angles from straight down, positive toward +y: (sin t, -cos t). Straight walls bound a convex area,
+n . o <= b for all walls.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ class Sent:
 
 
 def so_far() -> Sent:
-    """Return what this rank has sent since it began; for processes started by `counted_ranks`.
+    """Return what this rank has sent since it began; for processes started by `on_ranks`.
 
     Raises:
         AttributeError: Nothing counts in this process.

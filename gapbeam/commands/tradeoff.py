@@ -85,7 +85,7 @@ def level_within(case: Path, override: list[str], tolerance: str, wall_time: flo
 
 
 def judged_by(outcome: Outcome, taken: Taken) -> Outcome:
-    """Return a run with the promise, or the doubts, of the level that it took; see `run_promise.with_promise`.
+    """Return a run with the promise, or the doubts, of the level that it took; see `with_promise`.
 
     Collective under mpirun.
     """

@@ -11,10 +11,10 @@ pushes the moving mass too, by -m (e . e_b) b a_b; gravity does not: the suspens
 
 Joints and masses add the same to the mean motions of cross-sections, b being those (`assembly.section_rows`); gravity
 acts on masses. Fluid is fixed to the sections at its Gauss points; gravity and base motion act on the mass that the
-beam displaces, upside down (`attachments.fluid_table`). What joints hold is in the operators already
-(`assembly.attached_motions`).
+beam displaces, upside down (`attachments.attachment_tables`). What joints hold is in the operators already
+(`attached_motions`).
 
-A motion that a joint holds has no DOF in a reduced, beam or rigid model (`models.reduction.held_motions`). In a full
+A motion that a joint holds has no DOF in a reduced, beam or rigid model (`models.reduction.projection`). In a full
 model a spring in K holds the motion: 1e4 E A / h, or 1e4 E A h for a rotation, far stiffer than a section of
 thickness h.
 """

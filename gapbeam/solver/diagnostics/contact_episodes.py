@@ -5,7 +5,7 @@ within a step or two is a matter of the scheme, not of the beam: the share of th
 carry says how much of the contact force is so.
 
 Loops measure, and these functions count impacts, episodes and peaks after each step. They take and return plain
-numbers, as those of `ledger_update` do.
+numbers.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ approach speed is the rate at which the smallest gap of the face closes over the
 part of it within that step, (w h)^2 / 24 of it on average, with w = pi / duration: 0.2 % where a contact has 16 steps,
 2.6 % where it has 4.
 
-The functions take and return plain numbers, as those of `ledger_update` do.
+The functions take and return plain numbers.
 """
 
 from __future__ import annotations

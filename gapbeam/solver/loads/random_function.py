@@ -2,7 +2,7 @@
 
     s(t) = r(t) sum_n c_n B(F t - n),    c = h * w
 
-w are independent normal numbers (`loads.counted_noise`), h is a filter of finite length, B the cubic B-spline, r the
+w are independent normal numbers, h is a filter of finite length, B the cubic B-spline, r the
 ramp. s is twice continuously differentiable and defined at all times: steps of any length, their halves and the stages
 of schemes take it where they need it, and nothing depends on what was asked for before.
 

@@ -2,7 +2,7 @@
 
     q(t) = r(t) (scale (x(start + t) - mean) + offset)
 
-x is the curve through the rows of the record (`loads.record_curve`), r the ramp (`loads.ramp`), mean the mean of
+x is the curve through the rows of the record, r the ramp (`loads.ramp`), mean the mean of
 x over the record or 0. What acts on the beam is s = q for forces, and the derivative 0, 1 or 2 of q for the
 acceleration of the support from a recorded acceleration, velocity or displacement. Nothing is integrated in time: the
 equations are those in the frame of the support, where only its acceleration acts. Before the first row and after the

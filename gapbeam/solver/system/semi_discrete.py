@@ -5,11 +5,10 @@
 
 G (m x n) takes degrees of freedom to the gap at m contact points, H puts pressures back as forces, w (m) are areas, p
 the contact pressure, W by how much walls that move open the gaps (`wall_motion`). H = G but for Nitsche's method, where
-both contain the stress (`nitsche`). With friction,
-T takes them to the motion along the faces, and t is the tangential traction (`laws.coulomb_friction`).
-Finite element models (PETSc) and small dense ones (numpy) are the same type; integrators, laws and analyses
-never know which. Vectors are numpy arrays of the part that this rank owns. Snapshots hold what field files show of a
-motion at some times.
+both contain the stress (`assembly.nitsche_terms`). With friction, T takes degrees of freedom to the motion along the
+faces, and t is the tangential traction (`laws.damper`). Finite element models (PETSc) and small dense ones (numpy) are
+the same type; integrators, laws and analyses never know which. Vectors are numpy arrays of the part that this rank
+owns. Snapshots hold what field files show of a motion at some times.
 """
 
 from __future__ import annotations

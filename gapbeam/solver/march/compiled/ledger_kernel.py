@@ -1,7 +1,7 @@
 """Records of every step in kernels: energy ledger, gates, contact episodes and peaks, as arrays.
 
-Kernels measure in modal coordinates; `gapbeam.solver.diagnostics.energy_ledger` and `face_updates` say how to use
-what they measure, as they do in the step-by-step march.
+Kernels measure in modal coordinates and call the functions of `gapbeam.solver.diagnostics` that the step-by-step march
+calls: `energy_ledger`, `contact_episodes` and `impact_updates`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Rigid sections for contact: at a few stations along each support, the section of the beam keeps its shape.
 
-The contact points around a station all move by the two motions s of its section (`assembly.ring_rows`),
+The contact points around a station all move by the two motions s of its section (`assembly.contact_assembly`),
 
     g_i = g0_i + c_i . s,
 

@@ -12,7 +12,7 @@ from typing import Any
 from benchmarks.messages import Sent, so_far
 
 Watched = Mapping[str, Sequence[tuple[Any, str]]]
-"""By part: owners of functions, classes or modules, with the names of the functions."""
+"""Owners of functions, classes or modules with the names of the functions, by part."""
 
 
 @dataclass

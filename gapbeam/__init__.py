@@ -119,7 +119,7 @@ _MODULES = {
     "solver.scene.structure_writing": ("write_structure",),
     "solver.scene.modal_files": ("read_modes",),
 }
-"""Where each function is; a module is loaded when one of its names is first asked for. Error classes stand in one."""
+"""Modules of the public names, each loaded on first use of one of its names; error classes share one module."""
 
 __all__ = [
     "Adhesive",

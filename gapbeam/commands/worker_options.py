@@ -1,4 +1,4 @@
-"""Where a study computes, as options of its command."""
+"""Options of a study's command for where it computes."""
 
 from __future__ import annotations
 

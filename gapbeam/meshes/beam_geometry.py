@@ -132,14 +132,14 @@ class BeamGeometry:
 
     @property
     def edges(self) -> tuple[float, ...]:
-        """Where supports, cross-sections or materials begin and end within the beam, increasing."""
+        """Ends of supports, cross-sections and materials within the beam, increasing."""
         found = {place for span in self.spans for place in (span.start, span.end)}
         found |= {step.start for step in self.steps} | set(self.breaks)
         return tuple(sorted(found - {0.0, self.length}))
 
     @property
     def shoulders(self) -> tuple[float, ...]:
-        """Where the cross-section changes, increasing."""
+        """Places where the cross-section changes, increasing."""
         return tuple(step.start for step in self.steps[1:])
 
     def at(self, x: float) -> BeamStep:
@@ -150,7 +150,7 @@ class BeamGeometry:
 
     @property
     def span_ends(self) -> tuple[float, ...]:
-        """Where supports begin and end, also at the ends of the beam, increasing."""
+        """Ends of supports, also at the ends of the beam, increasing."""
         return tuple(sorted({place for span in self.spans for place in (span.start, span.end)}))
 
     @property
@@ -198,7 +198,7 @@ class BeamGeometry:
         return step._replace(start=ends[0], end=ends[1])
 
     def _levels(self, axis: int) -> tuple[float, ...]:
-        """Where the surfaces of thinner parts are across a slice."""
+        """Heights of the surfaces of thinner parts across a slice."""
         if axis != self.dimension - 1:
             return ()
         return tuple(side * step.thickness for step in self.steps for side in (-0.5, 0.5))

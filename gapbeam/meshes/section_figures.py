@@ -15,7 +15,7 @@ from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_orde
 Array = npt.NDArray[np.float64]
 
 DEGREE = 6
-"""Of the quadrature: exact for the second moment of straight cells, close to it for curved ones."""
+"""Degree of quadrature: exact for the second moment of straight cells, close to it for curved ones."""
 
 
 @dataclass(frozen=True)

@@ -104,7 +104,7 @@ class CaseAnswers:
 
     @property
     def loaded(self) -> float:
-        """Where a force acts: at the free end of a beam in one support, or in the middle of the first span."""
+        """Place of the force: the free end of a beam in one support, or the middle of the first span."""
         if self.supports == 1:
             return self.length
         (_, before), (after, _) = self.places()[:2]

@@ -156,13 +156,13 @@ def compiled(function: Function) -> Function:
 
 
 def compiled_apart(function: Function) -> Function:
-    """As `compiled`, but called: for what is long and called from several places, or rarely."""
+    """Compile like `compiled`, but as a called function: for long ones called from several places, or rarely."""
     made: Function = numba.njit(**_OPTIONS)(function)
     return made
 
 
 def allocating(function: Function) -> Function:
-    """As `compiled`, for functions that make arrays."""
+    """Compile like `compiled` a function that makes arrays."""
     made: Function = numba.njit(**(_OPTIONS | {"_nrt": True}))(function)
     return made
 
@@ -174,7 +174,7 @@ def shared(function: Function) -> Function:
 
 
 def compiled_in_order(function: Function) -> Function:
-    """As `compiled`, with the operations in the order that is written: the same digits wherever it is called from."""
+    """Compile like `compiled`, keeping the written order of operations: the same digits wherever it is called from."""
     made: Function = numba.njit(**IN_ORDER)(function)
     return made
 
@@ -185,12 +185,12 @@ def entry(function: Function) -> Function:
 
 
 def long_entry(function: Function) -> Function:
-    """As `entry`, for what takes a while: other threads of Python run meanwhile."""
+    """Compile like `entry` a function that takes a while: other threads of Python run meanwhile."""
     return kept(function, _OPTIONS | {"nogil": True})
 
 
 def allocating_entry(function: Function) -> Function:
-    """As `entry`, for functions that make arrays."""
+    """Compile like `entry` a function that makes arrays."""
     return kept(function, _OPTIONS | {"_nrt": True})
 
 

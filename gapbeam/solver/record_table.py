@@ -33,7 +33,7 @@ POINTS_FILE = "points.csv"
 CURVE_TABLE_FILE = "curve.csv"
 
 KEY_OF_MANY_PARTS = re.compile(r"(?:[\w\"'-]{1,200}[ \t]{0,9}\.[ \t]{0,9}){50}")
-"""In no case: tomllib takes memory as the square of the parts of a key."""
+"""Key of too many parts for any case: tomllib takes memory as the square of their number."""
 
 COMPONENTS = {2: ("x", "y"), 3: ("x", "y", "z")}
 TANGENTS = {2: ("x",), 3: ("x", "y")}

@@ -36,12 +36,12 @@ class AlongBeam(Table):
 
     @property
     def start(self) -> float:
-        """Where it begins, m."""
+        """Start along the beam, m."""
         return float(vars(self)["from"])
 
     @property
     def end(self) -> float:
-        """Where it ends, m."""
+        """End along the beam, m."""
         return float(vars(self)["to"])
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import io
 import re
 import tokenize
@@ -30,6 +31,14 @@ INSTEAD = {
     r"never begun": "interrupted before it began",
     r"in the place of": "instead of, replaces",
 }
+# Docstrings begin with a noun or a verb: none of these opens one.
+OPENERS = re.compile(
+    r"(what|how|whether|which|why|when|where|who|whose|that|those|this|these|it|they"
+    r"|of|by|from|as|in|on|at|to|not|if|for|with|does|is|are)\b",
+    re.IGNORECASE,
+)
+# Nouns are named again: "the clearance of the hole", not "that of the hole".
+STANDS_FOR = re.compile(r"\bthat of the\b", re.IGNORECASE)
 # Keys of files that earlier releases wrote and later ones read.
 KEYS = re.compile(r"""["'`](told|rungs|ladder|change_from_last_rung)["'`]""")
 # The command that published tables were made with.
@@ -60,6 +69,45 @@ def hard_words(lines: Iterator[tuple[int, str]]) -> list[str]:
         for word, instead in WORDS.items()
         if (found := word.search(COMMANDS.sub("", KEYS.sub("", line))))
     ]
+
+
+def docstrings(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield the docstrings of a program, and the texts below its constants and attributes, each with its line."""
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if not isinstance(body, list):
+            continue
+        for statement in body:
+            if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
+                text = statement.value.value
+                if isinstance(text, str):
+                    yield statement.lineno, text.strip()
+
+
+def unclear(program: str) -> list[str]:
+    """Return the docstrings of a program that open with one of `OPENERS`, and its lines with "that of the"."""
+    found = [(line, text) for line, text in docstrings(ast.parse(program)) if OPENERS.match(text)]
+    found += [(line, text) for line, text in enumerate(program.splitlines(), start=1) if STANDS_FOR.search(text)]
+    return [f"{line}: {text.splitlines()[0].strip()}" for line, text in sorted(found)]
+
+
+@pytest.mark.parametrize("package", ["gapbeam", "benchmarks"])
+def test_docstrings_name_things(package: str) -> None:
+    """Docstrings begin with a noun or a verb, and name again what "that of the" would stand for."""
+    files = [path for path in CODE if path.relative_to(PROJECT).parts[0] == package]
+    assert files
+    wrong = [f"{path.relative_to(PROJECT)}:{found}" for path in files for found in unclear(path.read_text("utf-8"))]
+    assert wrong == []
+
+
+def test_unclear_docstrings_are_found() -> None:
+    """At the start of modules, classes, functions and texts below constants, and within lines; verbs are fine."""
+    program = (
+        '"""What a beam is."""\nPLAY = 1\n"""Of a support, m."""\n\n\nclass Gap:\n    """How wide it is."""\n\n'
+        '    def open(self) -> bool:\n        """Whether it is."""\n\n    def close(self) -> None:\n'
+        '        """Return nothing: whether it closes depends on the mass, that of the beam."""\n'
+    )
+    assert [found.split(":")[0] for found in unclear(program)] == ["1", "3", "7", "10", "13"]
 
 
 @pytest.mark.parametrize("package", ["gapbeam", "benchmarks", "docs", "tests"])

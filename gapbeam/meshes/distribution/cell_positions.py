@@ -1,4 +1,4 @@
-"""Where the cells of the current gmsh model are, in the order in which DOLFINx reads them."""
+"""Positions of the cells of the current gmsh model, in the order in which DOLFINx reads them."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ class PolygonOutline:
 
     @cached_property
     def centroid(self) -> Place:
-        """Where it is, from the axis, m."""
+        """Centroid relative to the axis, m."""
         found = self.moments
         return (found.y / found.area, found.z / found.area) if found.area > 0.0 else (0.0, 0.0)
 

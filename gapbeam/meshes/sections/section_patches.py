@@ -46,7 +46,7 @@ CELLS_THROUGH = 4
 """Default number of structured cells through the thickness and across the width."""
 
 QUADRANTS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
-"""Where the circumference of a round section is divided: base and gland meet at y = +-R, the lowest point is a node."""
+"""Directions that divide a round section: base and gland meet at y = +-R, and the lowest point is a node."""
 
 
 @dataclass(frozen=True)

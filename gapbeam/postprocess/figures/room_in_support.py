@@ -1,4 +1,4 @@
-"""Where the axis of a beam can be in a support around it: what the orbits are drawn in."""
+"""Room of the axis of a beam in a support around it, in which orbits are drawn."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from gapbeam.postprocess.results.bounded_files import read_plain
 from gapbeam.postprocess.results_errors import ResultsError
 
 SCRIPTS = ("numbers.js", "clock.js", "scene_model.js", "scene_painters.js", "contact_maps.js", "scene.js", "page.js")
-"""In this order."""
+"""Scripts of a page, in this order."""
 SENTENCE = 40  # letters
 NARROW = 4  # columns that fit a phone
 NAME = 18  # letters of a first column that leaves room for others

@@ -16,7 +16,7 @@ from gapbeam.postprocess.results_errors import ResultsError
 __all__ = ["Fields", "FloatArray", "Frame"]
 
 READINGS = 5
-"""Of a field that a run moves from one file to another: it does so once, at its end, and once more when resumed."""
+"""Attempts to read a field that a run moves from one file to another: once at its end, once more when resumed."""
 
 
 class Fields:

@@ -35,7 +35,7 @@ __all__ = ["Results", "ResultsError", "open_results"]
 
 LARGEST_CASE = 4_000_000  # bytes: with every default, larger than what may be read
 READINGS = 10
-"""Of a history whose files a run gathers or takes back meanwhile: it does so once, at its end or when resumed."""
+"""Attempts to read a history whose files a run gathers or takes back: once at its end, or when resumed."""
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ class RunWatch:
 
     @property
     def exit_status(self) -> int | None:
-        """Of the run, once it has ended."""
+        """Exit status of a run that has ended, else None."""
         status = self.summary.get("exit_status")
         return int(status) if self.state == "ended" and isinstance(status, int) else None
 

@@ -36,7 +36,7 @@ _FROM_SUPPORT = (0.45, -1.0, 0.38)
 _SEEN = 5.0e-3  # of the length of the beam
 
 _NEARLY = 0.95
-"""Of the largest recorded force: a field with less does not show the impact."""
+"""Least share of the largest recorded force: fields with less do not show the impact."""
 
 
 class Studio:

@@ -103,7 +103,7 @@ class FaceBox:
 
     @property
     def thickness(self) -> float:
-        """Of the beam there, m."""
+        """Thickness of the beam there, m."""
         return self.top - self.bottom
 
     @property
@@ -156,12 +156,12 @@ class SupportBoxes:
 
     @property
     def thickness(self) -> float:
-        """Of the beam, in the bending direction."""
+        """Thickness of the beam in the bending direction."""
         return self.top - self.bottom
 
     @property
     def middle(self) -> float:
-        """Of the beam, in the bending direction."""
+        """Middle of the beam in the bending direction."""
         return 0.5 * (self.bottom + self.top)
 
     def inside(self, x: float, height: float) -> tuple[float, float, float]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 SHARE = 0.1
-"""Of the record: what is enlarged where nothing repeats."""
+"""Share of the record that is enlarged where nothing repeats."""
 
 LEAD = 0.1
-"""Of the enlarged part: how much of it comes before the part where most happens, to show its onset."""
+"""Share of the enlarged part before the part where most happens, to show its onset."""
 
 
 def enlarged_span(time: np.ndarray, values: np.ndarray, frequency: float | None, periods: int) -> tuple[float, float]:

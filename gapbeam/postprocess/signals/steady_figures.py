@@ -43,7 +43,7 @@ class Windows:
 
     @property
     def start(self) -> float:
-        """Where the first window begins, s."""
+        """Start of the first window, s."""
         return self.end - self.count * self._length
 
     def of(self, periods: int) -> Windows:

@@ -1,4 +1,4 @@
-"""From the tables [beam], [support] and [mesh] of a case to a tagged mesh."""
+"""Tagged mesh of a case, from its tables [beam], [support] and [mesh]."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ STEEPEST = 1.0e-6  # component of the unit normal along the bending axis, of fac
 
 @dataclass(frozen=True)
 class PointRule:
-    """Where the contact points of a facet lie.
+    """Rule for the contact points of a facet.
 
     Attributes:
         degree: Of the quadrature; of the nodes if nodal.

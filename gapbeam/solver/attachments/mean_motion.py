@@ -32,7 +32,7 @@ MotionName = Literal["axial", "vertical", "lateral", "rotation", "lateral_rotati
 IN_PLANE: tuple[MotionName, ...] = ("axial", "vertical", "rotation")
 OUT_OF_PLANE: tuple[MotionName, ...] = ("lateral", "lateral_rotation", "twist")
 DISPLACEMENTS: tuple[MotionName, ...] = ("axial", "lateral", "vertical")
-"""Of a solid, in the order of their axes."""
+"""Displacements of a solid, in the order of their axes."""
 BENDING: tuple[MotionName, ...] = ("vertical", "rotation")
 SIDEWAYS: tuple[MotionName, ...] = ("lateral", "lateral_rotation")
 COUPLED = 1.0e-9  # of both second moments: a smaller product of inertia is round-off

@@ -96,7 +96,7 @@ class BeamProfile:
 
     @property
     def steps(self) -> tuple[float, ...]:
-        """Where one piece ends and the next one begins, m."""
+        """Places where one piece ends and the next one begins, m."""
         return tuple(piece.start for piece in self.pieces[1:])
 
     @property

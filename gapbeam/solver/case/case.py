@@ -193,7 +193,7 @@ class Case(Table):
 
     @property
     def layout(self) -> Layout:
-        """Where the supports are, and how much play they leave."""
+        """Layout of the supports: their places and their play."""
         return Layout.of(self.support)
 
     @property

@@ -103,7 +103,7 @@ class FullModel(_AnyModel):
 
     @property
     def keeps_sections(self) -> bool:
-        """Not of a solid."""
+        """False: a full model does not prescribe the shape of sections."""
         return False
 
 
@@ -154,7 +154,7 @@ class ReducedModel(_AnyModel):
 
     @property
     def keeps_sections(self) -> bool:
-        """Where they are rigid."""
+        """True where sections are rigid."""
         return self.sections == "rigid"
 
     @property

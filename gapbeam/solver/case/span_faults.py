@@ -17,11 +17,11 @@ class Reach(Protocol):
 
     @property
     def start(self) -> float:
-        """Where it begins, m."""
+        """Start along the beam, m."""
 
     @property
     def end(self) -> float:
-        """Where it ends, m."""
+        """End along the beam, m."""
 
     @property
     def length(self) -> float:

@@ -285,7 +285,7 @@ class Recorder:
 
     @cached_property
     def _line(self) -> Array:
-        """By how much a unit of each motion of walls moves the line of the supports at the probes, (k, probes, d)."""
+        """Shift of the line of the supports at the probes by a unit of each motion of walls, (k, probes, d)."""
         case = self.model.case
         return support_line(case, [float(axis_point(probe.point)[0]) for probe in case.probe])
 

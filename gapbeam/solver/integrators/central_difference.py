@@ -43,7 +43,7 @@ class CentralDifference(TimeScheme):
 
     @property
     def creates_energy(self) -> bool:
-        """Not by itself: contact nodes with mass do, on stiff contact."""
+        """False: contact nodes with mass create energy on stiff contact, not the scheme itself."""
         return False
 
     def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:

@@ -226,7 +226,7 @@ class GeneralizedAlpha(AlphaFamily):
 
     @property
     def weights(self) -> Weights:
-        """Those of the second-order scheme with this spectral radius at infinite frequency (their eqs. 17, 20, 25)."""
+        """Weights of the second-order scheme with this spectral radius at infinite frequency (eqs. 17, 20, 25)."""
         alpha_m = (2.0 * self.rho_inf - 1.0) / (self.rho_inf + 1.0)
         alpha_f = self.rho_inf / (self.rho_inf + 1.0)
         shift = 1.0 - alpha_m + alpha_f
@@ -260,7 +260,7 @@ class HHTAlpha(AlphaFamily):
 
     @property
     def weights(self) -> Weights:
-        """Those of Hilber, Hughes and Taylor's scheme; their alpha is negative."""
+        """Weights of Hilber, Hughes and Taylor's scheme; their alpha is negative."""
         return Weights(0.0, self.alpha, 0.25 * (1.0 + self.alpha) ** 2, 0.5 + self.alpha)
 
     @property

@@ -45,7 +45,7 @@ class LoadTable(Table, ABC):
     @property
     @abstractmethod
     def place(self) -> Place:
-        """Where it acts."""
+        """Place where the load acts."""
 
     @abstractmethod
     def time_function(self) -> TimeFunction:
@@ -89,7 +89,7 @@ class LoadTable(Table, ABC):
 
     @property
     def extent(self) -> tuple[float, float] | None:
-        """Where a load along the beam begins and ends, x in m; None for others."""
+        """Start and end of a load along the beam, x in m; None for others."""
         return None
 
     @property

@@ -1,4 +1,4 @@
-"""Where a load acts: a closed set of places, which models of every kind know how to turn into forces."""
+"""Places of loads: a closed set, which models of every kind turn into forces."""
 
 from __future__ import annotations
 

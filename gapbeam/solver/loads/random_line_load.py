@@ -231,7 +231,7 @@ class RandomLineLoad(PairedNoiseLoad):
 
     @property
     def place(self) -> LineForce:
-        """Those of the strongest pattern."""
+        """Place of the strongest pattern."""
         return self.patterns[0]
 
     @property

@@ -25,7 +25,7 @@ from gapbeam.solver.wording.short_words import either, near, printable
 LARGEST = 256_000_000
 """The largest file that is read, bytes."""
 GREATEST = 1.0e30
-"""Of all numbers in a record."""
+"""Greatest number in a record."""
 LONGEST_LINE = 10_000
 HEAD = 65_536
 TIME, FILE = ("time_column",), ("file",)

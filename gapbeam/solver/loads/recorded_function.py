@@ -34,7 +34,7 @@ from gapbeam.solver.loads.time_function import piecewise_mean
 from gapbeam.solver.system.operators import Array, Indices
 
 ALIKE = 1.0e-9
-"""By how much intervals differ that are equal but for the digits of their times."""
+"""Relative difference of intervals that are equal but for the digits of their times."""
 CLOSEST = 1.0e-13
 """Time between rows, of the span of a record; what is closer is round-off."""
 WIDEST = 3.0
@@ -86,7 +86,7 @@ class RecordCurve:
 
     @property
     def span(self) -> float:
-        """From the first row to the last, s."""
+        """Duration from the first row to the last, s."""
         return float(self.knots[-1])
 
     @property
@@ -232,9 +232,9 @@ def _closed(values: Array) -> Array:
 
 Times = TypeVar("Times", float, Array)
 MOST_POWER = 0.99
-"""Of a record: the frequencies that hold it are of interest."""
+"""Share of the power of a record that makes its frequencies of interest."""
 ROUNDING = 1.0e-6
-"""Of the span of a record: how far a run may ask beyond its ends."""
+"""Share of the span of a record by which a run may pass its ends."""
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.wording.short_words import apart, either, exceeds
 
 MOST_ROWS = 20_000_000
-"""That a run goes through, repeated ones included."""
+"""Most rows that a run goes through, repeated ones included."""
 
 
 def file_faults(load: RecordedTable, key: Key) -> Iterator[Fault]:
@@ -153,11 +153,11 @@ def record_words(signal: RecordedSignal, step: float) -> tuple[str, str]:
 
 
 EDGE = 0.8
-"""Of half the sampling rate, above which a record that was filtered before it was sampled holds little."""
+"""Share of half the sampling rate, above which a record that was filtered before sampling holds little."""
 LITTLE = 0.01
-"""Of the power of a record, or of its peak."""
+"""Share of the power of a record, or of its peak, that counts as little."""
 MOST_OVERSHOOT = 0.05
-"""Of the range of the rows."""
+"""Largest overshoot over the range of the rows."""
 LONG = 500.0
 """Times the run: a record that looks as if its times were in ms."""
 FEW, ENOUGH = 20, 50

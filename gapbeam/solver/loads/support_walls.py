@@ -1,4 +1,4 @@
-"""From the loads of a case that move supports to the walls of a contact operator."""
+"""Walls of a contact operator, from the loads of a case that move supports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the loads of a case and their patterns to the loads of a semi-discrete system.
+"""Loads of a semi-discrete system, from the loads of a case and their patterns.
 
     f(t) = sum_k s_k(t) f_k
 

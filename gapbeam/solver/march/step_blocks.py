@@ -62,7 +62,7 @@ class StepBlock:
 
     @cached_property
     def snapshots(self) -> Snapshots | None:
-        """Those that fell due, None: none did."""
+        """Snapshots that fell due; None: none did."""
         return self.show()
 
     @property

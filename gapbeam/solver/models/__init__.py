@@ -1,1 +1,1 @@
-"""From a case to a model: finite elements, reduced basis, beam elements or rigid body."""
+"""Models of a case: finite elements, reduced basis, beam elements or rigid body."""

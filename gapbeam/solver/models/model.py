@@ -1,4 +1,4 @@
-"""From a case to its model: body, semi-discrete system, contact law and computed defaults."""
+"""Model of a case: body, semi-discrete system, contact law and computed defaults."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ class Model:
 
     @property
     def point_rule(self) -> PointRule:
-        """Where the contact points of a facet lie."""
+        """Rule for the contact points of a facet."""
         return point_rule(self.case)
 
     def expand(self, x: Array) -> Array:

@@ -1,4 +1,4 @@
-"""From a model and its seat to the periodic response that its case asks for."""
+"""Periodic response that a case asks for, from its model and seat."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class HalfWaveMap:
 
     @property
     def scale(self) -> Array:
-        """That of P, (2n,)."""
+        """Scale of P, (2n,)."""
         return self.whole.scale
 
     def after(self, x: Array) -> Array:

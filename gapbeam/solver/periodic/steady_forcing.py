@@ -48,7 +48,7 @@ class SteadyModel:
 
     @property
     def forcing_frequency(self) -> float:
-        """Of the loads, Hz."""
+        """Frequency of the loads, Hz."""
         return forcing_frequencies(self.model.case.load)[0]
 
     @property

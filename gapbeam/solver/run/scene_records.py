@@ -1,4 +1,4 @@
-"""From the steps of a scene to the records of `history.h5`, of the same names as those of cases."""
+"""Records of a scene for `history.h5`, of the same names as those of cases."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class Members:
 
     @property
     def impact_rate(self) -> dict[str | int, Array]:
-        """By contact, impacts a second."""
+        """Impacts a second, by contact."""
         return {name: count / self.span for name, count in self.impacts.items()}
 
     def flat(self) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from gapbeam.solver.system.operators import Array
 BLOCK = 2048
 """Steps between two looks of Python at a march."""
 TOLERANCE = 1e-12
-"""Of the contact solve, over the places of the contacts."""
+"""Tolerance of the contact solve, over the places of the contacts."""
 
 
 class Marcher:

@@ -1,4 +1,4 @@
-"""From the file of several structures, or its text or tables, to its scene, or to one error with every fault."""
+"""Reader of files of several structures: a file, its text or tables become a scene, or one error with all faults."""
 
 from __future__ import annotations
 

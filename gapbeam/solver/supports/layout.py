@@ -87,12 +87,12 @@ class Layout:
 
     @property
     def start(self) -> float:
-        """Where the first support begins, m."""
+        """Start of the first support, m."""
         return min((one.start for one in self.supports), default=0.0)
 
     @property
     def end(self) -> float:
-        """Where the last support ends, m."""
+        """End of the last support, m."""
         return max((one.end for one in self.supports), default=0.0)
 
     @property
@@ -127,7 +127,7 @@ class Layout:
 
     @property
     def edges(self) -> tuple[float, ...]:
-        """Where supports begin and end, without repetition, m."""
+        """Starts and ends of supports, without repetition, m."""
         return tuple(sorted({place for one in self.supports for place in (one.start, one.end)}))
 
     @property

@@ -55,7 +55,7 @@ class BaseAndGland(Table):
 
     @property
     def end(self) -> float:
-        """Where the support ends, m."""
+        """End of the support, m."""
         return self.length
 
     @property

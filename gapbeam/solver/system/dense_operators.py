@@ -208,7 +208,7 @@ class MassesBeside(DenseOperators):
 
     @cached_property
     def modes(self) -> tuple[Array, Array]:
-        """Those of the beam, and each mass on its spring: a stiff spring leaves no round-off in the others."""
+        """Modes of the beam, and each mass on its spring: a stiff spring leaves no round-off in the others."""
         squares, shapes = self._beam.modes
         alone = np.diag(1.0 / np.sqrt(self._masses))
         return np.concatenate([squares, self._springs / self._masses]), block_diag(shapes, alone)

@@ -19,9 +19,9 @@ from gapbeam.studies.atlas.lane_shooting import ShotOrbit, StrobeMap, shoot
 
 CHAOTIC, UNSETTLED, FAILED = -1, -2, -3
 NEAR, REPEATS, SAME = 1e-3, 1e-2, 1e-6
-"""Of the motion: distance of members from their orbit; of strobes of candidates; of two orbits that are one."""
+"""Tolerances over the motion: of members to their orbit, of strobes of candidates, and of two equal orbits."""
 REST = 1e-9
-"""Of the largest start: smaller motions are rest."""
+"""Share of the largest start below which motions are rest."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -63,7 +63,7 @@ class PoolPlan(NamedTuple):
 
     @property
     def logs(self) -> Path | None:
-        """Where jobs write what they say."""
+        """Folder of the logs of jobs."""
         return None if self.folder is None or self.workers.slurm is None else self.folder.absolute() / "workers"
 
     @property

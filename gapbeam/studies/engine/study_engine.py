@@ -28,7 +28,7 @@ LOOK = 1.0  # s
 
 
 class Engine:
-    """Where the points of one study are computed, one batch after the other; a context.
+    """Engine that computes the points of one study, one batch after the other; a context.
 
     One worker is this process itself. More are started when the first batch comes, and end with the study: also where
     it is interrupted, terminated or killed.

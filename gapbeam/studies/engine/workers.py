@@ -112,7 +112,7 @@ INSTALL = "pip install 'gapbeam[workers]'"
 
 @dataclass(frozen=True)
 class Workers:
-    """Where the points of a study are computed; one point at a time in each worker, on one thread.
+    """Workers that compute the points of a study, one point at a time each, on one thread.
 
     Attributes:
         count: Workers; None: one a core of this machine, or those of one job under Slurm. 1: this process itself.

@@ -149,7 +149,7 @@ class Problem:
 
     @property
     def start(self) -> FloatArray:
-        """Where the file says to start, on the scales, (n,)."""
+        """Start values of the file, on the scales, (n,)."""
         given = [one.unknown.start for one in self.coordinates]
         return np.array([0.5 if s is None else one.place(s) for one, s in zip(self.coordinates, given, strict=True)])
 

@@ -1,4 +1,4 @@
-"""From the records of a response to the figures of measurements."""
+"""Figures of measurements, from the records of a response."""
 
 from __future__ import annotations
 

@@ -170,7 +170,7 @@ def scales_of(problem: Problem) -> tuple[Scale, ...]:
 
 ParameterSearchFloatArray = np.ndarray
 Residuals = Callable[[ParameterSearchFloatArray], ParameterSearchFloatArray]
-"""From places (k, n) to residuals (k, m)."""
+"""Function from places (k, n) to residuals (k, m)."""
 
 SMALLEST_POPULATION, INDIVIDUALS = 16, 8  # of an unknown
 POLISH_STEPS = 8  # Gauss-Newton steps that are put aside for the end of a global search

@@ -33,7 +33,7 @@ STARTS = 4  # valleys that are searched
 
 @dataclass(frozen=True)
 class Found:
-    """Where a search ended.
+    """End of a search.
 
     Attributes:
         x: Unknowns ln k1, ln k2 (and ln l), (unknowns,).

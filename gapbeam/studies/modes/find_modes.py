@@ -54,7 +54,7 @@ class ModesResult(PrintedResult):
 
     @property
     def not_reproduced(self) -> list[str]:
-        """Whose frequencies no end springs reproduce: "seated" or "measured"."""
+        """Sources whose frequencies no end springs reproduce: "seated" or "measured"."""
         fits = self.comparison.fits
         sources = {one.source for one in fits}
         return sorted(

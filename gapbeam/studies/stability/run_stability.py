@@ -24,7 +24,7 @@ JOURNAL = "trials.jsonl"  # while the study is under way
 
 @dataclass(frozen=True, repr=False)
 class StabilityResult(PrintedResult):
-    """Where a case can be trusted.
+    """Result of a stability study.
 
     Attributes:
         folder: Where its files are.

@@ -62,7 +62,7 @@ def depth_limits_have_an_area(support: AnySupports, wear: Wear | None) -> Iterat
 
 
 def local_growth_has_areas_of_its_own(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:
-    """Where each contact point wears by itself, its area is the one that belongs to it."""
+    """Contact points that wear by themselves have areas of their own, and no other is given."""
     if wear is None or wear.growth != "local":
         return
     areas = {("wear", "area"): wear.area} | {(*key, "area"): one.area for key, one in keyed(support)}

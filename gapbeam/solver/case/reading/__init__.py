@@ -1,1 +1,1 @@
-"""From the text of a case file to a case, or to one error with every fault in it."""
+"""Reading of a case file: its text becomes a case, or one error with all faults."""

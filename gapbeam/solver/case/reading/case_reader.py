@@ -1,4 +1,4 @@
-"""From a case file and its overrides to a `Case`, or to one error with every fault in it."""
+"""Reader of case files: a file and its overrides become a `Case`, or one error with all faults."""
 
 from __future__ import annotations
 
@@ -213,7 +213,7 @@ def _find_files(data: dict[str, Any], path: Path) -> None:
 
 @dataclass(frozen=True)
 class Places:
-    """Where the keys of a case stand: on which line of the file, or on the command line."""
+    """Places of the keys of a case: lines of the file, or the command line."""
 
     path: Path
     data: dict[str, Any]

@@ -1,4 +1,4 @@
-"""On which line of a case file a key stands: tomllib does not say."""
+"""Line numbers of the keys of a case file, which tomllib does not give."""
 
 from __future__ import annotations
 

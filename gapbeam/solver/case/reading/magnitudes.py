@@ -12,7 +12,7 @@ from gapbeam.solver.table import Positive
 
 LARGEST = 1.0e30
 SMALLEST = 1.0e-30
-"""Of what must be above 0, and is divided by."""
+"""Least value of positive numbers that others are divided by."""
 
 
 def beyond_reason(data: Mapping[str, Any]) -> list[Fault]:

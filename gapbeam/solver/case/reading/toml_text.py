@@ -1,4 +1,4 @@
-"""From the bytes of a case file to its tables, with a fault that helps where that fails."""
+"""Text of a case file: its bytes become tables, or a fault that helps."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ Function = Callable[[Array], Array]
 
 
 class Comparison(NamedTuple):
-    """Where two functions differ, and where they could be compared, (places, ...).
+    """Comparison of two functions: places where they differ, and where they could be compared, (places, ...).
 
     The last place stands for itself; all others also for the interval to the next one.
     """

@@ -110,7 +110,7 @@ class _Trial:
 
     @property
     def missed_share(self) -> float:
-        """By how much the laws are missed, relative to the largest force and limit."""
+        """Share by which the laws are missed, relative to the largest force and limit."""
         return max(_share(self.missed, self.forces), _share(self.missed_friction, self.limits))
 
 

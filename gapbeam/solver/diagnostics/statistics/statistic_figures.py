@@ -59,7 +59,7 @@ mean force and the work rate were off by 0.2 and 0.1 %.
 """
 
 LEAST_STEPS = 6.0
-"""In the time of an impact. Of a bounce with 6 steps, whose first half counts, 3 % is missing; with 4, 6 %."""
+"""Steps in the time of an impact. Bounces with 6 steps, whose first half counts, lack 3 %; with 4, 6 %."""
 
 
 @dataclass(frozen=True)

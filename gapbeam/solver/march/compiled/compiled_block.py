@@ -70,7 +70,7 @@ class CompiledBlock:
 
     @cached_property
     def snapshots(self) -> Snapshots | None:
-        """Those that fell due; None: none did."""
+        """Snapshots that fell due; None: none did."""
         room = self.records.snapshots
         count = int(room.filled[0])
         if not count:

@@ -1,4 +1,4 @@
-"""From plans and states to the arrays of kernels, and back."""
+"""Arrays of kernels from plans and states, and back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the records of a block to what records of the history are made of."""
+"""Instants for records of the history, from the records of a block."""
 
 from __future__ import annotations
 

@@ -122,7 +122,7 @@ class DeformableSections:
 
     @cached_property
     def points(self) -> ContactOperator:
-        """Those of the mesh, or fewer across the width."""
+        """Contact points of the mesh, or fewer across the width."""
         case, across = self.body.case, self.settings.points_across
         return gathered_points(case, self.body.contact, is_symmetric(case), across, self.body.meshed.facet_length)
 

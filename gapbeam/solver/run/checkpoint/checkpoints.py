@@ -48,7 +48,7 @@ LARGEST_SHARE = 0.01  # of the wall time, for checkpoints
 
 @dataclass(frozen=True)
 class Left:
-    """Where a run was left.
+    """State that a run stopped in.
 
     Attributes:
         model: The model that was marched.

@@ -26,7 +26,7 @@ NODES, POINTS = "nodes", "points"
 
 @dataclass(frozen=True)
 class DofLayout:
-    """Where the DOFs of a model are.
+    """Layout of the DOFs of a model on the ranks.
 
     Attributes:
         model: The model.

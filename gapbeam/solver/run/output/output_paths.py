@@ -1,4 +1,4 @@
-"""Where results may go: names that can be written and shown, in a folder that is still there afterwards."""
+"""Paths of results: names that can be written and shown, in a folder that is still there afterwards."""
 
 from __future__ import annotations
 

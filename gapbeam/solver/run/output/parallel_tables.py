@@ -27,7 +27,7 @@ Values = NDArray[Any]
 
 @dataclass(frozen=True)
 class RankRows:
-    """Where the rows of this rank are in a whole table.
+    """Places of the rows of this rank in a whole table.
 
     Attributes:
         comm: The ranks.

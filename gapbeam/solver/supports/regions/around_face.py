@@ -120,7 +120,7 @@ class AroundFace(Face):
 
     @property
     def shape(self) -> dict[str, Any]:
-        """Where its middle is, and what a subclass adds."""
+        """Shape in results: the middle of the face, and values of a subclass."""
         return {**super().shape, "offset": self.offset, "lateral": self.lateral}
 
     def gaps(self, positions: Array) -> Array:

@@ -16,7 +16,7 @@ from gapbeam.solver.table import Table
 
 @dataclass(frozen=True)
 class Placement:
-    """Where the region of a support is.
+    """Place of the region of a support.
 
     Attributes:
         clearance: Of the support, m.

@@ -101,12 +101,12 @@ class Hole(AroundRegion):
 
     @property
     def along_radii(self) -> bool:
-        """Where it is met at points; the circle is met where it is touched."""
+        """True where the hole is met at points; a circle is met where it is touched."""
         return self.contact != "circle"
 
     @property
     def touches_at_once(self) -> bool:
-        """As a circle; points around the section touch one after the other."""
+        """True for a circle; points around the section touch one after the other."""
         return self.contact != "points"
 
     def of_whole(self) -> Hole:

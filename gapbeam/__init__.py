@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.linear_stability import critical_velocity, eigenvalues, idle_supports, root_locus
     from gapbeam.solver.scene.modal_files import read_modes
     from gapbeam.solver.scene.periodic_orbit import periodic
+    from gapbeam.solver.scene.placement import Placement
     from gapbeam.solver.scene.point_basis import reduced_at_points
     from gapbeam.solver.scene.scene import Scene
     from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
@@ -106,6 +107,7 @@ _MODULES = {
     "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "midpoint", "newmark", "theta"),
     "solver.scene.periodic_orbit": ("periodic",),
     "solver.scene.convex_region": ("Disc", "HalfPlane", "Polar", "Polygon", "Slot", "region"),
+    "solver.scene.placement": ("Placement",),
     "solver.scene.point_basis": ("reduced_at_points",),
     "solver.scene.scene": ("Scene",),
     "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "weight"),
@@ -151,6 +153,7 @@ __all__ = [
     "NotWritten",
     "OptionError",
     "OutOfMemory",
+    "Placement",
     "Polar",
     "Polygon",
     "RangeNotCovered",

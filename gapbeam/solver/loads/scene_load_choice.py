@@ -39,7 +39,11 @@ def _of_structures(base: type[LoadTable]) -> type[LoadTable]:
         ),
         "direction": (
             Vector | None,
-            Field(default=None, description="none: `frame` of the structure is the direction; default that"),
+            Field(
+                default=None,
+                description="in space, of structures with a place, no unit; default downward for gravity; others: "
+                "`frame` of the structure is the direction",
+            ),
         ),
     }
     return create_model("Of" + base.__name__, __base__=base, __module__=__name__, __doc__=base.__doc__, **keys)

@@ -38,7 +38,7 @@ class SceneRecords:
         scene = marcher.scene
         self.scene, self.every, self.h = scene, every, marcher.h
         counts = [len(point.rows) for point in scene.point_names.values()]
-        self.width = 2 if counts and min(counts) == 2 else 1
+        self.width = 2 if set(counts) == {2} else 1
         self.probes = tuple(
             name if self.width == count else f"{name} {number}"
             for name, count in zip(scene.point_names, counts, strict=True)
@@ -79,15 +79,11 @@ class SceneRecords:
                 continue
             place, parts = self.scene.place_of(load.structure, "base motion"), list[Array]()
             for point in self.scene.point_names.values():
-                count = len(point.rows)
-                if point.structure is not self.scene.structures[place]:
-                    parts.append(np.zeros(count))
-                elif load.direction is not None:
-                    parts.append(point.rows @ np.asarray(load.direction, dtype=float))
-                elif point.name in point.structure.frame:
-                    parts.append(np.broadcast_to(point.structure.frame[point.name], (count,)))
-                else:
+                still = point.structure is not self.scene.structures[place]
+                moved = np.zeros(len(point.rows)) if still else load.motion_of(point)
+                if moved is None:
                     return None
+                parts.append(moved)
             found.append((load, np.concatenate([np.zeros(0), *parts])))
         return found
 

@@ -6,6 +6,8 @@ other units than stated.
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -21,22 +23,24 @@ NEGATIVE = 1e-9  # of the largest ratio of stiffness to mass on the diagonals
 FEW_ROWS = 24
 MOST = 0.6  # of the rows: clamps and springs leave most rows of a translation without force
 SLOWEST, FASTEST = 20.0, 1e5
-"""Speeds of waves from one node to the next, m/s, that no material reaches: a question of units."""
+"""Usual speeds of waves from one node to the next, m/s; others are asked about."""
 HEAVIEST = 3e4
-"""Density that no material reaches, kg/m^3."""
+"""Largest usual density, kg/m^3; larger ones are asked about."""
+LOG = logging.getLogger("gapbeam")
 
 
-def check_imported(K: Any, M: Any, rows: Rows) -> None:
-    """Refuse matrices of which no model is made.
+def check_imported(K: Any, M: Any, rows: Rows, name: str = "") -> None:
+    """Refuse matrices of which no model is made, and ask about units that make unusual waves or densities.
 
     Args:
         K: Stiffness of all rows, SI, sparse.
         M: Mass.
         rows: Their names and nodes.
+        name: Of the structure.
 
     Raises:
-        ArgumentError: M is not positive definite, K has a negative direction, rows are in another order than their
-            names, or units make waves or densities that no material has.
+        ArgumentError: M is not positive definite, K has a negative direction, or rows are in another order than their
+            names.
     """
     for A, key in ((M, "mass"), (K, "stiffness")):
         skew, most = abs(A - A.T).max(), abs(A).max()
@@ -67,7 +71,8 @@ def check_imported(K: Any, M: Any, rows: Rows) -> None:
     motions = rows.rigid()
     if motions is not None:
         _check_order(K, motions, rows)
-        _check_units(K, M, rows)
+        for question in unit_questions(K, M, rows):
+            LOG.warning("structure %s: %s", name or "?", question)
 
 
 def _negative(A: Any, least: float) -> bool:
@@ -106,8 +111,8 @@ def _check_order(K: Any, motions: Array, rows: Rows) -> None:
         )
 
 
-def _check_units(K: Any, M: Any, rows: Rows) -> None:
-    """Refuse units in which waves are faster or slower, or the mass denser, than in any material."""
+def unit_questions(K: Any, M: Any, rows: Rows) -> Iterator[str]:
+    """Yield questions where waves are faster or slower, or the mass denser, than in usual materials."""
     assert rows.nodes is not None
     names = list(rows.of_node)
     places = rows.meter * np.array([rows.nodes.places[one] for one in names])
@@ -127,16 +132,14 @@ def _check_units(K: Any, M: Any, rows: Rows) -> None:
     spans = np.ptp(places, axis=0)
     size = f"the nodes span {spans.max():.3g} m"
     if len(speeds) and not SLOWEST <= np.median(speeds) <= FASTEST:
-        raise ArgumentError(
-            f"found waves of about {np.median(speeds):.2g} m/s from node to node ({size}), expected {SLOWEST:g} to "
-            f"{FASTEST:g} m/s as in any material; are the files in other units?",
-            "units",
+        yield (
+            f"waves run at about {np.median(speeds):.2g} m/s from node to node ({size}); usual are {SLOWEST:g} to "
+            f"{FASTEST:g} m/s. Are the files in other units?"
         )
     volume = float(np.prod(spans))
     along = np.array([DIRECTIONS[label.partition(".")[2]] == 0 for label in rows.labels], dtype=float)
     if volume > 0.0 and along @ (M @ along) > HEAVIEST * volume:
-        raise ArgumentError(
-            f"found a mass of {along @ (M @ along):.3g} kg in {volume:.3g} m^3 ({size}), expected less than "
-            f"{HEAVIEST:g} kg/m^3; are the files in other units?",
-            "units",
+        yield (
+            f"a mass of {along @ (M @ along):.3g} kg fills {volume:.3g} m^3 ({size}); usual is less than "
+            f"{HEAVIEST:g} kg/m^3. Are the files in other units?"
         )

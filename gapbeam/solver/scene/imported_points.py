@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -11,10 +11,12 @@ import numpy as np
 
 from gapbeam.solver.scene.given_numbers import ArgumentError, finite
 from gapbeam.solver.scene.node_files import Nodes
+from gapbeam.solver.scene.placement import Placement
 from gapbeam.solver.system.operators import Array
 
 DIRECTIONS = {"0": 0, "1": 0, "2": 1, "3": 2, "4": 3, "5": 4, "6": 5}  # 0: a scalar point
 WHERE = ("node", "set", "nearest")
+TURNED = 1e-12  # components of unit vectors that a turn leaves as round-off
 
 Label = str | int
 PointGiven = Label | Sequence[Label] | Mapping[str, Any]
@@ -29,12 +31,14 @@ class Rows:
         nodes: Coordinates and sets, or None.
         meter: Unit of the coordinates, m.
         named: Whether the labels have nodes and directions.
+        place: Of the structure in space: coordinates and directions of points are those of space.
     """
 
     labels: list[str]
     nodes: Nodes | None
     meter: float
     named: bool
+    place: Placement = field(default_factory=Placement)
 
     @cached_property
     def places(self) -> dict[str, int]:
@@ -106,7 +110,8 @@ class Rows:
         size = np.linalg.norm(axes, axis=1)
         if not np.all(size > 0.0):
             raise ArgumentError(f"point {key}: found a direction of length 0, expected a vector", argument)
-        axes = axes / size[:, None]
+        axes = axes / size[:, None] @ self.place.turn
+        axes[np.abs(axes) < TURNED] = 0.0
         if len(axes) == 2 and abs(axes[0] @ axes[1]) > 1e-9:
             raise ArgumentError(f"point {key}: found two directions that are not at right angles", argument)
         rows = np.zeros((len(axes), len(self.labels)))
@@ -140,7 +145,7 @@ class Rows:
             place = finite(value, f"point {key}: nearest")
             if place.shape != (3,):
                 raise ArgumentError(f"point {key}: found nearest {value!r}, expected coordinates (x, y, z)", argument)
-            return [self.nodes.nearest(np.asarray(place / self.meter), self.of_node)]
+            return [self.nodes.nearest(np.asarray(self.place.own(place) / self.meter), self.of_node)]
         try:
             found = [node for node in self.nodes.of_set(str(value), argument) if node in self.of_node]
         except ArgumentError as error:
@@ -159,17 +164,23 @@ class Rows:
             )
             place = None
             if self.nodes is not None:
-                place = self.meter * np.mean([self.nodes.places[node] for node in nodes], axis=0)
+                place = self.place.in_space(np.mean([self.meter * self.nodes.places[node] for node in nodes], axis=0))
             return place, axes / np.linalg.norm(axes, axis=1)[:, None]
         labels = [str(one).partition(".") for one in ([given] if isinstance(given, str | int) else given)]
         if not self.named or any(DIRECTIONS[way] > 2 for _, _, way in labels):
             return None, None
-        axes = np.eye(3)[[DIRECTIONS[way] for _, _, way in labels]]
-        place = None if self.nodes is None else self.meter * self.nodes.places[labels[0][0]]
-        return place, axes
+        axes = np.eye(3)[[DIRECTIONS[way] for _, _, way in labels]] @ self.place.turn.T
+        known = None if self.nodes is None else self.nodes.places[labels[0][0]]
+        return None if known is None else self.place.in_space(self.meter * known), axes
+
+    @cached_property
+    def along_axes(self) -> Array:
+        """DOFs of unit motions along x, y and z of space, (DOFs, 3)."""
+        turns = np.vstack([self.place.turn.T, np.zeros((3, 3))])
+        return turns[[DIRECTIONS[label.partition(".")[2]] for label in self.labels]]
 
     def along(self, frame: Sequence[float]) -> Array:
-        """Return the DOFs of a unit motion along a direction.
+        """Return the DOFs of a unit motion along a direction of space.
 
         Raises:
             ArgumentError: It is no direction.
@@ -177,8 +188,7 @@ class Rows:
         direction = np.asarray(frame, dtype=float)
         if direction.shape != (3,) or not np.linalg.norm(direction) > 0.0:
             raise ArgumentError(f"frame: found {frame!r}, expected three numbers that are not all 0", "frame")
-        unit = np.concatenate([direction / np.linalg.norm(direction), np.zeros(3)])
-        return np.array([unit[DIRECTIONS[label.partition(".")[2]]] for label in self.labels])
+        return np.asarray(self.along_axes @ (direction / np.linalg.norm(direction)))
 
     def rigid(self) -> Array | None:
         """Return the six rigid motions, (DOFs, 6): along x, y, z, and about them through the middle of all nodes.

@@ -138,11 +138,24 @@ class _InertiaLoad(Load):
         **parameters: Any,
     ) -> None:
         self.direction, self._where = direction, f"{self.kind} {name or '?'}"
+        if structure.is_spatial:
+            self.direction = unit_direction(direction, self._where)
         pattern = self.sign * _inertia(structure, direction, self._where)
         super().__init__(structure, pattern, value, name, **parameters)
 
     def pattern_on(self, structure: Structure) -> Array:
         return self.sign * _inertia(structure, self.direction, self._where)
+
+    def motion_of(self, point: StructurePoint) -> Array | None:
+        """Return how a point of the structure moves when the frame moves by 1, (motions,); None: nothing says so."""
+        count = len(point.rows)
+        if point.structure.is_spatial:
+            known = point.structure.frame.get(point.name)
+            return None if known is None else np.broadcast_to(known @ np.asarray(self.direction), (count,))
+        if self.direction is not None:
+            return np.asarray(point.rows @ np.asarray(self.direction, dtype=float))
+        known = point.structure.frame.get(point.name)
+        return None if known is None else np.broadcast_to(known, (count,))
 
 
 class BaseMotion(_InertiaLoad):
@@ -152,6 +165,7 @@ class BaseMotion(_InertiaLoad):
         structure: What the frame carries.
         acceleration: Of the frame, m/s^2; as the value of a `Load`.
         direction: Motion of all DOFs when the frame moves by 1, (DOFs,); default: the inertia of the structure says.
+            A structure in space takes the direction (x, y, z), whose length does not count.
         name: See `Load`.
         parameters: See `Load`.
     """
@@ -176,7 +190,7 @@ def weight(structure: Structure, gravity: float, direction: ArrayLike | None = N
     Args:
         structure: What weighs.
         gravity: m/s^2.
-        direction: Motion of all DOFs when the frame moves by 1, (DOFs,); default: the inertia of the structure says.
+        direction: As of `BaseMotion`; (0, 0, 1) for a structure in space whose weight acts along z.
         name: See `Load`.
 
     Raises:
@@ -187,6 +201,9 @@ def weight(structure: Structure, gravity: float, direction: ArrayLike | None = N
 
 def _inertia(structure: Structure, direction: ArrayLike | None, where: str) -> Array:
     """Return M r."""
+    if structure.is_spatial:
+        assert structure.inertia is not None
+        return structure.inertia @ unit_direction(direction, f"{where}: structure {structure.name or '?'}")
     if direction is None:
         if structure.inertia is None:
             raise UserError(
@@ -199,3 +216,16 @@ def _inertia(structure: Structure, direction: ArrayLike | None, where: str) -> A
         raise UserError(f"{where}: found a direction of shape {along.shape}, expected ({structure.size},)")
     found: Array = structure.M @ along
     return found
+
+
+def unit_direction(direction: ArrayLike | None, where: str) -> Array:
+    """Return a direction of space, (3,), of length 1.
+
+    Raises:
+        UserError: It is none.
+    """
+    given = np.zeros(0) if direction is None else finite(direction, f"{where}: direction")
+    if given.shape != (3,) or not np.linalg.norm(given) > 0.0:
+        found = "no direction" if direction is None else f"direction {np.round(given, 6).tolist()}"
+        raise UserError(f"{where}: found {found}, expected (x, y, z), as its frame moves in space")
+    return np.asarray(given / np.linalg.norm(given))

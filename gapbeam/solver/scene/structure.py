@@ -59,8 +59,9 @@ class Structure:
             kept to round-off.
         name: Of the structure, for messages and for points of the same name.
         inertia: Mass that meets a motion of the frame, M r for the motion r of all DOFs with the frame, (DOFs,), kg:
-            what weight and base motions act on. Default M @ frame.
-        frame: Motion r of all DOFs when the frame moves by 1, (DOFs,), or motions of the points then, by name.
+            what weight and base motions act on; or (DOFs, 3) for motions along x, y and z. Default M @ frame.
+        frame: Motion r of all DOFs when the frame moves by 1, (DOFs,) or (DOFs, 3), or motions of the points then, by
+            name.
 
     Raises:
         UserError: Shapes do not fit, an entry is not finite, M is not positive definite, M or K is not symmetric, or a
@@ -98,13 +99,13 @@ class Structure:
         self.frame: dict[str, Array] = dict(frame) if isinstance(frame, Mapping) else {}
         if frame is not None and not isinstance(frame, Mapping):
             along = finite(frame, f"{where}: frame")
-            if along.shape != (self.size,):
-                raise UserError(f"{where}: found frame of shape {along.shape}, expected ({self.size},)")
+            if along.shape not in self._of_frame:
+                raise UserError(f"{where}: found frame of shape {along.shape}, expected {self._frame_words}")
             inertia = self.M @ along if inertia is None else inertia
             self.frame = {key: point.rows @ along for key, point in self.points.items()}
         self.inertia = None if inertia is None else finite(inertia, f"{where}: inertia")
-        if self.inertia is not None and self.inertia.shape != (self.size,):
-            raise UserError(f"{where}: found inertia of shape {self.inertia.shape}, expected ({self.size},)")
+        if self.inertia is not None and self.inertia.shape not in self._of_frame:
+            raise UserError(f"{where}: found inertia of shape {self.inertia.shape}, expected {self._frame_words}")
 
     def __getitem__(self, name: str) -> StructurePoint:
         """Return a point by its name."""
@@ -119,6 +120,19 @@ class Structure:
     def point(self, rows: ArrayLike, name: str = "") -> StructurePoint:
         """Return a point that is not in the table of points; see `Structure` for `rows`."""
         return StructurePoint(self, self._rows(rows, name), name)
+
+    @property
+    def is_spatial(self) -> bool:
+        """Whether the frame may move along x, y and z: weight and base motions then need a direction."""
+        return self.inertia is not None and self.inertia.ndim == 2
+
+    @property
+    def _of_frame(self) -> tuple[tuple[int, ...], ...]:
+        return (self.size,), (self.size, 3)
+
+    @property
+    def _frame_words(self) -> str:
+        return f"({self.size},), or ({self.size}, 3) for motions along x, y and z"
 
     @property
     def is_large(self) -> bool:
@@ -227,10 +241,10 @@ class Structure:
             raise UserError(
                 f"{where}: found a row of {rows.shape[-1]} entries, expected one for each of {self.size} DOFs"
             )
-        if not 1 <= len(rows) <= 2:
+        if not 1 <= len(rows) <= 3:
             raise UserError(
-                f"{where}: found {len(rows)} motions, expected 1, or 2 in a section plane; integers are DOF "
-                "numbers, a row has floats"
+                f"{where}: found {len(rows)} motions, expected 1, 2 in a section plane, or 3 in space; integers are "
+                "DOF numbers, a row has floats"
             )
         return rows
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,6 +15,7 @@ from gapbeam.solver.scene.imported_checks import check_imported
 from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows
 from gapbeam.solver.scene.matrix_files import aligned, read_matrix, refuse_half
 from gapbeam.solver.scene.node_files import read_nodes
+from gapbeam.solver.scene.placement import Placement
 from gapbeam.solver.scene.structure import SYMMETRY, Structure
 from gapbeam.solver.system.operators import Array
 
@@ -39,6 +41,7 @@ def read_structure(
     points: Mapping[str, PointGiven] | None = None,
     clamped: Sequence[Label] = (),
     frame: Sequence[float] | None = None,
+    place: Placement | None = None,
     name: str = "",
 ) -> Structure:
     """Return the structure of matrices in files, in m, kg and s.
@@ -59,19 +62,78 @@ def read_structure(
             its nodes) or "nearest" (to coordinates in m).
         clamped: Nodes (whole), sets or "node.direction" that do not move: their rows and columns are left out.
         frame: Direction in which the frame moves, (3,): what weight and base motions act along; needs `dofs`.
+        place: Where the structure is in space: directions and coordinates are then those of space, and weight and base
+            motions take a direction of their own where `frame` is left out.
         name: Of the structure.
 
     Raises:
         UserError: A file cannot be read or is of an unknown kind, sizes differ, a matrix is not symmetric, a label is
             unknown, or units are.
     """
-    return read_placed(
-        stiffness, mass, units=units, damping=damping, dofs=dofs, nodes=nodes, points=points, clamped=clamped,
-        frame=frame, name=name,
-    )[0]  # fmt: skip
+    model = read_model(
+        stiffness, mass, units=units, damping=damping, dofs=dofs, nodes=nodes, place=place, name=name
+    )  # fmt: skip
+    return model.structure(points or {}, clamped, frame)[0]
 
 
-def read_placed(
+@dataclass(frozen=True)
+class ImportedModel:
+    """Matrices of files before anything is clamped, in m, kg and s.
+
+    Attributes:
+        K: Stiffness, sparse.
+        M: Mass.
+        C: Damping, or None.
+        rows: Names, nodes and place.
+        name: Of the structure.
+        is_placed: Whether a place was given.
+    """
+
+    K: Any
+    M: Any
+    C: Any
+    rows: Rows
+    name: str
+    is_placed: bool
+
+    @property
+    def places(self) -> dict[str, Array]:
+        """Where the nodes that have rows are in space, m; empty where the files do not say so."""
+        nodes = self.rows.nodes
+        if nodes is None:
+            return {}
+        meter, turned = self.rows.meter, self.rows.place.in_space
+        return {node: turned(meter * nodes.places[node]) for node in self.rows.of_node}
+
+    def structure(
+        self, points: Mapping[str, PointGiven], clamped: Sequence[Label], frame: Sequence[float] | None
+    ) -> tuple[Structure, dict[str, PlacedPoint]]:
+        """Return the structure, and where its points are; see `read_structure`."""
+        rows_of, size = self.rows, self.M.shape[0]
+        fixed = {i for one in clamped for i in rows_of.clamped(str(one))}
+        free = np.array([i for i in range(size) if i not in fixed])
+        if not len(free):
+            raise ArgumentError(f"structure {self.name or '?'}: all DOFs are clamped", "clamped")
+        rows = {key: rows_of.rows(key, given, fixed)[:, free] for key, given in points.items()}
+        inertia, moved = None, {}
+        if (frame is not None or self.is_placed) and not rows_of.named:
+            key = "frame" if frame is not None else "place"
+            raise ArgumentError(
+                f"structure {self.name or '?'}: `{key}` needs the directions of the DOFs: give `dofs`", key
+            )
+        if frame is not None or self.is_placed:
+            along = rows_of.along_axes if frame is None else rows_of.along(frame)
+            inertia = np.asarray(self.M @ along)[free]
+            moved = {key: row @ along[free] for key, row in rows.items()}
+        motions = rows_of.rigid()
+        K, M = (A[free][:, free] for A in (self.K, self.M))
+        C = None if self.C is None else self.C[free][:, free]
+        motions = None if motions is None else _without_strain(K, motions[free])
+        places = {key: PlacedPoint(*rows_of.placed(given)) for key, given in points.items()}
+        return Structure(M, K, C, rows, motions, self.name, inertia, moved or None), places
+
+
+def read_model(
     stiffness: str | Path,
     mass: str | Path,
     *,
@@ -79,12 +141,10 @@ def read_placed(
     damping: str | Path | None,
     dofs: str | Path | None,
     nodes: str | Path | None,
-    points: Mapping[str, PointGiven] | None,
-    clamped: Sequence[Label],
-    frame: Sequence[float] | None,
+    place: Placement | None,
     name: str,
-) -> tuple[Structure, dict[str, PlacedPoint]]:
-    """Return a structure, and where its points are; see `read_structure`."""
+) -> ImportedModel:
+    """Return the matrices of files, checked; see `read_structure`."""
     if units not in UNITS:
         raise ArgumentError(
             f"structure {name or '?'}: found units {units!r}, expected one of {', '.join(UNITS)}", "units"
@@ -106,31 +166,12 @@ def read_placed(
         labels = _labels(Path(dofs), size)
     meter, kilogram = UNITS[units]
     held = None if nodes is None else read_nodes(Path(nodes))
-    rows_of = Rows(labels or [str(i) for i in range(size)], held, meter, labels is not None)
+    names = labels or [str(i) for i in range(size)]
+    rows_of = Rows(names, held, meter, labels is not None, place or Placement())
     lengths = np.array([meter if DIRECTIONS.get(one.partition(".")[2], 0) < 3 else 1.0 for one in rows_of.labels])
-    whole: list[Any] = [None if A is None else _in_si(A, kilogram * meter**2, lengths) for A in matrices]
-    K, M, C = whole
-    check_imported(K, M, rows_of)
-    fixed = {i for one in clamped for i in rows_of.clamped(str(one))}
-    free = np.array([i for i in range(size) if i not in fixed])
-    if not len(free):
-        raise ArgumentError(f"structure {name or '?'}: all DOFs are clamped", "clamped")
-    rows = {key: rows_of.rows(key, given, fixed)[:, free] for key, given in (points or {}).items()}
-    inertia, moved = None, {}
-    if frame is not None:
-        if labels is None:
-            raise ArgumentError(
-                f"structure {name or '?'}: `frame` needs the directions of the DOFs: give `dofs`", "frame"
-            )
-        along = rows_of.along(frame)
-        inertia = np.asarray(M @ along)[free]
-        moved = {key: row @ along[free] for key, row in rows.items()}
-    motions = rows_of.rigid()
-    K, M = (A[free][:, free] for A in (K, M))
-    C = None if C is None else C[free][:, free]
-    motions = None if motions is None else _without_strain(K, motions[free])
-    places = {key: PlacedPoint(*rows_of.placed(given)) for key, given in (points or {}).items()}
-    return Structure(M, K, C, rows, motions, name, inertia, moved or None), places
+    K, M, C = (None if A is None else _in_si(A, kilogram * meter**2, lengths) for A in matrices)
+    check_imported(K, M, rows_of, name)
+    return ImportedModel(K, M, C, rows_of, name, place is not None)
 
 
 def _in_si(A: Any, energy: float, lengths: Array) -> Any:

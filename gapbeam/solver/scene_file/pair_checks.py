@@ -34,6 +34,7 @@ def pair_faults(
         region: Its region.
         places: Where its points are, as far as it is known.
     """
+    assert pair.region is not None
     counts = [len(point.rows) for point in points]
     if set(counts) != {region.motions}:
         words = " and ".join(map(str, counts))
@@ -103,4 +104,5 @@ def _depth(pair: PairTable, place: Array) -> float:
         edges = np.roll(corners, -1, axis=0) - corners
         outward = np.column_stack([edges[:, 1], -edges[:, 0]]) / np.linalg.norm(edges, axis=1)[:, None]
         return float((outward * (place - corners)).sum(axis=1).max())
+    assert region is not None
     return float(np.linalg.norm(place) - region.clearance)

@@ -125,10 +125,18 @@ class PairTable(Table):
 
     name: Name = Field(description="name in results, different for every pair", examples=["gap"])
     between: tuple[PointName] | tuple[PointName, PointName] = Field(
-        description="the point that stays in the region, and the point that carries the region, else the frame",
+        description="the point that stays in the region, and the point that carries the region, else the frame; two "
+        "structures where at says so",
         examples=[["tube.tip", "bar.edge"]],
     )
-    region: RegionOfPair = Field(description="where the first may be, a table with the type and its keys")
+    at: Literal["nearest"] | None = Field(
+        default=None, description="nearest: between names two structures, which touch at their nearest places"
+    )
+    region: RegionOfPair | None = Field(
+        default=None,
+        description="where the first may be, a table with the type and its keys; at nearest places default a half "
+        "plane at the distance between the surfaces",
+    )
     law: LawOfPair | None = Field(default=None, description="law of forces, a table; default that of [contact]")
     friction: NonNegative | None = Field(default=None, description="coefficient, no unit; default that of [contact]")
     sliding: NonNegative | None = Field(default=None, description="see [contact], m/s; default that of [contact]")

@@ -23,9 +23,11 @@ from gapbeam.solver.scene.point_basis import reduced_at_points
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
 from gapbeam.solver.scene.structure import Structure, StructurePoint, mass
-from gapbeam.solver.scene.structure_files import PlacedPoint, read_placed
+from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint, read_model
+from gapbeam.solver.scene_file.nearest_pairs import at_nearest, meeting_faults
 from gapbeam.solver.scene_file.pair_checks import pair_faults
 from gapbeam.solver.scene_file.pair_tables import PairTable
+from gapbeam.solver.scene_file.placed_bodies import PlacedBody, in_space, line_of
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.structure_tables import (
     BodyTable,
@@ -36,6 +38,7 @@ from gapbeam.solver.scene_file.structure_tables import (
     ModesOfFile,
     PinnedBody,
     PointTable,
+    RigidBar,
     SpringJoint,
 )
 from gapbeam.solver.system.operators import Array
@@ -60,6 +63,9 @@ class _Site:
 
     case: SceneCase
     bodies: dict[str, Structure] = field(default_factory=dict)
+    models: dict[str, ImportedModel] = field(default_factory=dict)
+    extents: dict[str, PlacedBody] = field(default_factory=dict)
+    nearest: dict[str, dict[str, Any]] = field(default_factory=dict)
     places: dict[str, PlacedPoint] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
 
@@ -90,10 +96,16 @@ def built_scene(case: SceneCase, source: str, put: Callable[[list[Fault]], list[
     site = _Site(case)
     for number, table in enumerate(case.structure):
         try:
+            _place(site, table)
+        except UserError as error:
+            site.faults.append(_fault(site, number, error))
+    pairs = [_at_points(site, number, pair) for number, pair in enumerate(case.pair)]
+    for number, table in enumerate(case.structure if not site.faults else ()):
+        try:
             site.bodies[table.name] = _body(site, table)
         except (UserError, RunError) as error:
             site.faults.append(_fault(site, number, error))
-    contacts = [_contact(site, number, pair) for number, pair in enumerate(case.pair)]
+    contacts = [_contact(site, number, pair) for number, pair in enumerate(pairs)]
     loads = [load for number, one in enumerate(case.load) for load in _loads(site, number, one)]
     joints, masses = [], []
     for number, joint in enumerate(case.joint):
@@ -125,8 +137,44 @@ def start_velocities(case: SceneCase, scene: Scene) -> dict[Structure, Array]:
     for table, one in zip(case.structure, scene.structures, strict=True):
         if table.velocity:
             assert one.inertia is not None
-            solved = sla.spsolve(sp.csc_matrix(one.M), one.inertia)
-            found[one] = table.velocity * np.atleast_1d(solved)
+            speed = np.asarray(table.velocity, dtype=float)
+            moved = one.inertia @ speed if one.is_spatial else one.inertia * speed
+            found[one] = np.atleast_1d(sla.spsolve(sp.csc_matrix(one.M), moved))
+    return found
+
+
+def _place(site: _Site, table: BodyTable) -> None:
+    """Find out where a structure is in space; matrices are read.
+
+    Raises:
+        UserError: A file cannot be read, or the place is none.
+    """
+    model, place = table.model, None if table.place is None else table.place.made()
+    if isinstance(model, ImportedMatrices):
+        read = read_model(
+            model.stiffness, model.mass, units=model.units, damping=model.damping, dofs=model.dofs, nodes=model.nodes,
+            place=place, name=table.name,
+        )  # fmt: skip
+        site.models[table.name], nodes = read, read.places
+        if nodes:
+            site.extents[table.name] = PlacedBody(tuple(nodes), np.array(list(nodes.values())))
+    elif place is not None and isinstance(model, LumpedMass):
+        site.extents[table.name] = line_of(place, 0.0, model.motions, 0.0)
+    elif place is not None and isinstance(model, ElementBeam | RigidBar):
+        site.extents[table.name] = line_of(place, model.length, 1, 0.5 * model.thickness)
+
+
+def _at_points(site: _Site, number: int, pair: PairTable) -> PairTable:
+    """Return a pair at named points; nearest places become points."""
+    if pair.at is None or any(name not in site.extents for name in pair.between):
+        return pair
+    try:
+        found, points = at_nearest(pair, site.extents)
+    except UserError as error:
+        site.faults.append(fault_of(("pair", number, "between"), error))
+        return pair
+    for name, given in points.items():
+        site.nearest.setdefault(name, {}).update(given)
     return found
 
 
@@ -138,27 +186,27 @@ def _body(site: _Site, table: BodyTable) -> Structure:
     """
     model, points = table.model, [one for one in site.case.point if one.structure == table.name]
     held = [one for one in site.case.joint if getattr(one, "structure", None) == table.name]
+    extent, nearest = site.extents.get(table.name), site.nearest.get(table.name, {})
     if isinstance(model, LumpedMass):
-        one = mass(model.mass, model.motions, model.stiffness, model.damping, table.name)
+        more = {name: [[1.0]] for name in nearest}
+        one = mass(model.mass, model.motions, model.stiffness, model.damping, table.name, **more)
+        at = dict.fromkeys(one.points, 0.0)
     elif isinstance(model, ModesOfFile):
-        one = read_modes(model.file, table.name)
+        return read_modes(model.file, table.name)
     elif isinstance(model, ImportedMatrices):
-        one = _imported(site, table, model, points, held)
+        one, at = _imported(site, table, points, held), {}
     else:
-        flexible = isinstance(model, ElementBeam)
-        one = beam(
-            model.length,
-            figures(model.section, model.thickness, model.width or model.thickness, model.material.poisson_ratio),
-            model.material,
-            {point.name: float(point.at or 0.0) for point in points},
-            model="beam" if flexible else "rigid",
-            clamped=[float(joint.at or 0.0) for joint in held if isinstance(joint, ClampedBody)],
-            pinned=[joint.at for joint in held if isinstance(joint, PinnedBody)],
-            elements=model.elements if isinstance(model, ElementBeam) else None,
-            name=table.name,
-        )
+        at = {point.name: _along(extent, point) for point in points} | nearest
+        one = _straight(table, model, at, held)
+    if extent is not None and extent.ways is not None:
+        one = in_space(one, extent.ways)
+        for name, x in at.items():
+            site.places[f"{table.name}.{name}"] = PlacedPoint(extent.at(x), extent.ways)
     if table.velocity and one.inertia is None:
         raise ArgumentError("found a velocity, expected a structure with `frame`, a direction", "velocity")
+    if table.velocity and one.is_spatial is not isinstance(table.velocity, tuple):
+        expected = "a vector (x, y, z): it has a place" if one.is_spatial else "a number: it has no place"
+        raise ArgumentError(f"found velocity {table.velocity}, expected {expected}", "velocity")
     if table.reduce is not None:
         one = reduced_at_points(one, table.reduce.modes)
     if table.ratio:
@@ -171,10 +219,29 @@ def _body(site: _Site, table: BodyTable) -> Structure:
     return one
 
 
-def _imported(
-    site: _Site, table: BodyTable, model: ImportedMatrices, points: list[PointTable], held: list[Any]
-) -> Structure:
-    given: dict[str, Any] = {}
+def _along(extent: PlacedBody | None, point: PointTable) -> float:
+    """Return the place of a point along its beam, m."""
+    if point.nearest is not None and extent is not None:
+        return float(extent.nearest(np.asarray(point.nearest))[0])
+    return float(point.at or 0.0)
+
+
+def _straight(table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, float], held: list[Any]) -> Structure:
+    return beam(
+        model.length,
+        figures(model.section, model.thickness, model.width or model.thickness, model.material.poisson_ratio),
+        model.material,
+        at,
+        model="beam" if isinstance(model, ElementBeam) else "rigid",
+        clamped=[float(joint.at or 0.0) for joint in held if isinstance(joint, ClampedBody)],
+        pinned=[joint.at for joint in held if isinstance(joint, PinnedBody)],
+        elements=model.elements if isinstance(model, ElementBeam) else None,
+        name=table.name,
+    )
+
+
+def _imported(site: _Site, table: BodyTable, points: list[PointTable], held: list[Any]) -> Structure:
+    given: dict[str, Any] = dict(site.nearest.get(table.name, {}))
     for point in points:
         if point.dof is not None:
             given[point.name] = point.dof
@@ -182,10 +249,7 @@ def _imported(
             keys = {"node": point.node, "set": point.set, "nearest": point.nearest, "direction": point.direction}
             given[point.name] = {key: value for key, value in keys.items() if value is not None}
     clamped = [one for joint in held for one in ((joint.nodes,) if isinstance(joint.nodes, str) else joint.nodes or ())]
-    structure, places = read_placed(
-        model.stiffness, model.mass, units=model.units, damping=model.damping, dofs=model.dofs, nodes=model.nodes,
-        points=given, clamped=clamped, frame=table.frame, name=table.name,
-    )  # fmt: skip
+    structure, places = site.models[table.name].structure(given, clamped, table.frame)
     site.places |= {f"{table.name}.{key}": place for key, place in places.items()}
     return structure
 
@@ -200,8 +264,12 @@ def _fault(site: _Site, number: int, error: Exception) -> Fault:
     elif argument in type(table).model_fields:
         key = (*key, argument)
     elif argument.startswith("points."):
-        names = [(one.structure, one.name) for one in site.case.point]
-        key = ("point", names.index((table.name, argument.removeprefix("points."))))
+        name = argument.removeprefix("points.")
+        points = [(one.structure, one.name) for one in site.case.point]
+        if name in site.nearest.get(table.name, {}):
+            key = ("pair", [one.name for one in site.case.pair].index(name))
+        else:
+            key = ("point", points.index((table.name, name)))
     elif argument == "clamped":
         key = ("joint", [getattr(one, "structure", None) for one in site.case.joint].index(table.name))
     elif table.reduce is not None and "modes" in str(error):
@@ -225,11 +293,15 @@ def _contact(site: _Site, number: int, pair: PairTable) -> Contact | None:
     if len(known) < len(ends):
         return None
     try:
+        assert pair.region is not None
         region = pair.region.made()
     except UserError as error:
         site.faults.append(fault_of((*key, "region"), error))
         return None
-    faults = pair_faults(key, pair, default, known, region, [site.places.get(place) for place in pair.between])
+    places = [site.places.get(place) for place in pair.between]
+    faults = pair_faults(key, pair, default, known, region, places)
+    owners = [place.partition(".")[0] for place in pair.between]
+    faults = faults or list(meeting_faults(key, pair, places, [site.extents.get(owner) for owner in owners]))
     site.faults += faults
     if faults:
         return None
@@ -271,12 +343,35 @@ def _loads(site: _Site, number: int, load: AnyLoad) -> list[Load]:
                   'add frame = [0, 0, 1] to the structure, or name another structure')
         )  # fmt: skip
         return []
+    given = vars(load)["direction"]
+    for one, body in bodies.items():
+        fault = _direction_fault(one, body, given, load.static)
+        if fault:
+            site.faults.append(Fault((*key, "direction"), *fault))
+            return []
     return [
-        _on_inertia(load, body, value, name if len(bodies) == 1 else f"{name}-{one}") for one, body in bodies.items()
+        _on_inertia(load, body, value, name if len(bodies) == 1 else f"{name}-{one}", given)
+        for one, body in bodies.items()
     ]
 
 
-def _on_inertia(load: AnyLoad, body: Structure, value: _Signal, name: str) -> Load:
+def _direction_fault(name: str, body: Structure, given: Any, static: bool) -> tuple[str, str, str] | None:
+    """Return what is wrong with the direction of a load on a structure."""
+    if not body.is_spatial and given is not None:
+        return (
+            f'a direction of a load on "{name}", which has no place in space',
+            "no direction: `frame` of a structure is the direction",
+            "leave direction out, or give the structure a place",
+        )
+    if body.is_spatial and (given is None or len(given) != 3 or not any(given)) and not (static and given is None):
+        found = "nothing: the key is missing" if given is None else f"{list(given)}"
+        return found, f'a vector (x, y, z): "{name}" is placed in space', "direction = [0, 0, 1] is along z"
+    return None
+
+
+def _on_inertia(load: AnyLoad, body: Structure, value: _Signal, name: str, given: Any) -> Load:
     if load.static:
-        return weight(body, load.default_sense * load.weight_acceleration, name=name)
-    return BaseMotion(body, value, name=name)
+        downward = load.default_sense if given is None else 1.0
+        along = None if not body.is_spatial else (0.0, 0.0, 1.0) if given is None else given
+        return weight(body, downward * load.weight_acceleration, along, name)
+    return BaseMotion(body, value, given, name)

@@ -9,6 +9,7 @@ from typing import Any
 
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.scene_load_choice import point_of, structure_of
+from gapbeam.solver.scene_file.nearest_pairs import nearest_faults
 from gapbeam.solver.scene_file.structure_tables import (
     BodyTable,
     ClampedBody,
@@ -106,6 +107,9 @@ def _bodies(tables: Mapping[str, Any], bodies: Mapping[int, BodyTable]) -> Itera
         if one.frame is not None and not isinstance(model, ImportedMatrices):
             yield Fault((*where, "frame"), f"a direction for a model {model.type}",
                         "no direction: it has one already", "leave frame out")  # fmt: skip
+        if one.place is not None and isinstance(model, ModesOfFile):
+            yield Fault((*where, "place"), "a place of a file of modes",
+                        "no place: modes do not say in which directions points move", "leave place out")  # fmt: skip
         if one.velocity and isinstance(model, ModesOfFile):
             yield Fault((*where, "velocity"), f"{one.velocity:g} m/s of a file of modes",
                         "no velocity: modes do not say how the whole structure moves")  # fmt: skip
@@ -151,8 +155,12 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
         has = "the columns of its file" if isinstance(model, ModesOfFile) else f'"{point.structure}.at"'
         yield Fault(key, f"a point of a model {model.type}", f"no point: its points are {has}", "leave it out")
     elif isinstance(model, ElementBeam | RigidBar):
+        placed = by_name[point.structure].place is not None
         for one in [*given, *(["direction"] if point.direction is not None else [])]:
-            yield Fault((*key, one), f"{one} of a model {model.type}", "at: x from its start, m")
+            if one == "nearest" and placed and point.at is None:
+                continue
+            need = "at: x from its start, m" if placed or one != "nearest" else "at, or a place of the structure"
+            yield Fault((*key, one), f"{one} of a model {model.type}", need)
         if point.at is None:
             if not given:
                 yield Fault((*key, "at"), "nothing: the key is missing", "x from the start of the beam, m")
@@ -206,13 +214,22 @@ def _pairs(
     default = tables.get("contact")
     for number, pair in tables.get("pair", {}).items():
         key: Key = ("pair", number)
-        for place in pair.between:
+        if pair.at is not None:
+            yield from nearest_faults(key, pair, {name: _is_placed(one) for name, one in by_name.items()})
+        elif pair.region is None:
+            yield Fault((*key, "region"), "nothing: the key is missing", "a region, a table with the type and its keys",
+                        'add region = { type = "slot", clearance = 1e-4 }')  # fmt: skip
+        for place in pair.between if pair.at is None else ():
             yield from _exists((*key, "between"), place, known, by_name)
         if len(set(pair.between)) < len(pair.between):
             yield Fault((*key, "between"), f'"{pair.between[0]}" twice', "two different points")
         if pair.law is None and default is not None and default.law is None:
             yield Fault((*key, "law"), "nothing: neither the pair nor [contact] has a law", "a law of forces",
                         'add law = { type = "kelvin-voigt", stiffness = 1e7 }', (("contact", "law"),))  # fmt: skip
+
+
+def _is_placed(body: BodyTable) -> bool:
+    return body.model.nodes is not None if isinstance(body.model, ImportedMatrices) else body.place is not None
 
 
 def _loads(
@@ -226,13 +243,6 @@ def _loads(
             yield from _exists((*key, "point"), where, known, by_name)
         if name is not None:
             yield from _known_structure((*key, "structure"), name, by_name)
-        if where is None and vars(load)["direction"] is not None:
-            yield Fault(
-                (*key, "direction"),
-                "a direction of a load on structures",
-                "no direction: `frame` of each structure is the direction",
-                "leave direction out",
-            )
         own = list(load.faults(key))
         yield from own
         if not own and time is not None:

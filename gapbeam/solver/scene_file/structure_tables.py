@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field
 
 from gapbeam.solver.case.beam_table import Material
+from gapbeam.solver.scene.placement import Placement
 from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
 from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Table, Whole, named
 
@@ -90,6 +91,27 @@ class Reduction(Table):
     modes: Whole = Field(ge=1, le=10_000, description="first modes that are kept", examples=[40])
 
 
+class PlaceTable(Table):
+    """Where a structure is in space."""
+
+    origin: Direction = Field(
+        default=(0.0, 0.0, 0.0), description="start of a beam or bar, a mass, or the origin of the nodes, m"
+    )
+    axis: Direction = Field(
+        default=(1.0, 0.0, 0.0), description="direction of the beam, or of the x axis of the nodes, no unit"
+    )
+    across: Direction | None = Field(
+        default=None,
+        description="direction in which a beam, a bar or a mass moves, or of the z axis of the nodes, at right angles "
+        "to axis, no unit; default z of space, made to be at right angles",
+        examples=[[0.0, 0.0, 1.0]],
+    )
+
+    def made(self) -> Placement:
+        """Return the place."""
+        return Placement(self.origin, self.axis, self.across)
+
+
 class BodyTable(Table):
     """A linear body."""
 
@@ -106,8 +128,14 @@ class BodyTable(Table):
         description="direction in which weight and base motions act on matrices, no unit; default none",
         examples=[[0.0, 0.0, 1.0]],
     )
-    velocity: Number = Field(
-        default=0.0, description="velocity of the whole structure along its motion with the frame at the start, m/s"
+    place: PlaceTable | None = Field(
+        default=None,
+        description="place in space, a table; default none: nodes are where their file says, beams have no place",
+    )
+    velocity: Number | Direction = Field(
+        default=0.0,
+        description="velocity of the whole structure along its motion with the frame at the start, m/s; a vector where "
+        "it has a place",
     )
 
 
@@ -125,7 +153,9 @@ class PointTable(Table):
         description="set of nodes, whose mean motion is taken; sets stand in the file of nodes",
         examples=["RIM"],
     )
-    nearest: Direction | None = Field(default=None, description="coordinates of which the nearest node is taken, m")
+    nearest: Direction | None = Field(
+        default=None, description="coordinates of which the nearest node, or place of a placed beam, is taken, m"
+    )
     dof: str | None = Field(
         default=None,
         min_length=1,

@@ -1,0 +1,207 @@
+"""Structures that are placed in space: directions, weight, nearest places, and places that cannot be meant."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gapbeam as gb
+from tests.scene.test_scene_files import LAW, NODES, beam, solid
+
+Tables = dict[str, Any]
+TIME = {"step": 1e-4, "end": 0.02}
+
+
+def test_a_placed_chain_has_the_directions_of_space(tmp_path: Path) -> None:
+    """The own x axis lies along y of space and the own z along x, so the own y is z of space."""
+    place = gb.Placement(origin=(1.0, 2.0, 3.0), axis=(0.0, 2.0, 0.0), across=(5.0, 0.0, 0.0))
+    files = solid(tmp_path)
+    given = {key: files[key] for key in ("stiffness", "mass", "dofs", "nodes", "units")}
+    points = {
+        "x": {"nearest": (1.0, 2.0 + 0.05 * 4, 3.0), "direction": (1.0, 0.0, 0.0)},
+        "plane": {"node": NODES, "direction": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0))},
+    }
+    chain = gb.read_structure(**given, points=points, place=place, name="chain")
+    assert np.flatnonzero(chain["x"].rows[0]).tolist() == [3 * 4 + 2]
+    assert [np.flatnonzero(row).tolist() for row in chain["plane"].rows] == [[3 * (NODES - 1)], [3 * (NODES - 1) + 1]]
+    assert np.abs(np.abs(chain["plane"].rows).sum(axis=1) - 1.0).max() < 1e-15
+    carried = gb.weight(chain, -9.81, (0.0, 0.0, 1.0)).pattern
+    assert np.abs(carried - np.tile([0.0, 0.5, 0.0], NODES)).max() < 1e-15
+    with pytest.raises(gb.UserError, match=r"expected \(x, y, z\)"):
+        gb.weight(chain, -9.81)
+
+
+def test_weight_and_base_motion_act_along_directions_of_space() -> None:
+    """A mass that moves along (0, 0.6, 0.8) feels 0.8 of its weight, and 0.6 of a motion of the frame along y."""
+    given: Tables = {
+        "structure": [
+            {"name": "box", "model": {"type": "mass", "mass": 2.0, "stiffness": 1e4},
+             "place": {"axis": [1.0, 0.0, 0.0], "across": [0.0, 3.0, 4.0]}},
+            {"name": "ball", "model": {"type": "mass", "mass": 1.0, "motions": 2, "stiffness": 1e4}, "place": {}},
+        ],
+        "load": [{"type": "gravity"}, {"type": "base_motion", "structure": "box", "direction": [0.0, 1.0, 0.0],
+                                       "amplitude": 3.0, "frequency": 5.0}],
+        "time": TIME,
+        "start": {"state": "seat"},
+    }  # fmt: skip
+    scene = gb.scene(given)
+    at = gb.seat(scene).q[:, 0]
+    motions = [float((scene.rows_at(point) @ at)[0]) for point in (scene.point("box.at"), scene.point("ball.at"))]
+    assert motions == pytest.approx([-2.0 * 9.81 * 0.8 / 1e4, -9.81 / 1e4], rel=1e-12)
+    shaken = next(load for load in scene.loads if isinstance(load, gb.BaseMotion))
+    assert shaken.pattern == pytest.approx([-2.0 * 0.6], rel=1e-14)
+    shaken_point = shaken.motion_of(scene.point("box.at"))
+    assert shaken_point == pytest.approx([0.6], rel=1e-14)
+
+
+def crossed() -> Tables:
+    """Return two beams that cross at right angles, 0.0125 m between their axes, the upper one moving down."""
+    return {
+        "structure": [
+            {"name": "upper", "model": beam(0.5), "place": {"origin": [0.0, 0.0, 0.0125]}},
+            {"name": "lower", "model": beam(0.4), "place": {"origin": [0.2, -0.1, 0.0], "axis": [0.0, 1.0, 0.0]}},
+        ],
+        "joint": [{"type": "pinned", "structure": "lower", "at": x} for x in (0.0, 0.4)],
+        "pair": [{"name": "cross", "between": ["upper", "lower"], "at": "nearest", "law": dict(LAW)}],
+        "time": TIME,
+    }  # fmt: skip
+
+
+def test_beams_that_cross_touch_where_they_are_nearest() -> None:
+    """The axes cross at 0.2 and 0.1 m; the gap is their distance less both half thicknesses: the same as by hand."""
+    scene = gb.scene(crossed())
+    by_hand = crossed()
+    by_hand["point"] = [
+        {"name": "cross", "structure": "upper", "nearest": [0.2, 5.0, 1.0]},
+        {"name": "cross", "structure": "lower", "at": 0.1},
+    ]
+    region = {"type": "half-plane", "clearance": 0.0005, "normal": -1}
+    by_hand["pair"] = [{"name": "cross", "between": ["upper.cross", "lower.cross"], "region": region, "law": dict(LAW)}]
+    ends = [
+        gb.history(one, 1e-5, 0.01, one.state(velocity={one.structures[0]: start_of(one.structures[0], -0.3)}))
+        for one in (scene, gb.scene(by_hand))
+    ]
+    assert np.count_nonzero(ends[0].force["cross"]) > 10
+    first = np.flatnonzero(ends[0].force["cross"])[0]
+    assert ends[0].t[first] == pytest.approx(0.0005 / 0.3, abs=1e-5)  # free flight until the gap is closed
+    assert np.abs(ends[0].force["cross"] - ends[1].force["cross"]).max() <= 1e-9 * np.abs(ends[1].force["cross"]).max()
+
+
+def start_of(one: gb.Structure, speed: float) -> np.ndarray:
+    """Return the velocities of all DOFs of a free beam that moves as a whole."""
+    assert one.rigid is not None
+    return np.asarray(speed * one.rigid[:, 0])
+
+
+def test_nodes_and_a_mass_touch_where_they_are_nearest(tmp_path: Path) -> None:
+    """A mass 0.03 m above node 5 of a chain along x: node, gap and direction."""
+    given: Tables = {
+        "structure": [
+            {"name": "rack", "model": solid(tmp_path), "place": {}},
+            {"name": "box", "model": {"type": "mass", "mass": 1.0}, "place": {"origin": [0.2, 0.0, 0.03]}},
+        ],
+        "joint": [{"type": "clamped", "structure": "rack", "nodes": "ROOT"}],
+        "pair": [{"name": "drop", "between": ["box", "rack"], "at": "nearest", "law": dict(LAW)}],
+        "time": TIME,
+    }
+    scene = gb.scene(given)
+    [touch] = scene.contacts
+    assert list(touch.region.values) == pytest.approx([-1.0, 0.0, 0.03], rel=1e-12)  # normal and clearance
+    rows = scene.structures[0]["drop"].rows[0]
+    assert np.flatnonzero(rows).tolist() == [3 * 2 + 2]  # node 5, of which the first two are clamped; z
+    falling = scene.state(displacement={scene.structures[1]: -0.0301})
+    assert gb.history(scene, 1e-6, 2e-6, falling).force["drop"][0] == pytest.approx(1e6 * 1e-4, rel=1e-3)
+
+
+def put(*path: Any, value: Any) -> Any:
+    def change(given: Tables) -> None:
+        inside: Any = given
+        for part in path[:-1]:
+            inside = inside[part]
+        inside[path[-1]] = value
+
+    return change
+
+
+def parallel(given: Tables) -> None:
+    given["structure"][1]["place"] = {"origin": [0.1, 0.0, 0.0]}
+
+
+def named(given: Tables, **region: float) -> None:
+    """Name the points of the crossing."""
+    given["point"] = [{"name": "c", "structure": "upper", "at": 0.2}, {"name": "c", "structure": "lower", "at": 0.1}]
+    given["pair"][0] |= {"between": ["upper.c", "lower.c"], "at": None}
+    given["pair"][0]["region"] = {"type": "half-plane", "clearance": 1e-3, "normal": -1} | region
+    del given["pair"][0]["at"]
+
+
+def far(given: Tables) -> None:
+    named(given)
+    given["structure"][1]["place"]["origin"] = [0.2, -0.1, -7.0]
+
+
+def deep(given: Tables) -> None:
+    named(given)
+    given["structure"][0]["place"]["origin"] = [0.0, 0.0, 0.01]
+
+
+def through(given: Tables) -> None:
+    named(given, normal=1)
+
+
+def unplaced(given: Tables) -> None:
+    del given["structure"][1]["place"]
+
+
+def sideways(given: Tables) -> None:
+    given["structure"][1]["place"] |= {"across": [1.0, 0.0, 0.0]}
+
+
+def load(**keys: Any) -> Any:
+    def change(given: Tables) -> None:
+        given["load"] = [{"type": "base_motion", "structure": "lower", "amplitude": 1.0, "frequency": 9.0, **keys}]
+
+    return change
+
+
+SLIPS = {
+    "parallel": (parallel, '"cross".*between', "as near from 0.1 to 0.5 m of the first"),
+    "no place": (unplaced, '"cross".*between', "add place"),
+    "one structure": (put("pair", 0, "between", value=["upper"]), '"cross".*between', "two structures"),
+    "a point, not a structure": (put("pair", 0, "between", value=["upper.c", "lower"]), '"cross".*between',
+                                 "leave at out"),
+    "overlap": (put("structure", 0, "place", value={"origin": [0.0, 0.0, 0.01]}), '"cross".*region',
+                "overlap by 0.002 m"),
+    "at one place": (put("structure", 0, "place", value={}), '"cross".*between', "at one place"),
+    "another motion": (sideways, '"cross".*between', "place.across"),
+    "a normal at nearest": (put("pair", 0, "region", value={"type": "half-plane", "clearance": 1e-4, "normal": -1}),
+                            '"cross".*normal', "leave normal out"),
+    "no region": (put("pair", 0, "at", value=None), '"cross".*region', "the key is missing"),
+    "structures that do not meet": (far, '"cross".*between', "points 7.0125 m apart"),
+    "overlap as placed": (deep, '"cross".*between', "overlap by 0.002 m where they are placed"),
+    "inward": (through, '"cross".*normal', "points inward"),
+    "a skew frame": (put("structure", 1, "place", "across", value=[0.0, 1.0, 1.0]), '"lower".*place', "right angles"),
+    "an upright axis": (put("structure", 1, "place", "axis", value=[0.0, 0.0, 1.0]), '"lower".*place', "across"),
+    "an axis of 0": (put("structure", 1, "place", "axis", value=[0.0, 0.0, 0.0]), '"lower".*place', "not all 0"),
+    "a velocity without direction": (put("structure", 0, "velocity", value=0.3), '"upper".*velocity', "a vector"),
+    "no direction of the frame": (load(), 'load.*direction', "placed in space"),
+    "a plane direction": (load(direction=[1.0, 0.0]), 'load.*direction', "placed in space"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_places_that_cannot_be_meant_are_refused_by_their_key(slip: str) -> None:
+    given = crossed()
+    change, where, words = SLIPS[slip]
+    change(given)
+    if slip == "no region":
+        del given["pair"][0]["at"]
+    with pytest.raises(gb.CaseError) as refused:
+        gb.scene(given)
+    assert refused.value.exit_status == 2
+    assert any(re.search(where, fault.where) for fault in refused.value.faults), str(refused.value)
+    assert re.search(words, str(refused.value)), str(refused.value)

@@ -58,7 +58,6 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.linear_stability import critical_velocity, eigenvalues, idle_supports, root_locus
     from gapbeam.solver.scene.modal_files import read_modes
     from gapbeam.solver.scene.periodic_orbit import periodic
-    from gapbeam.solver.scene.placement import Placement
     from gapbeam.solver.scene.point_basis import reduced_at_points
     from gapbeam.solver.scene.scene import Scene
     from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
@@ -67,6 +66,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, ElastoGap, HuntCrossley, KelvinVoigt
     from gapbeam.solver.scene.structure import Structure, from_modes, mass
     from gapbeam.solver.scene.structure_files import read_structure
+    from gapbeam.solver.scene.structure_pose import Pose
     from gapbeam.solver.scene.structure_writing import write_structure
     from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
     from gapbeam.studies.atlas.response_atlas import atlas
@@ -107,7 +107,6 @@ _MODULES = {
     "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "midpoint", "newmark", "theta"),
     "solver.scene.periodic_orbit": ("periodic",),
     "solver.scene.convex_region": ("Disc", "HalfPlane", "Polar", "Polygon", "Slot", "region"),
-    "solver.scene.placement": ("Placement",),
     "solver.scene.point_basis": ("reduced_at_points",),
     "solver.scene.scene": ("Scene",),
     "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "weight"),
@@ -118,6 +117,7 @@ _MODULES = {
     "studies.atlas.atlas_figures": ("draw_basins", "draw_responses"),
     "studies.atlas.response_atlas": ("atlas",),
     "studies.atlas.start_set": ("drawn_starts", "gridded_starts"),
+    "solver.scene.structure_pose": ("Pose",),
     "solver.scene.structure_writing": ("write_structure",),
     "solver.scene.modal_files": ("read_modes",),
 }
@@ -153,9 +153,9 @@ __all__ = [
     "NotWritten",
     "OptionError",
     "OutOfMemory",
-    "Placement",
     "Polar",
     "Polygon",
+    "Pose",
     "RangeNotCovered",
     "RenderError",
     "ResultsError",

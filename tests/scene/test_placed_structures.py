@@ -18,7 +18,7 @@ TIME = {"step": 1e-4, "end": 0.02}
 
 def test_a_placed_chain_has_the_directions_of_space(tmp_path: Path) -> None:
     """The own x axis lies along y of space and the own z along x, so the own y is z of space."""
-    place = gb.Placement(origin=(1.0, 2.0, 3.0), axis=(0.0, 2.0, 0.0), across=(5.0, 0.0, 0.0))
+    place = gb.Pose(origin=(1.0, 2.0, 3.0), axis=(0.0, 2.0, 0.0), across=(5.0, 0.0, 0.0))
     files = solid(tmp_path)
     given = {key: files[key] for key in ("stiffness", "mass", "dofs", "nodes", "units")}
     points = {

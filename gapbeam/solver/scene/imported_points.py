@@ -11,7 +11,7 @@ import numpy as np
 
 from gapbeam.solver.scene.given_numbers import ArgumentError, finite
 from gapbeam.solver.scene.node_files import Nodes
-from gapbeam.solver.scene.placement import Placement
+from gapbeam.solver.scene.structure_pose import Pose
 from gapbeam.solver.system.operators import Array
 
 DIRECTIONS = {"0": 0, "1": 0, "2": 1, "3": 2, "4": 3, "5": 4, "6": 5}  # 0: a scalar point
@@ -38,7 +38,7 @@ class Rows:
     nodes: Nodes | None
     meter: float
     named: bool
-    place: Placement = field(default_factory=Placement)
+    place: Pose = field(default_factory=Pose)
 
     @cached_property
     def places(self) -> dict[str, int]:

@@ -15,8 +15,8 @@ from gapbeam.solver.scene.imported_checks import check_imported
 from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows
 from gapbeam.solver.scene.matrix_files import aligned, read_matrix, refuse_half
 from gapbeam.solver.scene.node_files import read_nodes
-from gapbeam.solver.scene.placement import Placement
 from gapbeam.solver.scene.structure import SYMMETRY, Structure
+from gapbeam.solver.scene.structure_pose import Pose
 from gapbeam.solver.system.operators import Array
 
 UNITS = {"m-kg-s": (1.0, 1.0), "mm-t-s": (1e-3, 1e3), "mm-kg-s": (1e-3, 1.0)}
@@ -41,7 +41,7 @@ def read_structure(
     points: Mapping[str, PointGiven] | None = None,
     clamped: Sequence[Label] = (),
     frame: Sequence[float] | None = None,
-    place: Placement | None = None,
+    place: Pose | None = None,
     name: str = "",
 ) -> Structure:
     """Return the structure of matrices in files, in m, kg and s.
@@ -141,7 +141,7 @@ def read_model(
     damping: str | Path | None,
     dofs: str | Path | None,
     nodes: str | Path | None,
-    place: Placement | None,
+    place: Pose | None,
     name: str,
 ) -> ImportedModel:
     """Return the matrices of files, checked; see `read_structure`."""
@@ -167,7 +167,7 @@ def read_model(
     meter, kilogram = UNITS[units]
     held = None if nodes is None else read_nodes(Path(nodes))
     names = labels or [str(i) for i in range(size)]
-    rows_of = Rows(names, held, meter, labels is not None, place or Placement())
+    rows_of = Rows(names, held, meter, labels is not None, place or Pose())
     lengths = np.array([meter if DIRECTIONS.get(one.partition(".")[2], 0) < 3 else 1.0 for one in rows_of.labels])
     K, M, C = (None if A is None else _in_si(A, kilogram * meter**2, lengths) for A in matrices)
     check_imported(K, M, rows_of, name)

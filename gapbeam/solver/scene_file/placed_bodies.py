@@ -10,8 +10,8 @@ from scipy.optimize import lsq_linear
 from scipy.spatial import KDTree
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.placement import ALONG, Placement
 from gapbeam.solver.scene.structure import Structure
+from gapbeam.solver.scene.structure_pose import ALONG, Pose
 from gapbeam.solver.system.operators import Array
 
 SAME = 1e-6  # of the distance: pairs of places that are as near
@@ -54,11 +54,11 @@ class PlacedBody:
     def _unit(self) -> Array:
         way: Array = self.places[1] - self.places[0]
         size = float(np.linalg.norm(way))
-        return way / size if size > 0.0 else way
+        return np.asarray(way / (size or 1.0), dtype=float)
 
     def _along(self, places: Array) -> Array:
         size = float(np.linalg.norm(self.places[1] - self.places[0]))
-        return np.clip((places - self.places[0]) @ self._unit, 0.0, size)
+        return np.asarray(np.clip((places - self.places[0]) @ self._unit, 0.0, size))
 
 
 class NearestPlaces(NamedTuple):
@@ -97,7 +97,7 @@ def nearest_places(first: PlacedBody, second: PlacedBody) -> NearestPlaces:
     distance = float(np.linalg.norm(apart))
     if not distance > SAME * max(first.extent, second.extent):
         raise UserError("found structures that lie at one place, expected a distance; name their points")
-    direction, normal = apart / distance, 1
+    direction, normal = np.asarray(apart / distance, dtype=float), 1
     for body in (first, second):
         if body.ways is None:
             continue
@@ -171,7 +171,7 @@ def in_space(one: Structure, ways: Array) -> Structure:
     return Structure(one.M, one.K, one.C, points, one.rigid, one.name, inertia, frame)
 
 
-def line_of(place: Placement, length: float, motions: int, half: float) -> PlacedBody:
+def line_of(place: Pose, length: float, motions: int, half: float) -> PlacedBody:
     """Return the extent of a beam, a bar or a mass (of length 0) whose motions are across, and then along its own y."""
     ends = place.in_space(np.array([[0.0, 0.0, 0.0], [length, 0.0, 0.0]]))
     return PlacedBody((), ends, place.turn.T[[2, 1][:motions]], half)

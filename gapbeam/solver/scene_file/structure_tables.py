@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field
 
 from gapbeam.solver.case.beam_table import Material
-from gapbeam.solver.scene.placement import Placement
+from gapbeam.solver.scene.structure_pose import Pose
 from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
 from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Table, Whole, named
 
@@ -107,9 +107,9 @@ class PlaceTable(Table):
         examples=[[0.0, 0.0, 1.0]],
     )
 
-    def made(self) -> Placement:
+    def made(self) -> Pose:
         """Return the place."""
-        return Placement(self.origin, self.axis, self.across)
+        return Pose(self.origin, self.axis, self.across)
 
 
 class BodyTable(Table):

@@ -19,7 +19,7 @@ Direction = Sequence[float]
 
 
 @dataclass(frozen=True)
-class Placement:
+class Pose:
     """Place of a structure in space.
 
     Attributes:

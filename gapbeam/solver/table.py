@@ -64,8 +64,8 @@ def placed_along(base: type[Placed], name: str, what: str, ends: tuple[float, fl
         meaning: Its docstring.
     """
     keys: dict[str, Any] = {
-        "from": (NonNegative, Field(description=f"where {what} begins along the beam, m", examples=[ends[0]])),
-        "to": (Positive, Field(description="where it ends, m", examples=[ends[1]])),
+        "from": (NonNegative, Field(description=f"start of {what} along the beam, m", examples=[ends[0]])),
+        "to": (Positive, Field(description="its end along the beam, m", examples=[ends[1]])),
     }
     return create_model(name, __base__=base, __module__=base.__module__, __doc__=meaning, **keys)
 

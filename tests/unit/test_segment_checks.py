@@ -121,7 +121,7 @@ BAD = {
         ["output", "true, with another material in the segment tail", "stress = true at a [[probe]] within a segment"],
     ),
     "unknown key": (GOOD.replace("thickness = 0.02", "thicknes = 0.02"), ["thicknes", "did you mean `thickness`"]),
-    "no place": (GOOD.replace("from = 0.2\n", ""), ["from", "the key is missing", "where the segment begins"]),
+    "no place": (GOOD.replace("from = 0.2\n", ""), ["from", "the key is missing", "start of the segment"]),
     "negative": (GOOD.replace("thickness = 0.02", "thickness = -0.02"), ["thickness", "-0.02", "greater than 0"]),
     "a table": (GOOD.replace("[[segment]]", "[segment]", 1).replace(TAIL, ""), ["[[segment]]", "two brackets"]),
 }

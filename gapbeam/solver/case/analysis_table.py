@@ -77,8 +77,8 @@ class Continuation(Table):
     key: str = Field(
         min_length=1,
         max_length=100,
-        description="what varies: support.clearance, contact.stiffness, contact.damping, load.NAME.amplitude, "
-        "load.NAME.frequency, which is that of all loads, or of an exciter load.NAME.mass, .stiffness, .damping, "
+        description="parameter: support.clearance, contact.stiffness, contact.damping, load.NAME.amplitude, "
+        "load.NAME.frequency (shared by all loads), or of an exciter load.NAME.mass, .stiffness, .damping, "
         ".preload",
         examples=["load.shaker.frequency"],
     )
@@ -102,7 +102,7 @@ class Periodic(Table):
         default=1, ge=1, le=100, description="forcing periods in a period of the response; 3 finds a period-3 response"
     )
     start: Literal["march", "seat"] = Field(
-        default="march", description="where the search starts: at the end of a march to time.end, or at the seat"
+        default="march", description="start of the search: the end of a march to time.end, or the seat"
     )
     tolerance: Positive = Field(
         default=1.0e-8, lt=1, description="largest change of the state over a period, relative, no unit"
@@ -115,7 +115,7 @@ class Periodic(Table):
         default=64, ge=5, le=1000, description="harmonic-balance: samples in a period over the number of harmonics"
     )
     continuation: Continuation | None = Field(
-        default=None, description="what to vary, a table; default none: one response"
+        default=None, description="parameter to vary, a table; default none: one response"
     )
 
     @property

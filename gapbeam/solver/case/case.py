@@ -153,7 +153,7 @@ class Output(Table):
     )
     errors: Literal["companions", "thorough", "none"] = Field(
         default="companions",
-        description="how a finished run estimates the errors of its figures: from companions with another step, mesh "
+        description="error estimate of a finished run: from companions with another step, mesh "
         'and basis, which together march at most twice its steps; "thorough": up to seven times; or not at all',
     )
 
@@ -172,7 +172,7 @@ class Case(Table):
         description="the base and gland at x = 0, as a table, or any supports along the beam, as an array of tables"
     )
     restraint: Restraint = Restraint()
-    joint: tuple[JointChoice, ...] = Field(default=(), description="what holds cross-sections without play")
+    joint: tuple[JointChoice, ...] = Field(default=(), description="joints, which hold cross-sections without play")
     mass: tuple[PointMass, ...] = Field(default=(), description="masses on the beam")
     fluid: tuple[PlacedFluid, ...] = Field(default=(), description="still fluid around parts of the beam")  # type: ignore[valid-type]
     mesh: Mesh = Mesh()

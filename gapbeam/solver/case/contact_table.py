@@ -48,7 +48,7 @@ class Contact(Table):
     """Unilateral contact at base and gland."""
 
     formulation: Annotated[Formulation, BeforeValidator(named)] = Field(
-        default=Penalty(), description="how the gap enters the equations: a name, or a table with the type and its keys"
+        default=Penalty(), description="contact formulation: a name, or a table with the type and its keys"
     )
     law: Annotated[Law, BeforeValidator(named)] = Field(
         default=KelvinVoigt(), description="pressure over penetration: a name, or a table with the type and its keys"

@@ -190,7 +190,7 @@ class BeamModel(_AnyModel):
     )
     motions: Literal["auto"] | tuple[BeamMotion, ...] = Field(
         default="auto",
-        description="what the elements do: bending in the bending plane, lateral bending across it, axial stretching, "
+        description="motions: bending in the bending plane, lateral bending across it, axial stretching, "
         "torsion; auto: what supports, loads, joints, masses and friction call for",
         examples=[["bending", "axial", "torsion"]],
     )
@@ -255,7 +255,7 @@ class AutoModel(_AnyModel):
     type: Literal["auto"] = Field(description="name of the model")
     wanted: Literal["auto"] | Wanted = Field(
         default="auto",
-        description="what the results are for: motion of the beam, contact forces, pressures on the contact faces, or "
+        description="results of interest: motion of the beam, contact forces, pressures on the contact faces, or "
         "stresses; auto: stresses where probes or fields have them, else motion",
     )
 

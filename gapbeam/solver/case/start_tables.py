@@ -71,7 +71,7 @@ class StartMode(Table):
     number: Whole = Field(
         ge=1,
         le=1000,
-        description="which bending mode, as `gapbeam modes` numbers those of the free model: of a beam that nothing "
+        description="bending mode, as `gapbeam modes` numbers the modes of the free model: of a beam that nothing "
         "but play holds, 1 and 2 are rigid motions",
         examples=[1],
     )
@@ -79,7 +79,7 @@ class StartMode(Table):
     probe: Name = Field(description="name of the [[probe]] whose amplitude is meant", examples=["tip"])
     phase: Number = Field(
         default=0.0,
-        description="how much of the oscillation a cos(w t - phase) is missing at t = 0: 0 starts at rest with the "
+        description="phase of the oscillation a cos(w t - phase) at t = 0: 0 starts at rest with the "
         "amplitude, 90 in the pose without the mode with the velocity w a, degrees",
         examples=[90.0],
     )

@@ -34,7 +34,7 @@ class Time(Table):
         default=6,
         ge=0,
         le=20,
-        description="how often a step that does not converge is halved, and how often an adaptive one",
+        description="most halvings of a step that does not converge, or of an adaptive one",
     )
     max_iterations: Whole = Field(
         default=60, ge=1, le=1000, description="largest number of iterations of one contact solve"

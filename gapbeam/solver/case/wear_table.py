@@ -29,10 +29,10 @@ class Wear(Table):
     )
     growth: Literal["even", "local"] = Field(
         default="even",
-        description="how gaps grow in a life: even by the depth of the face, local each contact point by its own depth",
+        description="growth of gaps in a life: even by the depth of the face, local by the depth of each contact point",
     )
     impact_time: Literal["auto"] | Positive = Field(
         default="auto",
-        description="how much of each contact of a face is its impact, the work of which is listed apart, s; "
+        description="duration of the impact at the start of each contact of a face, whose work is listed apart, s; "
         "auto: half a period of the contact",
     )

@@ -242,12 +242,10 @@ class RecordedTable(LoadTable):
     value_column: Column = Field(
         default=2, description="column of the values: its number from 1, or its name in the line above the rows"
     )
-    time_scale: Positive = Field(
-        default=1.0, description="what the times of the file are multiplied by, 1e-3 for ms, no unit"
-    )
-    scale: Number = Field(default=1.0, description="what the values of the file are multiplied by, 9.81 for g, no unit")
+    time_scale: Positive = Field(default=1.0, description="factor of the times of the file, 1e-3 for ms, no unit")
+    scale: Number = Field(default=1.0, description="factor of the values of the file, 9.81 for g, no unit")
     offset: Number = Field(
-        default=0.0, description="what is added to the scaled values, N or, for motion, m/s^2, m/s or m"
+        default=0.0, description="offset added to the scaled values, N or, for motion, m/s^2, m/s or m"
     )
     remove_mean: Switch = Field(default=False, description="take the mean over the record off its values")
     start: Number | None = Field(
@@ -256,7 +254,7 @@ class RecordedTable(LoadTable):
     ramp: NonNegative = Field(default=0.0, description="duration of the smooth start, s")
     beyond: Literal["refuse", "zero", "repeat"] = Field(
         default="refuse",
-        description="what acts before the first row and after the last: nothing, since the record must cover the run; "
+        description="load before the first row and after the last: nothing, since the record must cover the run; "
         "zero; or the record again, whose last row is then the first of the next round",
     )
     interpolation: Literal["cubic", "monotone"] = Field(
@@ -266,7 +264,7 @@ class RecordedTable(LoadTable):
     )
     holes: Holes = Field(
         default="refuse",
-        description="what acts where rows are more than three median intervals apart: nothing, since a record has no "
+        description="load where rows are more than three median intervals apart: nothing, since a record has no "
         "such holes; a straight line; the curve of `interpolation`; or 0 in the file",
     )
     direction: Vector | None = Field(

@@ -211,7 +211,7 @@ class RandomLineLoad(PairedNoiseLoad):
         examples=[{"type": "white", "density": 0.01, "high": 500.0}],
     )
     coherence: CoherenceChoice = Field(
-        description="how alike the force is at two places", examples=[{"type": "exponential", "length": 0.05}]
+        description="coherence of the force between two places", examples=[{"type": "exponential", "length": 0.05}]
     )
     velocity_profile: VelocityProfile | None = Field(
         default=None, description="relative velocity along the beam; default 1 at all places"

@@ -152,7 +152,7 @@ class PairedNoiseLoad(NoiseLoad):
     """Gaussian noise that may have a cross-spectrum with another load of the same type."""
 
     cross_spectrum: CrossSpectrum | None = Field(
-        default=None, description="what it has in common with another load of the same type; default nothing"
+        default=None, description="correlation with another load of the same type; default none"
     )
 
     @property

@@ -163,7 +163,7 @@ class PointOrSupportLoad(UnrepeatedLoad):
     """A force at a point or an acceleration of the support, with a smooth start; it never repeats."""
 
     quantity: Literal["force", "acceleration"] = Field(
-        default="force", description="what it is: a force at a point, or the acceleration of the support"
+        default="force", description="quantity: a force at a point, or the acceleration of the support"
     )
     point: Number | Vector | None = Field(
         default=None,

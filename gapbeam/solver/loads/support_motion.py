@@ -139,7 +139,7 @@ class SupportMotion(LoadTable):
     """Usual acceleration of a support, m/s^2."""
 
     quantity: Literal["acceleration", "velocity", "displacement"] = Field(
-        default="acceleration", description="which quantity of the support it gives"
+        default="acceleration", description="quantity of the support's motion"
     )
 
     @property
@@ -216,7 +216,7 @@ class ClearanceChange(MovingSupport):
         description="times in ascending order, the first one 0, s", examples=[[0.0, 0.1, 0.2]]
     )
     changes: Annotated[tuple[Number, ...], Field(min_length=2, max_length=MOST)] = Field(
-        description="what is added to the clearance of the support at each of them, the first one 0; negative closes "
+        description="change of the clearance of the support at each of them, the first one 0; negative closes "
         "it; a smooth curve in between, constant after the last, m",
         examples=[[0.0, -5.0e-5, -1.0e-4]],
     )

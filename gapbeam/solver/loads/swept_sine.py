@@ -38,7 +38,7 @@ class SweptSineLoad(PointOrSupportLoad):
     back: Switch = Field(default=False, description="go back to start_frequency in the same time")
     after: Literal["hold", "stop"] = Field(
         default="hold",
-        description="what acts when the sweep has ended: its last frequency, or nothing; the amplitude then falls to 0 "
+        description="load after the end of the sweep: its last frequency, or nothing; the amplitude then falls to 0 "
         "over the last `ramp` of the sweep",
     )
 

@@ -134,7 +134,7 @@ class PairTable(Table):
     )
     region: RegionOfPair | None = Field(
         default=None,
-        description="where the first may be, a table with the type and its keys; at nearest places default a half "
+        description="region of the first, a table with the type and its keys; at nearest places default a half "
         "plane at the distance between the surfaces",
     )
     law: LawOfPair | None = Field(default=None, description="law of forces, a table; default that of [contact]")

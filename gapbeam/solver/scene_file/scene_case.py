@@ -101,11 +101,11 @@ class SceneCase(Table):
 
     title: str = Field("", max_length=200, description="one line that says what the case shows")
     structure: tuple[BodyTable, ...] = Field(min_length=1, description="linear bodies")
-    point: tuple[PointTable, ...] = Field(default=(), description="where they touch, where loads act, what is recorded")
-    joint: tuple[BodyJoint, ...] = Field(default=(), description="what holds them without play")
+    point: tuple[PointTable, ...] = Field(default=(), description="points of contact, loads and records")
+    joint: tuple[BodyJoint, ...] = Field(default=(), description="joints, which hold structures without play")
     mass: tuple[LoadedPoint, ...] = Field(default=(), description="masses at points")
     contact: PairContact = PairContact()
-    pair: tuple[PairTable, ...] = Field(default=(), description="what may touch")
+    pair: tuple[PairTable, ...] = Field(default=(), description="pairs that may touch")
     load: tuple[SceneLoad, ...] = Field(default=(), description="loads acting together")
     time: SceneTime
     start: SceneStart = SceneStart()

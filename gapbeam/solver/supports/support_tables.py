@@ -96,13 +96,13 @@ class OneOfSeveral(AlongBeam):
 
     name: Name = Field(description="name in results and messages, different for every support", examples=["baffle"])
     clearance: Number = Field(
-        description="how far the beam can move between both planes of a slot, to a stop, or from the middle of a hole "
+        description="play: total between both planes of a slot; distance to a stop; distance from the middle of a hole "
         "or a polygon to its wall; negative for an interference fit, m",
         examples=[0.2e-3],
     )
-    offset: Number = Field(default=0.0, description="how far the support is moved upward from the axis of the beam, m")
+    offset: Number = Field(default=0.0, description="offset of the support upward from the axis of the beam, m")
     lateral: Number = Field(
-        default=0.0, description="how far a support around the beam is moved sideways, toward +y, from its axis, m"
+        default=0.0, description="offset of a support around the beam sideways, toward +y, from its axis, m"
     )
     tilt: Number = Field(
         default=0.0,
@@ -111,7 +111,7 @@ class OneOfSeveral(AlongBeam):
         description="by how much the support rises along the beam, about its middle, m per m, no unit",
     )
     region: Annotated[RegionChoice, BeforeValidator(named)] = Field(
-        default=Slot(type="slot"), description="what the support leaves to the beam: a name, or a table with the type"
+        default=Slot(type="slot"), description="shape of the support's play: a name, or a table with the type"
     )
     stiffness: Positive | None = Field(
         default=None,

@@ -24,7 +24,7 @@ class Unknown(Table):
     lower: Number = Field(description="least value, in the unit of the key", examples=[1e5])
     upper: Number = Field(description="largest value, in the unit of the key", examples=[1e9])
     start: Number | None = Field(
-        default=None, description="where to start, in the unit of the key; default the middle of the scale"
+        default=None, description="start value, in the unit of the key; default the middle of the scale"
     )
     scale: Literal["log", "linear"] = Field(default="log", description="on which values are searched and differenced")
 
@@ -43,7 +43,7 @@ class MotionFigure(Table):
     name: Name = Field(description="name in measurements and results, different for every figure", examples=["peak"])
     probe: Name = Field(description="name of the probe", examples=["test"])
     quantity: Literal["acceleration", "velocity", "displacement"] = Field(
-        default="acceleration", description="which motion"
+        default="acceleration", description="quantity of the motion"
     )
     frame: Literal["absolute", "relative"] = Field(
         default="absolute",
@@ -53,7 +53,7 @@ class MotionFigure(Table):
         default=None, description="direction; default the bending direction"
     )
     statistic: Literal["peak-to-peak", "maximum", "minimum", "rms", "harmonic"] = Field(
-        default="peak-to-peak", description="what is taken of the signal in a window; rms is about the mean"
+        default="peak-to-peak", description="figure of the signal in a window; rms is about the mean"
     )
     order: Whole = Field(
         default=1, ge=1, le=100, description="harmonic: number of the harmonic of the forcing frequency"
@@ -101,9 +101,7 @@ class Measurement(Table):
 
     figure: Name = Field(description="name of the [[figure]]", examples=["peak"])
     value: Number = Field(description="measured value, in SI units", examples=[3.27])
-    set: dict[str, Any] = Field(
-        default={}, description="what differs in this experiment: keys of the case and their values"
-    )
+    set: dict[str, Any] = Field(default={}, description="changes of this experiment: keys of the case and their values")
     sigma: Positive | None = Field(
         default=None, description="standard error of the value, in its unit; default none: found from the misfit"
     )
@@ -122,7 +120,7 @@ class Search(Table):
         default="global", description="differential evolution and then least squares, or least squares from starts"
     )
     residual: Literal["log10", "relative", "absolute"] = Field(
-        default="log10", description="what is made small: log10(computed/measured), or the difference"
+        default="log10", description="residual to minimize: log10(computed/measured), or the difference"
     )
     budget: Whole = Field(
         default=1000, ge=1, le=10_000_000, description="largest number of sets of values that the search tries"
@@ -156,11 +154,9 @@ class Identification(Table):
     transient: NonNegative | None = Field(
         default=None, description="time before a response counts, s; default found in it"
     )
-    set: dict[str, Any] = Field(
-        default={}, description="what differs from the case file: keys of the case and their values"
-    )
+    set: dict[str, Any] = Field(default={}, description="changes to the case file: keys of the case and their values")
     unknown: tuple[Unknown, ...] = Field(description="keys to be found")
-    figure: tuple[Figure, ...] = Field(description="what is taken of a response")
+    figure: tuple[Figure, ...] = Field(description="figures of a response")
     measurement: tuple[Measurement, ...] = Field(description="measured values")
     search: Search = Search()
 

@@ -34,9 +34,7 @@ LARGEST, LEAST = 1.0e60, 1.0e-60
 class SpectrumTable(Table, ABC):
     """A spectral density over frequency."""
 
-    scale: Positive = Field(
-        default=1.0, description="what all densities are multiplied by, 96.17 for densities in g^2/Hz, no unit"
-    )
+    scale: Positive = Field(default=1.0, description="factor of all densities, 96.17 for densities in g^2/Hz, no unit")
     sides: Literal["one", "two"] = Field(
         default="one",
         description="whether the density holds all of the mean square in positive frequencies, or half of it, the "

@@ -88,7 +88,7 @@ class Stop(Region):
     """One plane, the clearance away from the undeformed beam."""
 
     type: Literal["stop"] = Field(description="one plane on one side of the beam")
-    side: Literal["below", "above"] = Field(default="below", description="where the plane is, seen from the beam")
+    side: Literal["below", "above"] = Field(default="below", description="side of the beam on which the plane is")
 
     def faces(self, name: str, placed: Placement) -> tuple[Face, ...]:
         """Return the plane; an offset moves it upward."""

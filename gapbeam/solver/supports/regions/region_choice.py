@@ -33,7 +33,7 @@ class Profile(AroundRegion):
         examples=[[-90.0, 0.0, 90.0, 180.0]],
     )
     recesses: Annotated[tuple[Number, ...], Field(max_length=MOST)] = Field(
-        description="how much farther out than the clearance the wall is in these directions, linear in between, m",
+        description="distance of the wall beyond the clearance in these directions, linear in between, m",
         examples=[[0.0, 5.0e-5, 0.0, 0.0]],
     )
 
@@ -93,7 +93,7 @@ class Hole(AroundRegion):
     type: Literal["hole"] = Field(description="a round hole around a beam of round section")
     contact: Literal["auto", "points", "circle"] = Field(
         default="auto",
-        description="how its wall is met: at points around the section, each along its own radius, or as a circle, at "
+        description="contact with the wall: at points around the section, each along its radius, or as a circle, at "
         "one point of each station along the hole, along the line from the middle of the hole to the axis of the "
         "section: for sections that keep their shape, quicker, and the angular momentum of an orbit is kept; auto: at "
         "points, or as a circle with support_stiffness",
@@ -131,7 +131,7 @@ class Polygon(AroundRegion):
         examples=[[-45.0, 45.0]],
     )
     recesses: Annotated[tuple[Number, ...], Field(max_length=POLYGON_MOST)] = Field(
-        default=(), description="how much farther away than the clearance each wall is; none given: 0, m"
+        default=(), description="distance of each wall beyond the clearance; none given: 0, m"
     )
 
     def faces(self, name: str, placed: Placement) -> tuple[WallsFace, ...]:

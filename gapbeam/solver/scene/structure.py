@@ -123,7 +123,7 @@ class Structure:
 
     @property
     def is_spatial(self) -> bool:
-        """Whether the frame may move along x, y and z: weight and base motions then need a direction."""
+        """True where the frame may move along x, y and z: weight and base motions then need a direction."""
         return self.inertia is not None and self.inertia.ndim == 2
 
     @property

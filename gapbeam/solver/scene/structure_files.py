@@ -98,7 +98,7 @@ class ImportedModel:
 
     @property
     def places(self) -> dict[str, Array]:
-        """Where the nodes that have rows are in space, m; empty where the files do not say so."""
+        """Places in space of the nodes that have rows, m; empty where the files do not say so."""
         nodes = self.rows.nodes
         if nodes is None:
             return {}

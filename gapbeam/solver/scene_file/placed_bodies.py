@@ -1,4 +1,4 @@
-"""Where the structures of a file are in space: lines of beams, nodes of matrices, and what is nearest to what."""
+"""Places of the structures of a file in space: lines of beams, nodes of matrices, and nearest points."""
 
 from __future__ import annotations
 

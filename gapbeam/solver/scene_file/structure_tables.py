@@ -92,7 +92,7 @@ class Reduction(Table):
 
 
 class PlaceTable(Table):
-    """Where a structure is in space."""
+    """Place of a structure in space."""
 
     origin: Direction = Field(
         default=(0.0, 0.0, 0.0), description="start of a beam or bar, a mass, or the origin of the nodes, m"

@@ -1,4 +1,4 @@
-"""The command `gapbeam compile`: what first runs would otherwise wait for."""
+"""Command `gapbeam compile`: machine code for first runs, compiled ahead."""
 
 from __future__ import annotations
 

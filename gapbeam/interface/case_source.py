@@ -1,4 +1,4 @@
-"""Cases as Python users have them: the path of a case file, its text, a dict of its tables, or a case that was read."""
+"""Sources of a case in Python: the path of a case file, its text, a dict of its tables, or a case that was read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run that goes on until the interval of a statistic is narrow: from its options to a case and a rule."""
+"""Longer run: continued until the interval of a statistic is narrow; from its options to a case and a rule."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ranks whose launcher is gone, mpirun killed by kill -9: nobody would ever end them, so they end themselves.
+"""Orphaned ranks, whose launcher was killed: they end themselves, since nobody else would.
 
 mpirun that is asked to end ends its ranks. One that is killed cannot: they would go on computing as orphans, in the
 way of a resumed run. So every rank looks at its parent, and takes its loss as a SIGTERM. Open MPI 5 misses

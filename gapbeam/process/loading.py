@@ -1,4 +1,4 @@
-"""Ctrl-C while the command loads its libraries: nothing is there to keep, and some of them abort on an exception."""
+"""Interrupts while libraries load: nothing is there to save, and some libraries abort on an exception."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A screen that goes, a closed pipe or terminal, does not end the command: what it computes is worth more than that."""
+"""Loss of the screen, a closed pipe or terminal, which does not end the computation."""
 
 from __future__ import annotations
 

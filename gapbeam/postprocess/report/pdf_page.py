@@ -1,4 +1,4 @@
-"""A page as PDF, printed by a Chromium that has no window: the same words, tables and figures, as paper has them."""
+"""Page as PDF, printed by a Chromium without a window: the same words, tables and figures, laid out for paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The weak restraint: springs on motions that nothing else may hold, and that must not be felt.
+"""Weak restraint: springs on motions that nothing else may hold, too soft to change the results.
 
 A motion that joints hold has none. Otherwise a spring is a share of the beam's own stiffness along its axis,
 

@@ -1,4 +1,4 @@
-"""The table [wear]: that the work of sliding is measured, and what it wears away."""
+"""Table [wear]: measurement of the work of sliding, and the wear that follows from it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The smooth start of loads that are not there at once.
+"""Smooth start of loads that do not act at once.
 
     r(t) = 10 s^3 - 15 s^4 + 6 s^5,   s = t / ramp in [0, 1]
 

@@ -1,4 +1,4 @@
-"""Refusing models that the memory has no room for, before they are made."""
+"""Check of memory before a model is made: models that do not fit are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reporting that memory was used up, whoever noticed: Python, numpy, DOLFINx (std::bad_alloc), PETSc or MUMPS."""
+"""Out-of-memory errors, whoever raises them: Python, numpy, DOLFINx (std::bad_alloc), PETSc or MUMPS."""
 
 from __future__ import annotations
 

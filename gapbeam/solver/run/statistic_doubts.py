@@ -1,4 +1,4 @@
-"""Doubts on the statistics of a run: which impacts its steps missed, and what its scheme did to the motion."""
+"""Doubts on the statistics of a run: impacts that its steps missed, and the bias of its scheme."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run that goes on until the interval of one of its statistics is narrow enough."""
+"""Rule that ends a run once the interval of one of its statistics is narrow enough."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parts of a law against each other: a potential that is no integral of its spring creates energy."""
+"""Check of a law: a potential that is not the integral of its spring creates energy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Machine code that outlives the process, named after a hash of everything that it depends on.
+"""Machine code kept on disk, named after a hash of everything that it depends on.
 
 The cache of numba misses closures, and does not see edits of functions that are called in other files. Here the name is
 a hash of the bytecode, the constants, the closure and the globals of a function and, recursively, of all that it calls:

@@ -1,4 +1,4 @@
-"""The scene that a file of several structures makes; what turns out wrong on the way are faults of its keys."""
+"""Builder of the scene of a file of several structures; errors on the way become faults of its keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The results of a study that is under way, on disk as they come: what a killed study goes on with."""
+"""Journal of a study: its results on disk as they come, from which a killed study resumes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs of a life that are on disk: a study that is called again takes their rates, and goes on behind them."""
+"""Runs of a life that are on disk: a study that is called again uses their rates, and continues after them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Worn profiles: what a march of contact points says about the faces, and how deep each point is worn."""
+"""Worn profiles: wear of the faces from a march of contact points, and the depth at each point."""
 
 from __future__ import annotations
 

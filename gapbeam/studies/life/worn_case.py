@@ -1,4 +1,4 @@
-"""A case whose supports are worn: their gaps have grown, and the noise of its loads is another one."""
+"""Case with worn supports: larger gaps, and other noise in its loads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers so large or small that no beam has them: their squares and products would leave what a computer can hold."""
+"""Magnitudes of numbers: beyond the limits their squares and products would overflow or vanish."""
 
 from __future__ import annotations
 

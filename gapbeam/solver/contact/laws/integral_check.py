@@ -1,4 +1,4 @@
-"""Two functions of the penetration against each other: whether one is the integral of the other.
+"""Check that one function of the penetration is the integral of another.
 
     W'(x) = e(x),    W(b) - W(a) = int_a^b e dx
 

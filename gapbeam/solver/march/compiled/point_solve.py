@@ -1,4 +1,4 @@
-"""The contact problem of a step of any scheme, and where the points stand at its end."""
+"""Contact problem of a step of any scheme, and the state of the points at its end."""
 
 from __future__ import annotations
 

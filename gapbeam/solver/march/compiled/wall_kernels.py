@@ -1,4 +1,4 @@
-"""Walls that move in the steps of a block: by how much they open the gaps, and what they work."""
+"""Moving walls in the steps of a block: opening of the gaps, and work on the walls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reduced bases that outlive the process: what a basis follows from names the file that keeps it.
+"""Reduced bases kept on disk, in files that are named after everything a basis depends on.
 
 Modes and static responses take most of the set-up of a large reduced model. They follow from M, K, the contact rows,
 the rows of loads and the settings. The name of a file is a hash of these, of M x and K x for two pseudo-random vectors

@@ -1,4 +1,4 @@
-"""The model that a run goes on with: the one that was marched, to the last bit where that is more than its mesh."""
+"""Model that a run resumes with: the one that was marched, to the last bit where that is more than its mesh."""
 
 from __future__ import annotations
 

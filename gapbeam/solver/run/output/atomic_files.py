@@ -1,4 +1,4 @@
-"""Writing so that a reader sees a whole file or none, and so that a full disk is reported as one."""
+"""Atomic writing: a reader sees a whole file or none, and a full disk is reported as one."""
 
 from __future__ import annotations
 

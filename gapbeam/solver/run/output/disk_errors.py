@@ -1,4 +1,4 @@
-"""Errors of a disk that takes nothing more: full, broken, read-only, or beyond a quota or a limit of file sizes."""
+"""Errors of a disk that cannot be written: full, broken, read-only, or beyond a quota or a limit of file sizes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One run, or one study, at a time writes a results folder.
+"""Lock of a results folder: one run, or one study, at a time writes it.
 
 The lock is one of the operating system on a file that says who holds it. The former goes with the process that took
 it, however that ends; where it does not reach, on another machine, the file alone says so.

@@ -1,4 +1,4 @@
-"""impacts.csv: the impacts of a run, one a line, that any program reads."""
+"""impacts.csv: the impacts of a run, one a line, readable by any program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The same places in another order: meshes are numbered anew for every number of ranks."""
+"""Places in another order: meshes are numbered anew for every number of ranks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""progress.json: how far a march is, for who looks at the results folder while it runs.
+"""progress.json: progress of a march, for readers of the results folder while it runs.
 
 It is written beside and renamed, so that a reader sees a whole one; it goes when the march ends. A disk that is full
 does not end a run because of it.

@@ -1,4 +1,4 @@
-"""wear.csv: the work of sliding at every contact point of a run, one a line, that any program reads.
+"""wear.csv: the work of sliding at every contact point of a run, one a line, readable by any program.
 
 The angle of the wall is measured from straight down, positive toward +y: 0 for a plane below the beam, 180 above it.
 The depth rate of a point by itself is k W' / w, with the area w that belongs to the point. Under random loads the

@@ -16,10 +16,6 @@ DEFAULT = ("textbook", "rungs", "getfem_peer", "size", "contact_points", "predic
 LARGE = {
     "predictions": ["--large"],
     "fidelity": [],
-    "scaling": [],
-    "communication": [],
-    "replicated": ["--large"],
-    "many_ranks": [],  # after those that it reads
     "solves": ["--large"],
     "tiers": ["--large"],
     "iterative_solvers": ["--large"],

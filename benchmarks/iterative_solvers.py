@@ -28,7 +28,7 @@ from benchmarks.slepc_modes import slepc_modes
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.linear_algebra.deflation.deflation import Deflation
+from gapbeam.solver.linear_algebra.iterative.deflation import Deflation
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes

@@ -14,7 +14,7 @@ from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
-from gapbeam.solver.linear_algebra.deflation.deflation import Deflation
+from gapbeam.solver.linear_algebra.iterative.deflation import Deflation
 from gapbeam.solver.linear_algebra.iterative.multigrid import FACTORED, with_rigid_body_modes
 from gapbeam.solver.system.operators import Array
 

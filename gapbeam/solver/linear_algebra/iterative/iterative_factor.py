@@ -18,10 +18,10 @@ from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.errors import RunError
-from gapbeam.solver.linear_algebra.deflation.deflation import Deflation, Map
 from gapbeam.solver.linear_algebra.interface_springs import add_springs
 from gapbeam.solver.linear_algebra.iterative.block_matrix import AT_ONCE, BlockMatrix
 from gapbeam.solver.linear_algebra.iterative.conjugate_gradients import conjugate_gradients
+from gapbeam.solver.linear_algebra.iterative.deflation import Deflation, Map
 from gapbeam.solver.linear_algebra.iterative.multigrid import multigrid
 from gapbeam.solver.system.operators import Array, Interface, Operators, RankOnes, Springs
 

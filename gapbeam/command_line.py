@@ -277,7 +277,7 @@ def _refuse_empty(arguments: list[str]) -> None:
     """
     for before, word in pairwise(["gapbeam", *arguments]):
         if not word.strip():
-            raise UsageError(f"nothing but an empty word behind {before}: is a variable of the shell not set?")
+            raise UsageError(f"an empty word behind {before}: is a variable of the shell not set?")
         if re.fullmatch(r"--[\w-]+=\s*", word):
             raise UsageError(f"nothing behind {word.strip()}: is a variable of the shell not set?")
 

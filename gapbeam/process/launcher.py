@@ -62,7 +62,7 @@ def leave(status: int) -> NoReturn:
 def _watch() -> None:
     while os.getppid() == _parents[0]:
         time.sleep(INTERVAL)
-    LOG.warning("what started the ranks is gone (mpirun or srun, killed?): they end as well")
+    LOG.warning("the launcher of the ranks is gone (mpirun or srun, killed?): the ranks end as well")
     os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(PATIENCE)
     os._exit(TERMINATED)

@@ -179,5 +179,5 @@ def study_written(path: Path) -> Iterator[None]:
     except OSError as error:
         raise NotWritten(
             f"{path} could not be written: {error.strerror or error}; look for a full disk, a quota, or a folder that "
-            "was moved or made read-only, then call the study again: it goes on"
+            "was moved or made read-only, then call the study again: it resumes"
         ) from error

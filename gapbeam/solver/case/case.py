@@ -63,8 +63,8 @@ class Restraint(Table):
 
     axial: Literal["auto"] | Positive = Field(
         default="auto",
-        description="total stiffness along x, N/m; auto: 0 where joints hold the beam, else 1e-6 E A / L or less, as "
-        "much as hardly turns the beam back in its play, and 1e-11 E A / L under friction",
+        description="total stiffness along x, N/m; auto: 0 where joints hold the beam, else 1e-6 E A / L or less, too "
+        "soft to turn the beam back in its play, and 1e-11 E A / L under friction",
     )
     lateral: Literal["auto"] | Positive = Field(
         default="auto",

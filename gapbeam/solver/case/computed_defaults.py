@@ -182,11 +182,11 @@ def _stiffness_per_area(case: Case, cell_length: float) -> Default:
     if value == limit:
         why = f"{limit / body:g} E/h: the stiffest that the scheme {case.time.scheme.type} is trusted with"
     elif 0.0 < clearance * limit < pressure:
-        why = f"{value / body:.3g} E/h: the clearance of {clearance:.3g} m is next to none beside the penetration"
+        why = f"{value / body:.3g} E/h: the clearance of {clearance:.3g} m is negligible compared with the penetration"
     elif value == wanted:
         why = f"penetration of {WANTED_RATIO:.0%} of the clearance under an impact pressure of {pressure:.3g} Pa"
     else:
-        why = f"{least / body:g} E/h: stiff beside the body, and stiffer than a penetration of {WANTED_RATIO:.0%} needs"
+        why = f"{least / body:g} E/h: much stiffer than the beam; penetration stays below {WANTED_RATIO:.0%}"
     softer, stiffer = ("", "")
     if clearance > 0.0:
         ratio = pressure / (value * clearance)

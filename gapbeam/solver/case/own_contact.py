@@ -1,7 +1,7 @@
 """Stiffness, damping and yield pressure that supports bring themselves, per area, also where a case gives whole ones.
 
 What a case gives for a whole support, in N/m, N s/m and N, is divided by its nominal area, its length times the width
-of the beam. The weights of its contact points add up to this area (`contact.formulations.whole_contact`).
+of the beam. The weights of its contact points add up to this area (`contact.formulations.contact_points`).
 """
 
 from __future__ import annotations

@@ -44,6 +44,6 @@ def squeezed_stiffness(case: Case) -> Default | None:
         held = 1.0 - piece.material.poisson_ratio**2 if plane_strain else 1.0
         values.append(FACES * piece.material.young_modulus / (held * piece.beam.thickness))
     name = "2 E / ((1 - nu^2) thickness)" if plane_strain else "2 E / thickness"
-    reason = f"{name}: sections of this model keep their shape, and its contact gives way as squeezed ones do"
+    reason = f"{name}: sections of this model keep their shape, so its contact is as soft as squeezed sections"
     consequence = "in proportion to it: the contact force of the interference, too"
     return Default("contact.stiffness", min(values), "Pa/m", reason, consequence)

@@ -94,7 +94,7 @@ class EnergyGates:
             raise EnergyCreated(
                 f"at t = {time:.6g} s the scheme has created {ledger.created:.3g} J, {growth:.1%} of the "
                 f"energy exchanged (allowed: {self.limits.total_growth:.1%}); the results are not to be trusted. "
-                f"{self.remedy}; gates.accept_energy_growth = true goes on in spite of it"
+                f"{self.remedy}; gates.accept_energy_growth = true continues anyway"
             )
 
     def growth(self, ledger: Ledger) -> float:

@@ -58,7 +58,7 @@ def linear_solver(
     left = room - needs.matrices - needs.factor
     columns = {"keep": None, "drop": 0.0, "auto": max(left, 0.0)}[settings.columns]
     words = (
-        f"a factor of about {needs.factor / GIGABYTE:.2g} GB beside {needs.matrices / GIGABYTE:.2g} GB of mesh and "
+        f"a factor of about {needs.factor / GIGABYTE:.2g} GB besides {needs.matrices / GIGABYTE:.2g} GB of mesh and "
         f"matrices, {room / GIGABYTE:.3g} GB may be used"
     )
     if settings.effective == "iterative" or (settings.effective == "auto" and needs_factor is None and left < 0.0):

@@ -218,8 +218,8 @@ class RandomLineLoad(PairedNoiseLoad):
     )
     stations: Stations = Field(
         default=16,
-        description="number of places where forces stand for the load; bending of up to half as many half waves is "
-        "loaded as by the load itself",
+        description="number of stations whose forces represent the load; accurate for bending of up to half as many "
+        "half waves",
     )
 
     @property

@@ -121,7 +121,7 @@ def curve_of(load: RecordedTable) -> RecordCurve:
     record = read_record(load.file, load.time_column, load.value_column)
     if load.checksum is not None and load.checksum.lower() != record.checksum:
         found = f"a file with the SHA-256 {record.checksum}"
-        hint = "the file has changed since; remove checksum to take it as it is"
+        hint = "the file has changed since; remove checksum to accept the new one"
         raise RecordError([Fault(FILE, found, f"{load.checksum}, as checksum says", hint)])
     return _curve(record, load.time_scale, load.interpolation, load.beyond == "repeat", load.holes)
 

@@ -99,7 +99,7 @@ def refuse_too_large(case: Case, dofs: float, comm: MPI.Comm, mesh_alone: bool =
     if not case.gates.accept_lack_of_memory:
         raise UserError(
             f"{fault}. Try {', '.join(_what_helps(case, dofs))}, or more machines; "
-            "gates.accept_lack_of_memory = true runs it as it is"
+            "gates.accept_lack_of_memory = true runs it anyway"
         )
     if comm.rank == 0:
         LOG.warning("%s; accepted by gates.accept_lack_of_memory = true", fault)

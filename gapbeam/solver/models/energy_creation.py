@@ -55,7 +55,7 @@ def energy_creator(model: Model) -> Fault | None:
         f"{scheme.type} on {contact}: known to create energy at impacts",
         f"for this scheme a penalty of at most {most:.4g} {unit}, {stiffest:g} E/h{at_depth}",
         f'time.scheme = "discrete-gradient" (implicit-midpoint where there is no potential), or {softer}; '
-        "gates.accept_energy_growth = true runs it as it is",
+        "gates.accept_energy_growth = true runs it anyway",
         (("contact", "stiffness"),),
         "time.scheme with contact",
     )
@@ -83,7 +83,7 @@ def _damped_by_touch(model: Model) -> Fault | None:
         f"is {compared_depth(case):.2g} m deep; an implicit scheme, massless contact nodes, or a damper with a given "
         "coefficient",
         'time.scheme = "discrete-gradient", contact.mass = "redistributed", or contact.law = "kelvin-voigt"; '
-        "gates.accept_energy_growth = true runs it as it is",
+        "gates.accept_energy_growth = true runs it anyway",
         (("contact", "law"),),
         "time.scheme with contact",
     )

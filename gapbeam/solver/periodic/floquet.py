@@ -294,7 +294,7 @@ def with_error(stability: Stability, error: float) -> Judgment:
 def doubts_near_one(largest: float, error: float) -> tuple[str, ...]:
     """Return the doubt about a multiplier that may lie at either side of the unit circle; none where it cannot."""
     if abs(largest - 1.0) <= NEAR_ONE:
-        return ("the largest multiplier is 1 but for round-off, as that of a motion that nothing damps",)
+        return ("the largest multiplier is 1 to round-off, as for an undamped motion",)
     if abs(largest - 1.0) > error:
         return ()
     return (f"the largest multiplier, {largest:.4g}, may be off by {error:.2g}: at either side of 1",)

@@ -66,7 +66,7 @@ def left_behind(
         with locked(folder, comm):
             on_rank_zero(comm, lambda: _write(folder, summary))
     except (UserError, NotWritten):  # earlier results, or no place: as they were
-        summary["message"] = f"{stopped}; {folder} is as it was" + (", `resume=True` goes on with it" if resume else "")
+        summary["message"] = f"{stopped}; {folder} is as it was" + (", `resume=True` continues it" if resume else "")
     LOG.error("%s", summary["message"])
     return summary
 

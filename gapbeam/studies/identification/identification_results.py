@@ -123,7 +123,7 @@ def sentences(found: Conclusion) -> Iterator[str]:
         yield f"{len(chaotic)} of {len(found.rows)} figures are means over a response without a cycle (± scatter)"
     unsettled = [row for row in found.rows if row.response == CREEPING]
     if unsettled:
-        yield (f"WARNING: {len(unsettled)} of {len(found.rows)} figures are those of responses that have not settled: "
+        yield (f"WARNING: {len(unsettled)} of {len(found.rows)} figures come from responses that have not settled: "
                "run longer")  # fmt: skip
     several = [row for row in found.rows if row.others]
     if several:

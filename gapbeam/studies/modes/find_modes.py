@@ -121,7 +121,7 @@ def find_modes(
                 else []
             )
             if not model.case.profile.prismatic:
-                carried.append("a beam with [[segment]] stands beside no theory: that is of prismatic beams")
+                carried.append("beam with [[segment]]: not compared, the theory is for prismatic beams")
             lines = (other_modes(states[0]), *carried, *remarks(found))
             paths = (folder / "modes.json", picture, folder / SEATED / FIELDS_FILE)
             return ModesResult(folder, _without_shapes(found), lines, paths)

@@ -247,7 +247,7 @@ def _warnings(model: Model) -> list[str]:
 
 def _memory_warnings(case: Case, meshed: MeshedBeam, comm: MPI.Comm) -> list[str]:
     fault = lack_of_memory(case, mesh_dofs(meshed), comm)
-    return [] if fault is None else [f"{fault}: gapbeam run refuses it but for gates.accept_lack_of_memory = true"]
+    return [] if fault is None else [f"{fault}: gapbeam run refuses it unless gates.accept_lack_of_memory = true"]
 
 
 def _restraint_warnings(model: Model) -> list[str]:

@@ -302,7 +302,7 @@ def doubts(one: Judged, tolerance: float, grounds: Grounds) -> list[str]:
 def _span_doubts(one: Judged, tolerance: float, grounds: Grounds) -> list[str]:
     """Return the doubts about a level whose errors do not cover the whole case."""
     if not grounds.chaotic:
-        reason = f": {grounds.cut}" if grounds.cut else ", as it was too dear to follow longer"
+        reason = f": {grounds.cut}" if grounds.cut else ", since a longer reference would cost too much"
         return [f"errors cover the first {one.covered:.3g} s of {grounds.end:.4g} s only{reason}"]
     known = inf if one.means is None else one.means
     if known <= tolerance:

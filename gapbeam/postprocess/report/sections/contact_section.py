@@ -258,7 +258,7 @@ def _coherence(load: dict[str, Any]) -> list[Block]:
     name, rows = f"`{load['name']}`", [_coherence_row(one) for one in found["places"]]
     before = f"{name} acts as forces at {len(rows) + 1} stations. Their correlation with the one at x = "
     before += f"{number(found['from'])} m over {number(found['independent'])} independent pairs" if rows else ""
-    behind = "What is asked of two stations is the coherence spread over the reach of both, beside it that at their "
+    behind = "The coherence asked for is averaged over the reach of both stations, and also given at their "
     return _compared(name, COHERENCE_HEADER, rows, before, f"{behind}distance.")
 
 

@@ -44,8 +44,8 @@ def stability_sections(folder: Path, command: str) -> list[ReportSection]:
     if charts:
         sections.append(ReportSection("Over the step", "over-the-step", charts))
     pictures = [
-        Picture(folder / f"stability-{name}.png", f"Map of every scheme: {quantity.label}. A mark says how a run ended "
-                "that did not pass.", "gapbeam stability")
+        Picture(folder / f"stability-{name}.png", f"Map of every scheme: {quantity.label}. Marks show how "
+                "failed runs ended.", "gapbeam stability")
         for name, quantity in QUANTITIES.items()
         if (folder / f"stability-{name}.png").is_file()
     ]  # fmt: skip

@@ -190,7 +190,7 @@ def contact(case: Case) -> Iterator[str]:
             "corners hold it, [x, y] at both sides"
         )
     if law.touch_depth != "auto" and 0 < clearance < 10 * law.touch_depth:
-        yield f"[contact] touch_depth = {law.touch_depth:g} is not small beside the clearance"
+        yield f"[contact] touch_depth = {law.touch_depth:g} is not small compared with the clearance"
     if case.mesh.dimension == 2 and case.restraint.lateral != "auto":
         yield "[restraint] lateral has no effect in 2D"
 

@@ -51,7 +51,7 @@ def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Faul
         yield Fault(
             ("contact", "friction"),
             f"a coefficient of {contact.rubs.coefficient:g}, with the model {model.type}",
-            'full, beam, or reduced with contact = "all": the other bases do not give way along the faces',
+            'full, beam, or reduced with contact = "all": the other bases have no flexibility along the faces',
             (either or 'type = "beam" in [model], or ') + "leave friction out",
             (TYPE,),
         )

@@ -125,7 +125,7 @@ def segments_are_meshed(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[F
                 key,
                 f'"{here.section.type}", in a beam of the section "{beam.section.type}"',
                 "one polygon all along where sides are inclined: its cells do not meet those of other sections",
-                "polygons whose sides are all upright or level: these go beside box, i and rectangle",
+                "polygons whose sides are all upright or level, which can be combined with box, i and rectangle",
                 (("beam", "section"),),
             )
         elif ours != others:
@@ -133,7 +133,7 @@ def segments_are_meshed(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[F
                 key,
                 f'"{here.section.type}", in a beam of the section "{beam.section.type}"',
                 "round sections (round, tube) all along, or none: layers of cells pass through all sections",
-                'section = { type = "tube", wall = ... } beside round ones; box, i and rectangle beside each other',
+                'section = { type = "tube", wall = ... } with round ones; box, i and rectangle with each other',
                 (("beam", "section"),),
             )
         if mesh.dimension == 2 and not here.rectangular and beam.rectangular:

@@ -59,7 +59,7 @@ def start_is_given_once(analysis: Analysis) -> Iterator[Fault]:
         if getattr(motion, number) != 0.0 and getattr(motion, vector) is not None:
             yield Fault(
                 ("analysis", "motion", vector),
-                f"{vector} beside {number} = {getattr(motion, number):g}",
+                f"{vector} together with {number} = {getattr(motion, number):g}",
                 "one of both",
                 f"leave out {number}, and put its value in {vector}",
                 (("analysis", "motion", number),),
@@ -112,7 +112,7 @@ def start_state_stands_alone(analysis: Analysis) -> Iterator[Fault]:
     if isinstance(analysis, Transient) and analysis.state is not None and analysis.start != "seat":
         yield Fault(
             ("analysis", "state"),
-            f'a state beside start = "{analysis.start}"',
+            f'a state together with start = "{analysis.start}"',
             "one of both",
             "leave out start, or state",
             (("analysis", "start"),),
@@ -121,7 +121,7 @@ def start_state_stands_alone(analysis: Analysis) -> Iterator[Fault]:
         yield Fault(
             ("analysis", "state_time"),
             f"{analysis.state_time:g} s without a state",
-            "state beside it, the results folder of the run that kept the state",
+            "a state with it, the results folder of the run that kept the state",
             'state = "results/first", or leave out state_time',
         )
 

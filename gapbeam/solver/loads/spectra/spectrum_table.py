@@ -150,7 +150,7 @@ class FileSpectrum(SpectrumTable):
         read = read_record(self.file, self.frequency_column, self.density_column, DENSITIES)
         if self.checksum is not None and self.checksum.lower() != read.checksum:
             found = f"a file with the SHA-256 {read.checksum}"
-            hint = "the file has changed since; remove checksum to take it as it is"
+            hint = "the file has changed since; remove checksum to accept the new one"
             raise RecordError([Fault(("file",), found, f"{self.checksum}, as checksum says", hint)])
         return read
 

@@ -47,7 +47,7 @@ LINEAR_SEAT = Assumption(
 )  # fmt: skip
 SHALLOW = Assumption(
     "penetration beside the thickness", "largest penetration over the thickness", "1", 0.01, 0.1,
-    "the faces lie deeper in each other than any contact stiffness stands for; check loads and contact.stiffness",
+    "the penetration is deeper than a contact stiffness can represent; check loads and contact.stiffness",
 )  # fmt: skip
 BESIDE_CLEARANCE = "penetration beside the clearance", "1", 0.1
 RESTRAINED = Assumption(

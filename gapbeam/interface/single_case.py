@@ -18,6 +18,7 @@ from gapbeam.interface.case_source import (
 )
 from gapbeam.process.launcher import all_ranks
 from gapbeam.solver.case.reading.overrides import Overrides
+from gapbeam.solver.scene.argument_checks import checked
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from gapbeam.studies.prediction.case_description import CaseDescription
 
 
+@checked
 def run(
     case: CaseSource | Scene,
     overrides: Overrides = (),

@@ -33,6 +33,7 @@ from gapbeam.solver.run.scene_accounts import SceneAccounts, contacts_of, promis
 from gapbeam.solver.run.scene_checkpoint import SceneCheckpoint, fingerprint, refuse_other
 from gapbeam.solver.run.scene_records import Rows, SceneRecords
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of
+from gapbeam.solver.scene.argument_checks import check_fields
 from gapbeam.solver.scene.condensed_arrays import StepRecords
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.modal_march import BLOCK, Marcher
@@ -98,6 +99,7 @@ class SceneRun:
         Raises:
             UserError: There are such.
         """
+        check_fields(self, "run")
         if self.every < 1:
             raise UserError(f"run: found every = {self.every}, expected 1 or more")
         if self.period is not None and not (np.isfinite(self.period) and self.period > 0.0):
@@ -105,8 +107,6 @@ class SceneRun:
         for one in self.observers:
             if not callable(one):
                 raise UserError(f"run: found the observer {one!r}, expected a function of the step")
-        if isinstance(self.penalty, str):
-            raise UserError(f"run: found penalty = {self.penalty!r}, expected a list of names: [{self.penalty!r}]")
         self.stiffer()
 
     def stiffer(self) -> Scene | None:

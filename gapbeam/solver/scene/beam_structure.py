@@ -15,6 +15,7 @@ from pydantic import TypeAdapter, ValidationError
 from gapbeam.solver.case.beam_table import Material
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, heave_and_pitch_at, of_elements
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.sections.section_choice import SectionChoice
@@ -40,6 +41,7 @@ class CrossSection(NamedTuple):
     shear_area: float = inf
 
 
+@checked
 def section(
     type: str,  # noqa: A002 - as the key is called
     thickness: float,
@@ -97,6 +99,7 @@ def material(young_modulus: float, density: float, poisson_ratio: float = 0.3) -
         raise UserError(f"material: {faults_in(error)}") from None
 
 
+@checked
 def beam(
     length: float,
     section: CrossSection,
@@ -137,7 +140,10 @@ def beam(
     where = f"beam {name or '?'}"
     size = float(positive(length, f"{where}: length"))
     places = {key: float(finite(x, f"{where}: point {key}")) for key, x in points.items()}
-    held = [float(x) for x in (*clamped, *pinned)]
+    clamps, pins = ([float(x) for x in finite(some, f"{where}: supports").ravel()] for some in (clamped, pinned))
+    held = [*clamps, *pins]
+    if elements is not None and elements < 1:
+        raise UserError(f"{where}: elements: found {elements}, expected 1 or more")
     off = {key: x for key, x in (places | {f"support at {x:g}": x for x in held}).items() if not 0.0 <= x <= size}
     if off:
         raise UserError(f"{where}: expected places from 0 to {size:g} m, found {off}")
@@ -161,7 +167,7 @@ def beam(
     x = np.concatenate([*(end + part.places[:-1] for end, part in zip(ends, parts, strict=False)), [size]])
     operators = of_elements(parts)
     M, K = operators.mass, operators.stiffness
-    fixed = {2 * _node(x, one) for one in held} | {2 * _node(x, one) + 1 for one in clamped}
+    fixed = {2 * _node(x, one) for one in held} | {2 * _node(x, one) + 1 for one in clamps}
     free = np.array([i for i in range(2 * len(x)) if i not in fixed])
     rows = {key: np.eye(2 * len(x))[2 * _node(x, one)][free] for key, one in places.items()}
     rigid = heave_and_pitch_at(x).T

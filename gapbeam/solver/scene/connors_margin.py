@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.flow_span import FlowSpan
 from gapbeam.solver.scene.given_numbers import finite, positive
 
@@ -29,6 +30,7 @@ class ConnorsMargin:
     ratio: float
 
 
+@checked
 def connors(
     *, K: float, frequency: float, mass: float, decrement: float, diameter: float, density: float,
     velocity: float | None = None, span: FlowSpan | None = None, shape: ArrayLike | None = None,

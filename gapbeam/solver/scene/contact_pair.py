@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import ARTICLES, check_fields, shown
 from gapbeam.solver.scene.convex_region import ConvexRegion
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.given_numbers import finite, positive
@@ -51,14 +52,11 @@ class Contact:
     name: str = ""
 
     def __post_init__(self) -> None:
+        check_fields(self, "contact")
         where = f"contact {self.name or '(without a name)'}"
-        for one, kind, expected in (
-            *((point, StructurePoint, 'a point of a structure, such as beam["tip"]') for point in self.points),
-            (self.region, ConvexRegion, "a region, such as gapbeam.Slot(1e-4)"),
-            (self.law, ForceLaw, "a law with its parameters, such as gapbeam.KelvinVoigt(stiffness=1e8)"),
-        ):
-            if not isinstance(one, kind):
-                raise UserError(f"{where}: found {one!r}, expected {expected}")
+        for point in self.points:
+            if not isinstance(point, StructurePoint):
+                raise UserError(f"{where}: found {shown(point)}, expected {ARTICLES['StructurePoint']}")
         counts = {len(point.rows) for point in self.points}
         if counts != {self.region.motions}:
             raise UserError(
@@ -72,7 +70,7 @@ class Contact:
                 f"{where}: sliding speeds are 0 in some members and above 0 in others; expected one of both"
             )
         rest = finite(self.offset, f"{where}: offset")
-        if rest.ndim > 2 or (rest.ndim and self.motions > 1 and rest.shape[-1] != self.motions):
+        if not rest.size or rest.ndim > 2 or (rest.ndim and self.motions > 1 and rest.shape[-1] != self.motions):
             raise UserError(f"{where}: found an offset of shape {rest.shape}, expected a number or {self.motions}")
         if self.motions == 1 and self.is_rough:
             raise UserError(f"{where}: friction needs points of two motions: normal and slip")
@@ -115,6 +113,21 @@ class Contact:
     def values(self, stick: float) -> list[Any]:
         """Return rows VALUES - 2, ... of the workspace; stick: the stiffness of friction that sticks, N/m."""
         return [self.friction, stick if self.sticks else self.sliding, *self.region.values, *self.law.values]
+
+    def check_members(self, lanes: int) -> None:
+        """Refuse arrays of values of another length than the members that are marched side by side.
+
+        Raises:
+            UserError: A value has another length.
+        """
+        names = ("friction", "sliding", *self.region.kind.names, *self.law.kind.names, "offset")
+        counts = [*(np.size(one) for one in self.values(0.0)), self.place_at_rest.shape[1]]
+        wrong = [f"{count} of {name}" for name, count in zip(names, counts, strict=True) if count not in (1, lanes)]
+        if wrong:
+            raise UserError(
+                f"contact {self.name or '?'}: found {', '.join(wrong)}, expected "
+                + ("one value; several are for the members of `gapbeam.ensemble`" if lanes == 1 else f"{lanes}")
+            )
 
     def compiled(self, level: float = 0.0, rough: bool = True) -> int:
         """Return the address of the touch for forces at that level of a step (0: the mean over it)."""

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.force_law import inlined
 from gapbeam.solver.scene.given_numbers import finite
 from gapbeam.solver.system.operators import Array
@@ -165,6 +166,7 @@ def _half_planes(normals: Array, offsets: Array, motions: int) -> ConvexRegion:
     return ConvexRegion(_PLANES[count], tuple(float(v) for v in three.ravel()), three[:, :2], motions)
 
 
+@checked
 def HalfPlane(clearance: float, normal: ArrayLike = 1.0) -> ConvexRegion:  # noqa: N802 - it makes an object
     """Return the points with normal . r <= clearance: a stop, a base, the face of another body.
 
@@ -184,6 +186,7 @@ def HalfPlane(clearance: float, normal: ArrayLike = 1.0) -> ConvexRegion:  # noq
     return _half_planes(np.asarray((n / size)[None], dtype=float), finite([clearance], "HalfPlane: clearance"), len(n))
 
 
+@checked
 def Slot(clearance: Any, center: float = 0.0) -> ConvexRegion:  # noqa: N802
     """Return |r - center| <= clearance / 2 for one motion: a stop on either side.
 
@@ -309,6 +312,12 @@ def region(distance: Callable[..., Any], name: str | None = None, bounded: bool 
 
 
 def _numbers(value: Any, where: str) -> Any:
-    """Return a float, or an array over the members of an ensemble."""
+    """Return a float, or an array over the members of an ensemble.
+
+    Raises:
+        UserError: It is neither.
+    """
     found = finite(value, where)
+    if found.ndim > 1 or not found.size:
+        raise UserError(f"{where}: found shape {found.shape}, expected a number, or one for each member")
     return float(found) if found.ndim == 0 else found

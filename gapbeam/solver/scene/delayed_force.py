@@ -14,6 +14,7 @@ import numpy as np
 import scipy.linalg as sl
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.feedback import Place
 from gapbeam.solver.scene.flow_force import Flow, FlowLaw, SectionForce, square
 from gapbeam.solver.scene.flow_span import FlowSpan
@@ -73,6 +74,7 @@ def pade_states(order: int) -> tuple[Array, Array, Array, float]:
     return sl.block_diag(*A), np.array(b), np.array(c), (-1.0) ** order
 
 
+@checked
 def quasi_steady(
     where: FlowSpan | Place, *, velocity: float, density: float, diameter: float, drag: float, slope: Any,
     frequency: float, lift: float = 0.0, delay: float = 1.0, tolerance: float = 1e-5, modes: int | None = None,

@@ -17,6 +17,7 @@ import scipy.linalg as sl
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import ARTICLES, checked, shown
 from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.system.operators import Array
@@ -27,8 +28,17 @@ UNSEEN = 1e-9  # of the norms of A and C: what round-off leaves of a state that 
 
 
 def parts_of(place: Place) -> list[One]:
-    """Return the points and pairs of a place."""
-    return place if isinstance(place, list) else [place]
+    """Return the points and pairs of a place.
+
+    Raises:
+        UserError: It holds something else.
+    """
+    parts = place if isinstance(place, list) else [place]
+    for part in parts:
+        for one in part if isinstance(part, tuple) else (part,):
+            if not isinstance(one, StructurePoint):
+                raise UserError(f"feedback: found {shown(one)} as a place, expected {ARTICLES['StructurePoint']}")
+    return parts
 
 
 def motions_of(place: Place) -> int:
@@ -56,6 +66,7 @@ class Feedback:
     delay = 0.0
     """Time that the force lags behind the motion, s."""
 
+    @checked
     def __init__(
         self, sense: Place, act: Place, A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike | None = None,
         name: str = "",
@@ -115,6 +126,7 @@ class Joint(Feedback):
         UserError: A value is negative or not finite.
     """
 
+    @checked
     def __init__(self, between: Place, stiffness: float, damping: float = 0.0, name: str = "") -> None:
         for value, key in ((stiffness, "stiffness"), (damping, "damping")):
             positive(value, f"joint {name or '?'}: {key}", zero=True)
@@ -122,6 +134,7 @@ class Joint(Feedback):
         super().__init__(between, between, [], [], [], np.hstack([-stiffness * unit, -damping * unit]), name)
 
 
+@checked
 def memory(
     point: StructurePoint, stiffness: float, damping: float, amplitudes: ArrayLike, rates: ArrayLike, name: str = ""
 ) -> Feedback:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.system.operators import Array
@@ -70,6 +71,7 @@ class FlowSpan:
         return found
 
 
+@checked
 def span(
     structure: Structure, places: Mapping[str, float], velocity: Profile = 1.0, density: Profile = 1.0
 ) -> FlowSpan:
@@ -106,6 +108,7 @@ def span(
     return FlowSpan(points, lengths, *profiles)
 
 
+@checked
 def in_fluid(dry: Structure, places: Mapping[str, float], mass: float) -> Structure:
     """Return a structure that carries the added mass of a fluid along a span; the added mass has no weight.
 

@@ -11,7 +11,7 @@ W(p1) - W(p0) exactly, whatever the law: the springs of all laws conserve energy
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -19,7 +19,7 @@ import numba
 import numpy as np
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.given_numbers import finite
+from gapbeam.solver.scene.given_numbers import finite, positive
 
 TINY = 1e-300
 inlined: Any = numba.njit(error_model="numpy", forceinline=True)
@@ -38,6 +38,8 @@ class LawKind:
         mean: mean(p0, p1, *parameters): M and dM/dp1 in closed form; None: by divided differences.
         adhesive: Whether the law acts at x < 0, too, and may pull.
         defaults: Parameters that may be left out.
+        nonnegative: Names of parameters that may not be negative.
+        positive: Names of parameters that may not be 0 either.
     """
 
     name: str
@@ -48,12 +50,14 @@ class LawKind:
     mean: Any = None
     adhesive: bool = False
     defaults: dict[str, float] = field(default_factory=dict)
+    nonnegative: tuple[str, ...] = ()
+    positive: tuple[str, ...] = ()
 
     def __call__(self, **parameters: Any) -> ForceLaw:
         """Return the law with its parameters.
 
         Raises:
-            UserError: A parameter is unknown, missing or not finite.
+            UserError: A parameter is unknown, missing, not finite or negative where it may not be.
         """
         unknown = sorted(set(parameters) - set(self.names))
         missing = [one for one in self.names if one not in parameters and one not in self.defaults]
@@ -62,8 +66,21 @@ class LawKind:
                 f"law {self.name}: unknown {', '.join(unknown) or 'nothing'}, missing "
                 f"{', '.join(missing) or 'nothing'}; its parameters: {', '.join(self.names)}"
             )
-        values = (finite(parameters.get(one, self.defaults.get(one)), f"law {self.name}: {one}") for one in self.names)
-        return ForceLaw(self, tuple(float(v) if v.ndim == 0 else v for v in values))
+        return ForceLaw(self, tuple(self.value(one, parameters.get(one, self.defaults.get(one))) for one in self.names))
+
+    def value(self, name: str, value: Any) -> Any:
+        """Return the value of a parameter: a number, or an array over the members of an ensemble.
+
+        Raises:
+            UserError: It is not finite, empty, or negative where it may not be.
+        """
+        where = f"law {self.name}: {name}"
+        found = finite(value, where)
+        if name in self.nonnegative or name in self.positive:
+            found = positive(found, where, zero=name in self.nonnegative)
+        if found.ndim > 1 or not found.size:
+            raise UserError(f"{where}: found shape {found.shape}, expected a number, or one for each member")
+        return float(found) if found.ndim == 0 else found
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,13 +105,12 @@ class ForceLaw:
         """Return the law with other parameters.
 
         Raises:
-            UserError: The law has no such parameter.
+            UserError: The law has no such parameter, or it may not have that value.
         """
         unknown = sorted(set(parameters) - set(self.kind.names))
         if unknown:
             raise UserError(f"law {self.kind.name} has no {', '.join(unknown)}; it has {', '.join(self.kind.names)}")
-        given = {name: finite(value, f"law {self.kind.name}: {name}") for name, value in parameters.items()}
-        plain = {name: float(value) if value.ndim == 0 else value for name, value in given.items()}
+        plain = {name: self.kind.value(name, value) for name, value in parameters.items()}
         pairs = zip(self.kind.names, self.values, strict=True)
         return replace(self, values=tuple(plain.get(name, value) for name, value in pairs))
 
@@ -104,6 +120,8 @@ def law(
     damper: Callable[..., Any] | None = None,
     mean: Callable[..., Any] | None = None,
     adhesive: bool = False,
+    nonnegative: Sequence[str] = (),
+    positive: Sequence[str] = (),
 ) -> Callable[[Callable[..., Any]], LawKind]:
     """Make a law of a spring; a decorator of spring(x, *parameters), whose parameters are those of the law.
 
@@ -115,6 +133,11 @@ def law(
         damper: damper(N, share, rate, *parameters), N.
         mean: Closed form of M and dM/dp1; see `LawKind`.
         adhesive: Whether the law acts beyond touch, too, and may pull.
+        nonnegative: Names of parameters that may not be negative.
+        positive: Names of parameters that may not be 0 either.
+
+    Raises:
+        UserError: A name is that of no parameter.
     """
 
     def make(spring: Callable[..., Any]) -> LawKind:
@@ -124,7 +147,10 @@ def law(
         )
         defaults = {one.name: one.default for one in given if one.default is not one.empty}
         names = tuple(one.name for one in given)
-        return LawKind(spring.__name__, names, inlined(spring), potential_, damper_, mean_, adhesive, defaults)
+        if unknown := sorted({*nonnegative, *positive} - set(names)):
+            raise UserError(f"law {spring.__name__}: no parameter {', '.join(unknown)}; it has {', '.join(names)}")
+        bounds = tuple(nonnegative), tuple(positive)
+        return LawKind(spring.__name__, names, inlined(spring), potential_, damper_, mean_, adhesive, defaults, *bounds)
 
     return make
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.feedback import Place
 from gapbeam.solver.scene.flow_force import Flow, FlowLaw, lagging, square
 from gapbeam.solver.scene.flow_span import FlowSpan
@@ -19,6 +20,7 @@ from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.system.operators import Array
 
 
+@checked
 def unsteady(
     where: FlowSpan | Place, *, velocity: float, density: float, diameter: float, stiffness: Any, damping: Any,
     amplitudes: ArrayLike, rates: ArrayLike, modes: int | None = None, name: str = "",
@@ -55,6 +57,7 @@ def unsteady(
     return Flow(FlowLaw(lagging(K, -C, -a[:, None, None] * K, d, D), D), where, velocity, density, modes, name)
 
 
+@checked
 def measured(
     where: FlowSpan | Place, table: ArrayLike | PathLike[str] | str, *, velocity: float, density: float,
     diameter: float, frequencies: ArrayLike, states: int = 2, modes: int | None = None, name: str = "",
@@ -151,6 +154,7 @@ def _fit(k: Array, c: Any, states: int) -> tuple[Array, Array, float]:
     return np.exp(best), values, float(misfit)
 
 
+@checked
 def aerodynamic_lag(
     where: Place, *, velocity: float, density: float, half_chord: float, steady: Any, damping: Any,
     lags: ArrayLike, matrices: ArrayLike, name: str = "",

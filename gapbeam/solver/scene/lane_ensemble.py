@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.condensed_arrays import Linear
 from gapbeam.solver.scene.ensemble_folder import SAMPLES, EnsembleFolder, ensemble_key
 from gapbeam.solver.scene.ensemble_members import Members, joined, untrusted
@@ -29,6 +30,7 @@ FEW = 6
 """Members of a block up to which each marches alone: a block of 64 lanes costs as much as some six single marches."""
 
 
+@checked
 def ensemble(
     scene: Scene, values: Mapping[str, Any] | None = None, *, step: Any, end: Any, start: SceneState | None = None,
     members: int | None = None, threads: int | None = None, scheme: LinearScheme = MIDPOINT, settle: Any = None,
@@ -66,6 +68,10 @@ def ensemble(
     lengths = {path: len(value) for path, value in given.items()}
     times = {"step": step, "end": end, "settle": settle, "period": period}
     clock = {name: finite(value, f"ensemble: {name}") for name, value in times.items() if value is not None}
+    if missing := [name for name in ("step", "end") if name not in clock]:
+        raise UserError(f"ensemble: {' and '.join(missing)}: found None, expected times, s")
+    if flat := [name for name, value in clock.items() if value.ndim > 1]:
+        raise UserError(f"ensemble: {' and '.join(flat)}: expected a number, or one for each member")
     lengths |= {name: len(value) for name, value in clock.items() if value.ndim == 1}
     if start is not None and start.q.shape[1] > 1:
         lengths["start"] = start.q.shape[1]

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.condensed_arrays import rest
 from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.linear_scheme import MIDPOINT
@@ -70,6 +71,7 @@ class LimitCycle(PeriodicOrbit):
         return 2.0 * pi / self.period
 
 
+@checked
 def limit_cycle(
     scene: Scene, steps: int = 200, start: SceneState | None = None, period: float | None = None, cycles: int = 200,
     passes: int = 30,

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.system.operators import Array
 
 Three = tuple[float, float, float]
@@ -54,6 +55,7 @@ class LinearScheme(NamedTuple):
         return any(self.acceleration)
 
 
+@checked
 def theta(level: float, law: float = 0.0) -> LinearScheme:
     """Return the theta rule: of order 1; level 1/2 is the midpoint rule, of order 2.
 
@@ -81,6 +83,7 @@ MIDPOINT = theta(0.5)
 """The default: conserves energy in contact at any step."""
 
 
+@checked
 def midpoint(exact_frequencies: bool = False) -> LinearScheme:
     """Return the midpoint rule, which conserves energy in contact at any step.
 
@@ -109,11 +112,13 @@ def euler() -> LinearScheme:
     return theta(1.0, law=1.0)
 
 
+@checked
 def newmark(beta: float = 0.25, gamma: float = 0.5) -> LinearScheme:
     """Return Newmark's scheme. It creates energy in contacts that the step does not resolve."""
     return alpha(0.0, 0.0, beta, gamma)
 
 
+@checked
 def hht(damping: float = 0.05) -> LinearScheme:
     """Return the scheme of Hilber, Hughes and Taylor; damping, 0 to 1/3, is their -alpha.
 
@@ -125,6 +130,7 @@ def hht(damping: float = 0.05) -> LinearScheme:
     return alpha(0.0, damping, (1 + damping) ** 2 / 4, 0.5 + damping)
 
 
+@checked
 def generalized_alpha(rho: float = 0.8) -> LinearScheme:
     """Return the generalized-alpha scheme with a spectral radius at infinite frequency of rho, 0 to 1.
 

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, linear_sum_assignment
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked, shown
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import Flow
@@ -32,6 +33,7 @@ MOST = 4096
 """Sets of idle supports that are tried at most."""
 
 
+@checked
 def eigenvalues(scene: Scene, closed: Closed = ()) -> Any:
     """Return the eigenvalues of the linear scene, 1/s, complex, the largest growth rate first.
 
@@ -71,8 +73,8 @@ def state_matrix(scene: Scene, closed: Closed = ()) -> Array:
 
 def _joints(scene: Scene, closed: Closed) -> list[Feedback]:
     """Return closed contacts as springs and dampers."""
-    if isinstance(closed, str):
-        raise UserError(f"closed: found {closed!r}, expected a list of names of contacts, or a mapping of them")
+    if isinstance(closed, str) or not isinstance(closed, Sequence | Mapping):
+        raise UserError(f"closed: found {shown(closed)}, expected a list of names of contacts, or a mapping of them")
     known, found = {one.name: one for one in scene.contacts if one.name}, list[Feedback]()
     for name in closed:
         if name not in known:
@@ -97,6 +99,7 @@ def _linear(contact: Contact) -> tuple[float, float]:
     return float(stiffness), float(damping)
 
 
+@checked
 def root_locus(scene: Scene, path: str, values: ArrayLike, closed: Closed = (), modes: int | None = None) -> Any:
     """Return eigenvalues of the modes of a scene over a value, followed from mode to mode, (values, modes), complex.
 
@@ -143,6 +146,7 @@ class CriticalVelocity:
     residual: float
 
 
+@checked
 def critical_velocity(scene: Scene, path: str, low: float, high: float, closed: Closed = ()) -> CriticalVelocity:
     """Return the value between two bounds at which the largest growth rate is 0, by Brent's method.
 
@@ -199,6 +203,7 @@ class IdleSupports:
         return sorted((one for one, rate in self.growth.items() if not rate < 0.0), key=lambda one: -self.growth[one])
 
 
+@checked
 def idle_supports(scene: Scene, supports: Sequence[str] | Mapping[str, float | tuple[float, float]]) -> IdleSupports:
     """Return how many supports may be idle before a tube is unstable, over all sets of as many supports.
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.given_numbers import ArgumentError, finite
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.system.operators import Array
@@ -15,6 +16,7 @@ from gapbeam.solver.system.operators import Array
 FREQUENCY, DAMPING, FRAME = "frequency", "damping", "frame"
 
 
+@checked
 def read_modes(path: str | Path, name: str = "") -> Structure:
     """Return the structure of a CSV file of modes.
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -39,6 +40,7 @@ class PeriodicOrbit:
         return bool(np.abs(self.multipliers).max() < 1.0)
 
 
+@checked
 def periodic(
     scene: Scene, period: float, steps: int, start: SceneState | None = None, passes: int = 30,
     scheme: LinearScheme = MIDPOINT,

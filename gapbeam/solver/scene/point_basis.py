@@ -17,6 +17,7 @@ import numpy as np
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.system.dense_operators import SparseOperators
 
@@ -25,6 +26,7 @@ MOST_RIGID = 6
 FIRST_GUESS = 1e-9  # of the mean square
 
 
+@checked
 def reduced_at_points(structure: Structure, modes: int, points: Iterable[str] | None = None) -> Structure:
     """Return a structure in its first modes and the static responses to unit forces at its points.
 

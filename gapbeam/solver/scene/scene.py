@@ -12,6 +12,7 @@ import numpy as np
 import scipy.linalg as sl
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.condensed_arrays import Linear, Slabs
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Place, joined, parts_of
@@ -70,6 +71,7 @@ class Scene:
         UserError: A point belongs to another structure, or a name is not unique.
     """
 
+    @checked
     def __init__(
         self,
         *structures: Structure,
@@ -147,6 +149,7 @@ class Scene:
         for one, structure in used:
             self.place_of(structure, f"{type(one).__name__.lower()} {getattr(one, 'name', '') or '(without a name)'}")
 
+    @checked
     def with_(self, changes: Mapping[str, Any]) -> Scene:
         """Return the scene with other values.
 
@@ -338,7 +341,12 @@ class Scene:
             delassus: Of the condensed scene: what friction that sticks is stiff against.
             level: Of the step at which laws are asked.
             rough: False leaves out friction.
+
+        Raises:
+            UserError: A contact has values for another number of members.
         """
+        for one in self.contacts:
+            one.check_members(lanes)
         kinds: dict[tuple[int, int], list[int]] = {}
         for i, one in enumerate(self.contacts):
             kinds.setdefault((one.compiled(level, rough), one.motions), []).append(i)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.given_numbers import finite
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.system.operators import Array
@@ -31,6 +32,7 @@ class Load:
         UserError: The pattern has another number of DOFs, or the value is none of these.
     """
 
+    @checked
     def __init__(
         self, structure: Structure, pattern: ArrayLike, value: Value, name: str = "", **parameters: Any
     ) -> None:
@@ -71,7 +73,11 @@ class Load:
                 )
             return np.repeat(np.interp(times, known, values)[:, None], lanes, axis=1)
         if not callable(self.value):
-            return np.broadcast_to(finite(self.value, f"load {self.name or '?'}"), (len(times), lanes))
+            given = finite(self.value, f"load {self.name or '?'}")
+            if given.ndim > 1 or given.size not in (1, lanes):
+                expected = f"{lanes} values, one for each member" if lanes > 1 else "one value, or (times, values)"
+                raise UserError(f"load {self.name or '?'}: found {given.size} values, expected {expected}")
+            return np.broadcast_to(given, (len(times), lanes))
         try:
             found = np.asarray(self.value(times[:, None], **self.parameters), dtype=float)
             found = np.broadcast_to(found, (len(times), lanes))
@@ -112,6 +118,7 @@ class Force(Load):
         parameters: See `Load`.
     """
 
+    @checked
     def __init__(
         self, point: StructurePoint, value: Value, direction: ArrayLike | None = None, name: str = "", **parameters: Any
     ) -> None:
@@ -129,6 +136,7 @@ class _InertiaLoad(Load):
     sign = 1.0
     kind = "weight"
 
+    @checked
     def __init__(
         self,
         structure: Structure,
@@ -173,6 +181,7 @@ class BaseMotion(_InertiaLoad):
     sign = -1.0
     kind = "base motion"
 
+    @checked
     def __init__(
         self,
         structure: Structure,
@@ -184,6 +193,7 @@ class BaseMotion(_InertiaLoad):
         super().__init__(structure, acceleration, direction, name, **parameters)
 
 
+@checked
 def weight(structure: Structure, gravity: float, direction: ArrayLike | None = None, name: str = "") -> Load:
     """Return the weight of a structure: gravity, m/s^2, along its motion with the frame; negative: against it.
 

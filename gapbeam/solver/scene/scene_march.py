@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.modal_march import BLOCK, Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -87,6 +88,7 @@ def plain(values: Array) -> Any:
     return float(one[0]) if len(one) == 1 else one.copy()
 
 
+@checked
 def march(
     scene: Scene, step: float, end: float, start: SceneState | None = None, every: int = 1,
     scheme: LinearScheme = MIDPOINT,
@@ -124,6 +126,8 @@ def steps_to(end: float, begin: float, step: float) -> int:
     steps = round((end - begin) / step) if np.isfinite(end) else 0
     if steps < 1:
         raise UserError(f"march: found end {end!r} s, expected at least one step of {step:g} s after {begin:g} s")
+    if not end + step > end:
+        raise UserError(f"march: found {end:g} s in steps of {step:g} s; round-off of the time is larger than a step")
     return steps
 
 
@@ -159,6 +163,7 @@ class History:
     last: SceneStep
 
 
+@checked
 def history(
     scene: Scene, step: float, end: float, start: SceneState | None = None, scheme: LinearScheme = MIDPOINT
 ) -> History:

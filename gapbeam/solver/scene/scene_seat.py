@@ -9,6 +9,7 @@ import scipy.linalg as sl
 from scipy.optimize import linprog
 
 from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.condensed_arrays import Slabs, rest
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.static_basis import Statics, statics_of
@@ -49,6 +50,7 @@ class NoSeat(UserError):  # noqa: N818 - the field's word
         self.escape = escape
 
 
+@checked
 def seat(scene: Scene, t: float = 0.0) -> SceneState:
     """Return the static equilibrium under the loads at a time, by a proximal Newton method on the convex energy.
 

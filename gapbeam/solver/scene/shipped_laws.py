@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from math import inf
 from typing import Any
 
 import numpy as np
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.force_law import TINY, ForceLaw, LawKind, inlined, law
 
 
@@ -15,6 +17,7 @@ from gapbeam.solver.scene.force_law import TINY, ForceLaw, LawKind, inlined, law
     potential=lambda x, stiffness, damping: 0.5 * stiffness * x * x,  # noqa: ARG005
     mean=lambda a, b, stiffness, damping: (0.5 * stiffness * (a + b), 0.5 * stiffness),  # noqa: ARG005
     damper=lambda force, share, rate, stiffness, damping: damping * share * rate,  # noqa: ARG005
+    nonnegative=("stiffness", "damping"),
 )
 def KelvinVoigt(x, stiffness, damping=0.0):  # type: ignore[no-untyped-def]  # noqa: ARG001, N802
     """Return stiffness x + damping x', never negative: spring and damper side by side."""
@@ -25,6 +28,7 @@ def KelvinVoigt(x, stiffness, damping=0.0):  # type: ignore[no-untyped-def]  # n
     potential=lambda x, stiffness, damping: 0.5 * stiffness * x * x,  # noqa: ARG005
     mean=lambda a, b, stiffness, damping: (0.5 * stiffness * (a + b), 0.5 * stiffness),  # noqa: ARG005
     damper=lambda force, share, rate, stiffness, damping: min(max(damping * share * rate, -force), force),  # noqa: ARG005
+    nonnegative=("stiffness", "damping"),
 )
 def ElastoGap(x, stiffness, damping):  # type: ignore[no-untyped-def]  # noqa: ARG001, N802
     """Return stiffness x + damping x', the damper no larger than the spring: no jump at touch, no pull.
@@ -39,7 +43,12 @@ def _cubic_mean(a, b, stiffness, scale):  # type: ignore[no-untyped-def]
     return stiffness * (a + b) * (0.5 + c * (a * a + b * b)), stiffness * (0.5 + c * (a * a + 2 * a * b + 3 * b * b))
 
 
-@law(potential=lambda x, stiffness, scale: stiffness * x * x * (0.5 + 0.25 * (x / scale) ** 2), mean=_cubic_mean)
+@law(
+    potential=lambda x, stiffness, scale: stiffness * x * x * (0.5 + 0.25 * (x / scale) ** 2),
+    mean=_cubic_mean,
+    nonnegative=("stiffness",),
+    positive=("scale",),
+)
 def Cubic(x, stiffness, scale):  # type: ignore[no-untyped-def]  # noqa: N802
     """Return stiffness (x + x^3 / scale^2): a bumper that stiffens."""
     return stiffness * x * (1 + (x / scale) ** 2)
@@ -81,9 +90,10 @@ def _hunt_crossley(exponent: float) -> LawKind:
 
     spring.__name__ = "HuntCrossley"
     damper = lambda force, share, rate, stiffness, chi: chi * force * rate  # noqa: ARG005, E731
-    return law(potential, damper, mean if half else None)(spring)
+    return law(potential, damper, mean if half else None, nonnegative=("stiffness", "chi"))(spring)
 
 
+@checked
 def HuntCrossley(stiffness: Any, chi: Any = 0.0, exponent: float = 1.5) -> ForceLaw:  # noqa: N802
     """Return K x^n (1 + chi x'): Hertz contact for n = 1.5, with losses that begin and end at 0.
 
@@ -97,7 +107,7 @@ def HuntCrossley(stiffness: Any, chi: Any = 0.0, exponent: float = 1.5) -> Force
 
     Source: Hunt and Crossley (1975), J. Appl. Mech. 42, 440.
     """
-    if not exponent >= 1.0:
+    if not 1.0 <= exponent < inf:
         raise UserError(f"law HuntCrossley: found exponent {exponent!r}, expected 1 or more")
     return _hunt_crossley(float(exponent))(stiffness=stiffness, chi=chi)
 
@@ -110,7 +120,7 @@ def _adhesive_potential(x, stiffness, pull, reach):  # type: ignore[no-untyped-d
     return -soft if x <= 0 else -ramp - pull * x + 0.5 * stiffness * x * x
 
 
-@law(potential=_adhesive_potential, adhesive=True)
+@law(potential=_adhesive_potential, adhesive=True, nonnegative=("stiffness", "pull"), positive=("reach",))
 def Adhesive(x, stiffness, pull, reach):  # type: ignore[no-untyped-def]  # noqa: N802
     """Return a pull that grows to `pull` over `reach` before touch, then a press of `stiffness`."""
     if x <= -reach:

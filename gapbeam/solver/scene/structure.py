@@ -18,6 +18,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.given_numbers import finite, matrix, positive
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
@@ -68,6 +69,7 @@ class Structure:
             rigid motion strains.
     """
 
+    @checked
     def __init__(
         self,
         M: Any,
@@ -267,6 +269,7 @@ def dense(A: Any) -> Array:
     return A.toarray() if sp.issparse(A) else np.asarray(A, dtype=float)
 
 
+@checked
 def from_modes(
     frequencies: ArrayLike,
     ratio: ArrayLike,
@@ -292,14 +295,17 @@ def from_modes(
         raise UserError(
             f"modes of {name or '?'}: expected frequencies from 0 on, and a damping ratio from 0 on for all or for each"
         )
+    if w.ndim != 1 or not w.size:
+        raise UserError(f"modes of {name or '?'}: found frequencies of shape {w.shape}, expected one for each mode")
     still = np.eye(len(w))[:, w == 0.0]
-    shapes = {key: np.asarray(value, dtype=float) for key, value in points.items()}
+    shapes = {key: finite(value, f"modes of {name or '?'}: point {key}") for key, value in points.items()}
     return Structure(
         np.eye(len(w)), np.diag(w * w), np.diag(2.0 * zeta * w) + finite(damping, "damping"), shapes,
         still if still.size else None, name,
     )  # fmt: skip
 
 
+@checked
 def mass(
     value: float, motions: int = 1, stiffness: float = 0.0, damping: float = 0.0, name: str = "", **points: ArrayLike
 ) -> Structure:
@@ -312,9 +318,14 @@ def mass(
         damping: N s/m.
         name: Of the structure.
         points: More points, as in `Structure`.
+
+    Raises:
+        UserError: The mass is not above 0, or there are neither one nor two motions.
     """
     if not value > 0.0:
         raise UserError(f"mass {name or '?'}: found {value!r} kg, expected a mass above 0")
+    if motions not in (1, 2):
+        raise UserError(f"mass {name or '?'}: found {motions} motions, expected 1, or 2 in a section plane")
     unit = np.eye(motions)
     return Structure(
         value * unit,

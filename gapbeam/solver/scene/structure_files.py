@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.given_numbers import ArgumentError
 from gapbeam.solver.scene.imported_checks import check_imported
 from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows
@@ -30,6 +31,7 @@ class PlacedPoint(NamedTuple):
     axes: Array | None
 
 
+@checked
 def read_structure(
     stiffness: str | Path,
     mass: str | Path,

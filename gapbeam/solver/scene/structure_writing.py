@@ -12,6 +12,7 @@ import scipy.io
 import scipy.sparse as sp
 
 from gapbeam.solver.errors import NotWritten, UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.dmig_file import FIRST_LETTERS, dmig_text
 from gapbeam.solver.scene.structure import Structure
 
@@ -20,6 +21,7 @@ SUFFIXES = {"mtx": ".mtx", "npz": ".npz", "coordinate": ".mtx", "matrix-input": 
 NAMED = ("matrix-input", "dmig")
 
 
+@checked
 def write_structure(
     structure: Structure,
     stem: str | Path,

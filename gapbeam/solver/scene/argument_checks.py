@@ -1,0 +1,117 @@
+"""Kinds of arguments, read from the annotations of public functions and refused in one sentence where they differ."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
+from functools import partial, wraps
+from numbers import Integral, Real
+from os import PathLike
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
+
+from gapbeam.solver.errors import UserError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+Kind = tuple[Callable[[Any], bool], str]
+SHOWN = 60
+"""Characters of a value that messages show."""
+
+
+def _is_number(value: Any, kind: type = Real) -> bool:
+    value = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    return isinstance(value, kind) and not isinstance(value, bool) and value == value
+
+
+PLAIN: dict[str, Kind] = {
+    "float": (_is_number, "a number"),
+    "int": (lambda value: _is_number(value, Integral), "a whole number"),
+    "str": (lambda value: isinstance(value, str), "a text"),
+    "bool": (lambda value: isinstance(value, bool), "True or False"),
+    "None": (lambda value: value is None, "None"),
+    "Mapping": (lambda value: isinstance(value, Mapping), "a dict"),
+    "Sequence": (lambda value: isinstance(value, Sequence | np.ndarray) and not isinstance(value, str), "a list"),
+    "Callable": (callable, "a function"),
+    "PathLike": (lambda value: isinstance(value, PathLike), "a path"),
+}
+ARTICLES = {
+    "Scene": "a scene",
+    "SceneState": "a state, as of gapbeam.seat",
+    "Structure": "a structure",
+    "StructurePoint": 'a point of a structure, such as beam["tip"]',
+    "Material": "a material, as of gapbeam.material",
+    "CrossSection": "a section, as of gapbeam.section",
+    "LinearScheme": "a scheme, such as gapbeam.midpoint()",
+    "FlowSpan": "a span, as of gapbeam.span",
+    "ConvexRegion": "a region, such as gapbeam.Slot(1e-4)",
+    "ForceLaw": "a law with its parameters, such as gapbeam.KelvinVoigt(stiffness=1e8)",
+}
+"""Classes of this package that annotations name, and the words for them."""
+
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Refuse arguments of another kind than the annotation says, before the function sees them.
+
+    Numbers (no NaN, no switch for a number), texts, dicts, lists, functions and the nouns of scenes are told apart;
+    annotations of other kinds, such as arrays, are left to the function.
+
+    Raises:
+        UserError: An argument is of another kind; the message has its name, what was found and what was expected.
+    """
+    signature = inspect.signature(function)
+    called = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+    named = {name: one for name, one in signature.parameters.items() if one.kind is not one.VAR_KEYWORD}
+    wanted = {name: kinds for name, one in named.items() if (kinds := _kinds(str(one.annotation)))}
+    several = {name for name, one in named.items() if one.kind is one.VAR_POSITIONAL}
+
+    @wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        for name, value in signature.bind(*args, **kwargs).arguments.items():
+            for one in value if name in several else (value,):
+                _refuse(called, name, one, wanted.get(name))
+        return function(*args, **kwargs)
+
+    return call
+
+
+def check_fields(owner: Any, called: str) -> None:
+    """Refuse fields of a dataclass of another kind than their annotation says, as `checked` does.
+
+    Raises:
+        UserError: A field is of another kind.
+    """
+    for one in fields(owner):
+        _refuse(called, one.name, getattr(owner, one.name), _kinds(str(one.type)))
+
+
+def _refuse(called: str, name: str, value: object, wanted: Sequence[Kind] | None) -> None:
+    if wanted and not any(holds(value) for holds, _ in wanted):
+        words = " or ".join(word for _, word in wanted)
+        raise UserError(f"{called}: {name}: found {shown(value)}, expected {words}")
+
+
+def shown(value: object) -> str:
+    """Return a value as messages show it: one line, not longer than it can be read."""
+    words = " ".join(repr(value).split())
+    return words if len(words) <= SHOWN else f"{words[:SHOWN]} ..."
+
+
+def _kinds(annotation: str) -> list[Kind]:
+    """Return the kinds that an annotation names; none where one of them is not known here."""
+    found: list[Kind] = []
+    for part in annotation.split(" | "):
+        name = part.partition("[")[0]
+        if name in PLAIN:
+            found.append(PLAIN[name])
+        elif name in ARTICLES:
+            found.append((partial(_is_a, name), ARTICLES[name]))
+        else:
+            return []
+    return found
+
+
+def _is_a(name: str, value: object) -> bool:
+    return any(one.__name__ == name for one in type(value).__mro__)

@@ -1,0 +1,129 @@
+"""Nonsense for every argument of the public nouns: refused in a sentence that names it, or taken; never a traceback."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from math import inf, nan, pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gapbeam as gb
+
+NONSENSE = [
+    None, nan, inf, "a", -1, 0, -7.5, True, [], {}, [1, 2, 3], object(), np.ones((1, 2)), abs, {"x": 1},
+    {"left.clearance": "a"}, {"left.clearance": [1e-4, nan]},
+]  # fmt: skip
+WRONG_KIND = object()
+
+
+@cache
+def calls() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
+    """Return a sound call of each noun."""
+    one = gb.mass(1.0, stiffness=1e4, damping=2.0)
+    law, section, material = gb.KelvinVoigt(stiffness=1e6), gb.section("round", 0.02), gb.material(2e11, 7800.0)
+    touch = gb.Contact(one["at"], gb.Slot(1e-4), law, name="left")
+    shaker = gb.Force(one["at"], lambda t: 0.01 * np.sin(90.0 * t), name="shaker")
+    scene = gb.Scene(one, contacts=[touch], loads=[shaker])
+    still = gb.Scene(one, contacts=[touch])
+    K = np.array([[2e4, -1e4], [-1e4, 1e4]])
+    return {
+        "Structure": (gb.Structure, {"M": np.eye(2), "K": K, "C": 0.1 * K, "points": {"tip": [0, 1.0]}, "name": "a"}),
+        "from_modes": (
+            gb.from_modes,
+            {"frequencies": [10.0, 60.0], "ratio": 0.01, "points": {"tip": [1.0, -1.0]}, "name": "m"},
+        ),
+        "beam": (
+            gb.beam,
+            {
+                "length": 1.0, "section": section, "material": material, "points": {"tip": 0.5}, "clamped": [0.0],
+                "elements": 10, "name": "b",
+            },
+        ),
+        "mass": (gb.mass, {"value": 1.0, "motions": 2, "stiffness": 1e4, "name": "m"}),
+        "Contact": (
+            gb.Contact,
+            {
+                "between": one["at"], "region": gb.Slot(1e-4), "law": law, "friction": 0.0, "offset": 0.0, "wall": None,
+                "name": "left",
+            },
+        ),
+        "Slot": (gb.Slot, {"clearance": 1e-4, "center": 0.0}),
+        "Disc": (gb.Disc, {"clearance": 1e-4}),
+        "HalfPlane": (gb.HalfPlane, {"clearance": 1e-4, "normal": 1.0}),
+        "Polygon": (gb.Polygon, {"corners": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]}),
+        "KelvinVoigt": (gb.KelvinVoigt, {"stiffness": 1e6, "damping": 1.0}),
+        "HuntCrossley": (gb.HuntCrossley, {"stiffness": 1e6, "chi": 0.1, "exponent": 1.5}),
+        "Force": (gb.Force, {"point": one["at"], "value": 3.0, "name": "s"}),
+        "Scene": (lambda **some: gb.Scene(one, **some), {"contacts": [touch], "loads": [shaker], "masses": []}),
+        "with_": (scene.with_, {"changes": {"left.clearance": 2e-4}}),
+        "seat": (gb.seat, {"scene": scene, "t": 0.0}),
+        "history": (gb.history, {"scene": scene, "step": 1e-4, "end": 1e-3}),
+        "march": (lambda **some: list(gb.march(**some)), {"scene": scene, "step": 1e-4, "end": 1e-3, "every": 1}),
+        "ensemble": (
+            gb.ensemble,
+            {"scene": scene, "values": {"left.clearance": [1e-4, 2e-4]}, "step": 1e-4, "end": 1e-3},
+        ),
+        "periodic": (gb.periodic, {"scene": scene, "period": pi / 45.0, "steps": 50}),
+        "eigenvalues": (gb.eigenvalues, {"scene": still, "closed": ()}),
+        "theta": (gb.theta, {"level": 0.6}),
+        "Feedback": (
+            gb.Feedback,
+            {"sense": one["at"], "act": one["at"], "A": [[-1.0]], "B": [[1.0, 0.0]], "C": [[1.0]], "D": [[0.0, 0.0]]},
+        ),
+        "Joint": (gb.Joint, {"between": one["at"], "stiffness": 1.0, "damping": 0.0}),
+    }  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("name", calls())
+def test_no_argument_ends_in_a_traceback(name: str) -> None:
+    """The sound call works; with one argument replaced it works, or says what it expected."""
+    call, sound = calls()[name]
+    call(**sound)
+    for argument in sound:
+        for value in NONSENSE:
+            with suppress(gb.UserError, gb.NotConverged):
+                call(**{**sound, argument: value})
+        with pytest.raises(gb.UserError, match="expected"):
+            call(**{**sound, argument: WRONG_KIND})
+
+
+@pytest.mark.parametrize(
+    ("law", "bad"),
+    [
+        (gb.KelvinVoigt, {"stiffness": -1.0}),
+        (gb.KelvinVoigt, {"stiffness": 1.0, "damping": -1e-9}),
+        (gb.ElastoGap, {"stiffness": 1.0, "damping": -1.0}),
+        (gb.Cubic, {"stiffness": 1.0, "scale": 0.0}),
+        (gb.HuntCrossley, {"stiffness": 1.0, "chi": -1.0}),
+        (gb.Adhesive, {"stiffness": 1.0, "pull": 1.0, "reach": -1.0}),
+    ],
+)
+def test_laws_that_would_create_energy_are_refused_also_in_one_member(law: Any, bad: dict[str, float]) -> None:
+    name, value = list(bad.items())[-1]
+    with pytest.raises(gb.UserError, match=f"{name}: found {value:g}, expected numbers"):
+        law(**bad)
+    with pytest.raises(gb.UserError, match=f"{name}: found {value:g}, expected numbers"):
+        law(**{**bad, name: [1.0, value]})
+
+
+def test_values_of_members_are_refused_where_one_scene_is_marched() -> None:
+    one = gb.mass(1.0, stiffness=1e4)
+    law = gb.KelvinVoigt(stiffness=1e6)
+    for change in (
+        {"region": gb.Slot([1e-4, 2e-4])},
+        {"law": gb.KelvinVoigt(stiffness=[1e6, 2e6])},
+        {"offset": [0, 1]},
+    ):
+        given = {"region": gb.Slot(1e-4), "law": law, "name": "stop", **change}
+        scene = gb.Scene(one, contacts=[gb.Contact(one["at"], **given)], loads=[gb.Force(one["at"], 1.0, name="f")])
+        for call in (gb.seat, lambda scene: gb.history(scene, 1e-4, 1e-3)):
+            with pytest.raises(gb.UserError, match=r"contact stop: found 2 of .*gapbeam\.ensemble"):
+                call(scene)
+    many = scene.with_({"f.value": [1.0, 2.0], "stop.offset": 0.0})
+    with pytest.raises(gb.UserError, match="load f: found 2 values, expected one value"):
+        gb.history(many, 1e-4, 1e-3)

@@ -67,7 +67,7 @@ def test_the_gallery_is_what_its_scenes_say() -> None:
 
 
 def test_the_notebook_is_its_tutorial() -> None:
-    """The file is made anew; its code, cell after cell, is that of the page, which is executed; no outputs."""
+    """The file is made anew; its code, cell after cell, comes from the page, which is executed; no outputs."""
     page = TUTORIAL.read_text(encoding="utf-8")
     file = TUTORIAL.with_suffix(".ipynb").read_text(encoding="utf-8")
     assert file == notebook(page), "run: environment/run python3 -m docs.site.notebook_file"

@@ -35,7 +35,7 @@ KEYS = (
 
 @pytest.mark.slow(minutes=0.4)
 def test_a_start_on_two_ranks(tmp_path: Path) -> None:
-    """Histories agree, that of the first record, which is the start, too."""
+    """Histories agree, also in the first record, which is the start."""
     results = on_one_and_two(DEMO, KEYS, tmp_path)
     first = [run.history["displacement"].isel(time=0).values for run in results]
     assert np.any(first[0] != 0.0)

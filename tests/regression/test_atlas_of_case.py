@@ -94,7 +94,7 @@ def test_keys_are_numbers(tmp_path: Path) -> None:
 @alone
 @pytest.mark.slow(minutes=0.3)
 def test_the_command_finds_the_response_of_a_run(tmp_path: Path) -> None:
-    """One response of a cantilever over a stop: its peak is that of the march of the case, another program."""
+    """One response of a cantilever over a stop: its peak agrees with the march of the case, another program."""
     done = called_anew(
         "atlas", CASE, *settings(*QUICK), "--starts", "8", "--settle", "20", "--rounds", "2", "--orders", "4",
         "--output", tmp_path / "found",

@@ -151,7 +151,7 @@ def after(steps: int, change: Callable[[], None]) -> None:
 def test_full_disk_is_reported_and_survived(size: int, kept: int | None, whole: Path, tmp_path: Path) -> None:
     """Files that cannot grow: exit status 6, where and what to try; what is there is whole, and the run goes on.
 
-    Where not even the summary can be written, that of the start stays, which has no exit status.
+    Where not even the summary can be written, the summary of the start stays, which has no exit status.
     """
     folder, shown = tmp_path / "out", tmp_path / "messages"
     words = ("run", DEMO, *settings(*LONGER), "--output", folder)

@@ -48,7 +48,7 @@ def test_a_hole_is_described(folder: Path) -> None:
 
 
 def test_a_ring_is_drawn_where_the_tube_touches_it(folder: Path) -> None:
-    """Its inner radius is that of the tube and the enlarged clearance, its middle that of the enlarged offset."""
+    """Its inner radius is the tube's plus the enlarged clearance, its middle the enlarged offset."""
     results = gapbeam.open_results(folder)
     points = np.array([[0.0, -0.0125, -0.0125], [1.0, 0.0125, 0.0125]])
     boxes = support_of(points, 3, supports_of(results.summary, results.case))

@@ -132,7 +132,7 @@ ARRAYS: dict[str, tuple[Callable[[Arrays], Any], str]] = {
 
 @pytest.mark.parametrize("name", HEADERS)
 def test_headers_that_do_not_belong(name: str, rubbing: Stopped, tmp_path: Path) -> None:
-    """Numbers that are none, counts below 0, an energy that is not that of the state: refused though checksums fit."""
+    """Numbers that are none, counts below 0, an energy that differs from the state's: refused though checksums fit."""
     change, words = HEADERS[name]
     folder = rubbing.copied(tmp_path / "out")
     spoil(folder, lambda header, _: change(header))

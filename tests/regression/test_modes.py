@@ -210,7 +210,7 @@ def test_the_command_refuses_bad_input(tmp_path: Path) -> None:
 
 
 def test_sections_hold_the_mass_and_rigid_motions() -> None:
-    """Their masses are that of the beam; the first free mode of a solid moves all of them alike."""
+    """Their masses are the mass of the beam; the first free mode of a solid moves all of them alike."""
     model = beam_model({"mesh": SOLID}, (GRAVITY,))
     free = held_modes(model, 2)[1]
     case = beam_case()

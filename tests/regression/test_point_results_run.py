@@ -49,8 +49,8 @@ def tube(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def refuse_misfit(folder: Path) -> None:
     """Hold the points of a run with a record for every step to its faces.
 
-    The impulses add up to that of the face; the first touch and the largest penetration of a face are those of a point
-    of it; a face is in contact where a point is.
+    The impulses add up to the impulse of the face; the first touch and the largest penetration of a face are those of a
+    point of it; a face is in contact where a point is.
     """
     history, found = gapbeam.open_results(folder).history, points_of(folder)
     times = history["time"].values

@@ -70,7 +70,7 @@ def test_faults_of_a_dict_name_its_keys() -> None:
 
 
 def test_model_seats_and_marches_as_a_run_does(done: Any) -> None:
-    """Step by step from the seat: the probe's motion is that of the run, to round-off of its compiled loop."""
+    """Step by step from the seat: the probe moves as in the run, to round-off of its compiled loop."""
     simulation = gapbeam.model(DEMO, TINY)
     seat = simulation.seat()
     tip = simulation.model.probes["tip"]

@@ -106,7 +106,7 @@ def test_a_sweep_over_start_values(block: Path) -> None:
 
 
 def test_companions_start_from_the_same_pose(block: Path) -> None:
-    """Half the step and a coarser mesh: the tip begins where that of the run does, with its velocity."""
+    """Half the step and a coarser mesh: the tip begins where it does in the run, with the same velocity."""
     case = gapbeam.read_case(block)
     companions = [
         Companion(HALF_STEP, {"time.step": 1e-5}),

@@ -105,7 +105,7 @@ def test_the_report_has_every_rate(worn: Path) -> None:
 
 
 def test_the_points_add_up_to_the_faces(worn: Path) -> None:
-    """Work rates of all points to that of the face, depths over the area to its volume; a damaged file is refused."""
+    """Work rates of all points add up to the face's, depths over the area to its volume; a damaged file is refused."""
     results, maps = gapbeam.open_results(worn), wear_of(worn)
     for name, found in results.summary["wear"]["faces"].items():
         one = maps[name]

@@ -102,7 +102,7 @@ def test_the_wheel_holds_one_package_with_its_data(built: tuple[Path, str]) -> N
 
 @pytest.mark.slow
 def test_the_wheel_runs_the_demo_from_an_empty_folder(python: Path, tmp_path: Path) -> None:
-    """The package is that of the wheel; `import solver` and the like find nothing; schema and figures are there."""
+    """The package comes from the wheel; `import solver` and the like find nothing; schema and figures are there."""
     said = done([python, "-c", PROGRAM, *FOLDERS], tmp_path)
     place, found, status, figures, version = json.loads(said.stdout.splitlines()[-1])
     assert Path(place).is_relative_to(python.parents[1])

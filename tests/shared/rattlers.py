@@ -4,7 +4,7 @@
 
 The density of place and velocity is exp(-(m v^2 / 2 + U(u)) / T), U the potential of spring and contact: contact share,
 mean force, mean square and impact rate sqrt(T / (2 pi m)) p(gap) are integrals over the place.
-The law holds for any potential, so that in a hole it is that of the points around, not of the circle.
+The law holds for any potential, so that in a hole it belongs to the points around, not to the circle.
 
 Source: Risken, The Fokker-Planck Equation (1989), chapter 10, for the stationary solution of Kramers' equation.
 """

@@ -111,7 +111,7 @@ def test_loads_that_cannot_share_noise_are_explained(name: str, tmp_path: Path) 
 
 
 def test_a_partner_with_a_fault_of_its_own_is_not_missing(tmp_path: Path) -> None:
-    """The only fault is that of the other load, not that there is none."""
+    """The only fault belongs to the other load: not that there is none."""
     with pytest.raises(CaseError) as caught:
         read_case(written(tmp_path, DRAG.replace("seed = 4", "seed = -4") + LIFT + HALF))
     assert len(caught.value.faults) == 1

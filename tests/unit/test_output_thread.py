@@ -81,7 +81,7 @@ def test_an_error_at_the_end_is_heard() -> None:
 
 
 def test_an_error_of_the_march_is_not_replaced() -> None:
-    """That of the output is not heard then."""
+    """The fault of the output is not heard then."""
 
     def march() -> None:
         with OutputThread(beside=True) as output:

@@ -32,7 +32,7 @@ def found(**variables: str) -> list[object]:
 
 
 def test_home_and_cache_of_users(tmp_path: Path) -> None:
-    """What can be written stays; without HOME it is that of the user."""
+    """What can be written stays; without HOME it is the user's own."""
     assert found(HOME=str(tmp_path)) == [str(tmp_path), None, []]
     home, cache, remarks = found(XDG_CACHE_HOME=str(tmp_path))
     assert (Path(str(home)).is_absolute(), cache, remarks) == (True, str(tmp_path), [])

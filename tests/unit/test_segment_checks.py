@@ -75,11 +75,11 @@ BAD = {
     ),
     "a step too small for cells": (
         GOOD.replace("thickness = 0.02\n", "thickness = 0.012001\n"),
-        ["hub", "1e-06 m from that of the beam", "cells lie in between", "thickness = 0.012"],
+        ["hub", "1e-06 m from the thickness of the beam", "cells lie in between", "thickness = 0.012"],
     ),
     "a step too small between segments": (
         GOOD.replace("density = 2700.0", "thickness = 0.020001"),
-        ["tail", "1e-06 m from that of the segment hub", "thickness = 0.02"],
+        ["tail", "1e-06 m from the thickness of the segment hub", "thickness = 0.02"],
     ),
     "an end next to a support": (
         GOOD.replace("to = 0.3\n", "to = 0.49999999\n").replace(TAIL, ""),
@@ -162,6 +162,6 @@ def test_points_on_either_side_of_a_step_are_in_the_beam(tmp_path: Path) -> None
 
 
 def test_a_segment_may_be_as_the_beam(tmp_path: Path) -> None:
-    """A sweep over its thickness passes through that of the beam."""
+    """A sweep over its thickness passes through the thickness of the beam."""
     case = read_case(written(tmp_path, HEAD + SUPPORTS + HUB), ["segment.hub.thickness=0.012"])
     assert case.profile.prismatic

@@ -113,7 +113,7 @@ def test_the_size_of_a_mesh_with_steps_is_known_before_it_is_made(name: str) -> 
     ],
 )
 def test_cells_are_joined_at_steps(name: str, cell: str) -> None:
-    """The surface of the mesh is that of the beam with its shoulders: cells that are not joined have more."""
+    """The mesh has the surface of the beam with its shoulders: cells that are not joined have more."""
     case, tagged = meshed(name, cell=cell)
     mesh, last = tagged.mesh, tagged.dimension - 1
     facets = np.asarray(exterior_facet_indices(mesh.topology), dtype=np.int32)

@@ -33,7 +33,7 @@ def test_a_rectangle_has_the_published_constant(slenderness: float, share: float
 
 
 def test_round_sections_have_their_polar_moment() -> None:
-    """The value pi d^4 / 32, less that of the bore."""
+    """The value pi d^4 / 32, less the value of the bore."""
     disc, tube = RoundSection(type="round"), TubeSection(type="tube", wall=0.004)
     assert disc.torsion_constant(0.03, 0.03) == pytest.approx(pi * 0.03**4 / 32.0)
     assert disc.polar_moment(0.03, 0.03) == pytest.approx(pi * 0.03**4 / 32.0)

@@ -61,7 +61,7 @@ def test_schemes() -> None:
 
 
 def test_models(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An unknown model is not marched as the full one, and its memory is not that of the full one."""
+    """An unknown model is not marched as the full one, and its memory is not estimated like the full one."""
     case = case_with("model")
     with pytest.raises(AssertionError, match="made-up"):
         memory_of(case, 1000.0)

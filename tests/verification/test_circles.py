@@ -69,7 +69,7 @@ def flown(model: Model, steps: int, every: int = 1) -> TrialResponse:
 
 
 def whole_momenta(model: Model, response: TrialResponse) -> Array:
-    """Return the angular momentum about the middle of the hole, with that of the tilt, over the mass, m^2/s."""
+    """Return the angular momentum about the middle of the hole, tilt included, over the mass, m^2/s."""
     solve = model.body.operators.factor(1.0, 0.0).solve
     motions = dict(zip(NAMES, model.body.rigid, strict=True))
     up, turn = motions["vertical"], motions["rotation"]

@@ -41,7 +41,7 @@ def impact_length(spring: Spring) -> tuple[float, float]:
 )
 @settings(deadline=None)
 def test_powers_have_the_same_digits_at_every_size(depth: float, halves: int, fours: int, exponent: float) -> None:
-    """(4^k d)^(j/2) = 2^(k j) d^(j/2) to the last bit; and d^n is that of the library to a few last digits."""
+    """(4^k d)^(j/2) = 2^(k j) d^(j/2) to the last bit; and d^n agrees with the library to a few last digits."""
     assert power(4.0**fours * depth, 0.5 * halves) == 2.0 ** (fours * halves) * power(depth, 0.5 * halves)
     assert power(depth, exponent) == pytest.approx(depth**exponent, rel=1.0e-14)
 

@@ -124,7 +124,7 @@ def test_a_beam_that_leaves_is_refused_with_its_motion(
 
 
 def test_a_pinned_beam_turns_about_its_pin() -> None:
-    """A stop above cannot hold it: the rigid motion is that of the joint, for the model that has no other, too."""
+    """A stop above cannot hold it: the joint allows the rigid motion, also of the model that has no other."""
     pin = [{"type": "pinned", "name": "pin", "point": 0.5}]
     for model in ("rigid", {"type": "beam", "elements": 40}):
         model = gapbeam.model(gapbeam.read_case(strip(stop(1.0, 1.5, "above"), joint=pin, model=model))).model

@@ -114,7 +114,7 @@ def test_mass_stops_where_coulomb_says(name: str) -> None:
 
 @EVERY_SCHEME
 def test_braking_distance_of_the_regularized_law(name: str) -> None:
-    """A large v0 = 0.2 m/s: the distance to rest is that of the closed form to 1e-4, 4 % from Coulomb's."""
+    """A large v0 = 0.2 m/s: the distance to rest follows the closed form to 1e-4, 4 % from Coulomb's."""
     _, steps = slid(name, 0.2, 1.0, 2.0e-3, 500)
     expected = braking_distance(1.0, 0.2)
     assert steps[-1].new.u[0, 0] == pytest.approx(expected, rel=1e-4)

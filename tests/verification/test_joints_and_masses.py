@@ -162,7 +162,7 @@ def sag(model: dict[str, Any]) -> float:
 
 
 def test_the_sag_of_a_cantilever() -> None:
-    """Own weight and that of the head, by bending and shear; full = reduced.
+    """Own weight and weight of the head, by bending and shear; full = reduced.
 
     w = rho A g L^4 / 8 E I + m g L^3 / 3 E I + (rho A L / 2 + m) g L / kappa G A
     """

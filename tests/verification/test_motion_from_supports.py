@@ -25,7 +25,7 @@ def history_of(folder: Path, loads: list[dict[str, Any]], **more: Any) -> xr.Dat
 
 @pytest.mark.slow(minutes=0.1)
 def test_supports_that_move_alike_are_the_frame_of_a_base(tmp_path: Path) -> None:
-    """W = a t^2 / 2 at all supports: the motion from them is that of the run in the frame with the acceleration a.
+    """W = a t^2 / 2 at all supports: the motion from them equals the run in the frame with the acceleration a.
 
     A midpoint rule integrates w exactly. Accelerations differ by round-off of the velocities over a step.
     """

@@ -184,7 +184,8 @@ def test_gap_and_force_operators_are_the_assembled_forms(name: str, theta: int) 
 def test_correction_of_the_stiffness_is_the_assembled_form(name: str) -> None:
     """K_N = K - theta/gamma int sigma_n sigma_n, assembled by DOLFINx, to 1e-12 of the largest entry of K.
 
-    For `correction` with the same gamma at all points, for that of the operator, and for the stiffness of the model.
+    For `correction` with the same gamma at all points, for the gamma of the operator, and for the stiffness of the
+    model.
     """
     body = block(name)
     u, v = ufl.TrialFunction(body.space), ufl.TestFunction(body.space)

@@ -32,7 +32,7 @@ EVERY = {1: 1.0e-9, 10: 1.0e-3}
 def test_shares_are_those_of_the_pressures(law: str) -> None:
     """A beam that is shaken in its slot: the impulse of each point, damped or not.
 
-    With a record for every step it is that of the pressures to round-off, and their loads alone add up to
+    With a record for every step it equals the impulse of the pressures to round-off, and their loads alone add up to
     the impulse of the face; with one for every tenth step the shares are rough.
     """
     tables = {"contact": LAWS[law], "model": {"type": "beam", "elements": 20}, "time": {"end": SPAN, "step": STEP}}

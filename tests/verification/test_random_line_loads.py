@@ -134,7 +134,7 @@ def test_a_mesh_is_loaded_as_beam_elements_are() -> None:
 
 
 def test_a_rigid_body_takes_the_whole_force() -> None:
-    """The mean square of the force on a body that does not bend is that of the load, L^2 J^2_00."""
+    """The mean square of the force on a body that does not bend is the load's, L^2 J^2_00."""
     patterns = line_patterns(ExponentialCoherence(type="exponential", length=0.1), (0.0, BEAM), 16, None)
     a = BEAM / 0.1
     assert sum(sum(one.weights) ** 2 for one in patterns) == pytest.approx(

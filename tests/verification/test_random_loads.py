@@ -72,9 +72,9 @@ def integral(spectrum: dict[str, Any], low: float, high: float, power: int = 1) 
     ids=("white", "table", "turbulence"),
 )
 def test_power_in_bands(spectrum: dict[str, Any], edges: tuple[float, ...]) -> None:
-    """The power in bands of a long signal is that of the integral, within the chi-squared bounds of its lines.
+    """The power in bands of a long signal equals the integral, within the chi-squared bounds of its lines.
 
-    It is sampled at a rate that has nothing to do with that of the noise. Neighboring lines under Hann's window are
+    It is sampled at a rate that has nothing to do with the noise's own. Neighboring lines under Hann's window are
     correlated, which leaves 18/35 of the degrees of freedom.
     """
     for seed in (1, 2):
@@ -213,7 +213,7 @@ def response(f: float) -> float:
 
 @pytest.mark.slow(minutes=0.1)
 def test_stationary_response_of_an_oscillator(tmp_path: Path) -> None:
-    """The mean square is that of the discrete scheme, within its scatter, and nearly S0 / (4 k c) of white noise.
+    """The mean square follows the discrete scheme, within its scatter, and is nearly S0 / (4 k c) of white noise.
 
     The same noise as an acceleration of the base gives the same motion times -m. The summary compares eight bands of
     equal power, whose mean squares add up to that asked for.

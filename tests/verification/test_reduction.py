@@ -203,7 +203,7 @@ def test_lines_integrate_like_the_points_they_replace() -> None:
             fewer.weights @ (fewer.positions[:, 0] * polynomial.polyval(fewer.positions[:, 1] / 0.01, coefficients))
         )
         assert got == pytest.approx(wanted, rel=1e-9, abs=1e-12)
-    # the gap at a node is that of the polynomial through the gaps of the line
+    # the polynomial through the gaps of the line gives the gap at a node
     assert fewer.shares @ y**2 == pytest.approx(fewer.positions[:, 1] ** 2, abs=1e-12)
     mirrored = across_lines(contact, 1, True, 1e-3)
     assert mirrored.size == contact.size // 12

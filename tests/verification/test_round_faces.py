@@ -1,4 +1,4 @@
-"""Models with fewer contact points on round faces: the seat is that of the mesh, or the model is refused."""
+"""Models with fewer contact points on round faces: the seat agrees with the mesh, or the model is refused."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def wall_force(r: float) -> float:
 @pytest.mark.parametrize("direction", [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [0.0, -0.3, 1.0]])
 @pytest.mark.parametrize(("times", "depth"), [(1.0, 0.01), (100.0, 0.0005)])
 def test_a_tube_is_pressed_into_its_holes(times: float, depth: float, direction: list[float]) -> None:
-    """The depth under a force in any direction is that of the closed form, and the tube hardly moves aside."""
+    """The depth under a force in any direction follows the closed form, and the tube hardly moves aside."""
     along = np.array(direction) / np.linalg.norm(direction)
     wanted = brentq(lambda r: wall_force(r) - MASS * 9.81 * times, CLEARANCE, 10.0 * CLEARANCE)
     found = seated(model_of([gravity(times, direction)]))

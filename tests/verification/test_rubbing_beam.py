@@ -1,4 +1,4 @@
-"""Friction on beam models: rolling and sliding by hand, momentum, and the same motion as that of the solid."""
+"""Friction on beam models: rolling and sliding by hand, momentum, and the same motion as the solid."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ SLICE: dict[str, Any] = {
 
 @pytest.mark.slow(minutes=0.1)
 def test_a_slice_that_sticks_and_slips_moves_as_its_solid() -> None:
-    """A beam between base and gland is pulled to and fro, and slips: its tip moves as that of the mesh, to 3 %."""
+    """A beam between base and gland is pulled to and fro, and slips: its tip moves as in the mesh, to 3 %."""
     found = {}
     for kind in ({"type": "beam"}, {"type": "reduced", "contact": "all"}):
         model = build_model(gapbeam.read_case(SLICE | {"model": kind}), MPI.COMM_SELF)

@@ -26,7 +26,7 @@ def test_both_integrals_of_the_law_agree() -> None:
 
 
 def of_second_order(seconds: float, steps: int) -> dict[str, tuple[float, float]]:
-    """Return the bias of half the step less a quarter of that of the whole step, and its standard error, by figure."""
+    """Return the bias of half the step less a quarter of the whole step's, and its standard error, by figure."""
     whole, half = (biases_of(USUAL, count, seconds, seed=count) for count in (steps, 2 * steps))
     return {
         name: (half.relative[name] - 0.25 * whole.relative[name], hypot(half.errors[name], 0.25 * whole.errors[name]))

@@ -53,7 +53,7 @@ def balanced(start: float, slot: float, hole: float, law: dict[str, Any], tilt: 
     ],
 )
 def test_a_tube_beside_an_open_hole_rests(start: float, slot: float, hole: float, law: Any, tilt: float) -> None:
-    """Forces up and down carry the weight, and their moments about x = 0 that of the weight."""
+    """Forces up and down carry the weight, and their moments about x = 0 its moment."""
     model = build_model(gapbeam.read_case(balanced(start, slot, hole, law, tilt)), MPI.COMM_SELF)
     found = seated(model)
     contact = model.system.contact

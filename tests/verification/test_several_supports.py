@@ -233,7 +233,7 @@ def test_models_agree_on_the_seat(model: str) -> None:
 def test_a_beam_that_tips_over_has_no_seat() -> None:
     """One stop below, up to x = 0.3: a beam of 1 m falls off, and one held down on the other side by a mass rests.
 
-    Source: the center of mass, at 0.5 m without the mass and at 0.2 m with three times that of the beam at 0.1 m.
+    Source: the center of mass, at 0.5 m without the mass and at 0.2 m with three times the beam's mass at 0.1 m.
     """
     stop = {"name": "stop", "from": 0.0, "to": 0.3, "clearance": 1.0e-4, "region": {"type": "stop"}}
     simulation = gapbeam.model(gapbeam.read_case(tables([stop])))

@@ -197,7 +197,7 @@ def test_march_settles_on_the_orbit() -> None:
 
 
 def test_no_orbit_is_reported() -> None:
-    """An undamped oscillator at its own frequency, that of the rule, has no periodic response: that is an error."""
+    """An undamped oscillator at the frequency of the midpoint rule has no periodic response: that is an error."""
     period_map = oscillator_map(100, omega=pi / (100.0 * np.tan(pi / 100.0)), zeta=0.0, gap=1.0e6)
     with pytest.raises(NotConverged) as caught:
         shoot(period_map, np.array([1.0, 0.0]), 1.0e-13, max_iterations=5)

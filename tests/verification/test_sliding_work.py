@@ -174,8 +174,8 @@ KINDS = {
 def test_a_beam_slides_down_a_slope(kind: str, dimension: int) -> None:
     """Without friction: the integral of N(t) g sin(a) t in every model, in a slice and in space, within 1e-3.
 
-    Let down at once, the beam is a mass on the stiffness of its support: N = m g cos(a) (1 - cos(w t)), w that of the
-    steps, 2 / h atan(w0 h / 2).
+    Let down at once, the beam is a mass on the stiffness of its support: N = m g cos(a) (1 - cos(w t)), at the
+    frequency of the steps, w = 2 / h atan(w0 h / 2).
     """
     across = [0.6, -0.8] if dimension == 2 else [0.6, 0.0, -0.8]
     gravity = {"type": "gravity", "acceleration": 10.0, "direction": across}

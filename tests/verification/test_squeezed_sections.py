@@ -55,7 +55,7 @@ def test_a_rigid_body_is_held_by_the_pressure_of_hooke(plane: str) -> None:
 
 
 def test_beam_elements_are_held_as_the_mesh_is() -> None:
-    """Force within 2 % of the full model and of Hooke; the tip sags as that of the full model within 3 %."""
+    """Force within 2 % of the full model and of Hooke; the tip sags as in the full model within 3 %."""
     full, beam = at_rest(fit("full")), at_rest(fit("beam"))
     assert beam[0] == pytest.approx(BY_HAND, rel=0.02)
     assert beam == pytest.approx(full, rel=0.03)

@@ -73,7 +73,7 @@ def test_free_motion_is_no_resonance(load: dict[str, Any] | None, verdict: str) 
 
 
 def test_modes_that_the_step_does_not_resolve_are_named() -> None:
-    """The error is that of the others."""
+    """The error is the others' own."""
     model = beam_model({"mesh": COARSE}, probes={"tip": 0.51})
     content = FrequencyContent(np.array([100.0] * 40 + [5000.0] * 60))
     found = of_step(model, content, 0.5, "")

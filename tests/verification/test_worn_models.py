@@ -76,7 +76,7 @@ def test_points_that_are_worn_alike_are_a_larger_gap(name: str) -> None:
 @pytest.mark.slow(minutes=0.3)
 @pytest.mark.parametrize("name", SLOW)
 def test_points_of_solids_that_are_worn_alike_are_a_larger_gap(name: str) -> None:
-    """Among them rigid sections, whose contact is compared with that of the mesh, which is worn like it."""
+    """Among them rigid sections, whose contact is compared with a mesh that is worn like it."""
     hold_to_even_growth(SLOW[name])
 
 

@@ -130,7 +130,7 @@ def test_a_contact_at_one_end_wears_there() -> None:
 
 
 def test_points_add_up_to_their_face() -> None:
-    """On gaps that are not worn, the volumes of all points are that of the face in even growth."""
+    """On gaps that are not worn, the volumes of all points add up to the volume of the face in even growth."""
     points = PointRates(gapbeam.read_case(rubbing("local", TILT)))
     found = points(np.zeros(len(points.owners)), 0)
     (even,) = CaseRates(gapbeam.read_case(rubbing("even", TILT)))(np.zeros(1), 0).values

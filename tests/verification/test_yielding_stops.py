@@ -71,7 +71,7 @@ def test_the_ledger_enters_plastic_work(count: int) -> None:
 
 
 def test_the_implicit_rule_only_loses_energy() -> None:
-    """Plastic work is F_y s of the set that is left; what else is lost is that of the scheme."""
+    """Plastic work is F_y s of the set that is left; the scheme takes what else is lost."""
     system, law, first = stopped_oscillator(), yielding(), start(stopped_oscillator(), v=SPEED)
     steps = steps_of(system, law, SCHEMES["implicit-midpoint"], first, 2.0e-4, 150)
     ledger = ledger_of(system, law, first, steps)

@@ -298,7 +298,7 @@ class RandomLineLoad(PairedNoiseLoad):
                 plain = isinstance(own, int | tuple)
                 yield Fault(
                     (*key, name),
-                    f"{own}, with {theirs} of {other.name}" if plain else f"another one than that of {other.name}",
+                    f"{own}, with {theirs} of {other.name}" if plain else f"another one than {other.name} has",
                     "the same in both: each pattern of forces shares its noise with one of the other load",
                     f"{name} = {list(theirs) if isinstance(theirs, tuple) else theirs}" if plain else "copy it",
                     (("load", number, name),),

@@ -175,7 +175,7 @@ def steps_leave_room_for_cells(beam: Beam, segment: Segments, mesh: Mesh) -> Ite
             if near is not None:
                 yield Fault(
                     key,
-                    f"{own:.12g} m, {abs(own - near[0]):.2g} m from that of {near[1]}",
+                    f"{own:.12g} m, {abs(own - near[0]):.2g} m from the {side} of {near[1]}",
                     f"the same {side}, or one that differs by {closest:.2g} m: cells lie in between",
                     f"{side} = {near[0]:.12g}",
                     (near[2],),

@@ -55,7 +55,7 @@ ARTICLES = {
 def checked(function: Callable[P, R]) -> Callable[P, R]:
     """Refuse arguments of another kind than the annotation says, before the function sees them.
 
-    Numbers (no NaN, no switch for a number), texts, dicts, lists, functions and the nouns of scenes are told apart;
+    NaN is no number, nor is True. Checked are numbers, texts, dicts, lists, functions and the nouns of scenes;
     annotations of other kinds, such as arrays, are left to the function.
 
     Raises:

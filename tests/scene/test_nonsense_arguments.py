@@ -127,3 +127,15 @@ def test_values_of_members_are_refused_where_one_scene_is_marched() -> None:
     many = scene.with_({"f.value": [1.0, 2.0], "stop.offset": 0.0})
     with pytest.raises(gb.UserError, match="load f: found 2 values, expected one value"):
         gb.history(many, 1e-4, 1e-3)
+
+
+@pytest.mark.parametrize("turns", [1, 2, -1])
+def test_a_star_is_no_convex_polygon(turns: int) -> None:
+    """The corners of a pentagram turn left everywhere, too, but twice around."""
+    angle = 2.0 * pi * turns * np.arange(5) / 5
+    corners = np.column_stack([np.cos(angle), np.sin(angle)])
+    if turns == 1:
+        assert gb.Polygon(corners).kind.faces == 5
+        return
+    with pytest.raises(gb.UserError, match="once around"):
+        gb.Polygon(corners)

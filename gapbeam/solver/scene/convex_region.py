@@ -221,8 +221,11 @@ def Polygon(corners: ArrayLike) -> ConvexRegion:  # noqa: N802
     edge = np.roll(p, -1, 0) - p
     after = np.roll(edge, -1, 0)
     turn = edge[:, 0] * after[:, 1] - edge[:, 1] * after[:, 0]
-    if not np.all(turn > 0.0):
-        raise UserError("Polygon: the corners do not turn left everywhere: give a convex polygon counter-clockwise")
+    around = np.arctan2(turn, (edge * after).sum(1)).sum()  # 2 pi for each time that the edges go around
+    if not np.all(turn > 0.0) or around > 3.0 * np.pi:
+        raise UserError(
+            "Polygon: the corners do not turn left everywhere and once around: give a convex one counter-clockwise"
+        )
     n = np.column_stack([edge[:, 1], -edge[:, 0]]) / np.hypot(*edge.T)[:, None]
     return _half_planes(n, (n * p).sum(1), 2)
 

@@ -1,0 +1,200 @@
+"""Shipped files of several structures as users run them, against scripts of numpy and scipy that share no code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.linalg as sl
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import gapbeam as gb
+
+FOLDER = Path(__file__).parents[2] / "cases" / "scenes"
+SHIPPED = sorted(path.name for path in FOLDER.glob("*.toml"))
+Array = np.ndarray
+
+
+def driven(t: Any, amplitude: float, frequency: float, ramp: float) -> Any:
+    """Return a sine that begins with 10 s^3 - 15 s^4 + 6 s^5."""
+    s = np.clip(t / ramp, 0.0, 1.0)
+    return amplitude * np.sin(2.0 * np.pi * frequency * t) * (10.0 * s**3 - 15.0 * s**4 + 6.0 * s**5)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_file_is_checked_and_run(name: str, tmp_path: Path) -> None:
+    """A short run ends with exit status 0, and its records hold all that was marched."""
+    assert "first frequencies" in str(gb.check(FOLDER / name))
+    outcome = gb.run(FOLDER / name, {"time.end": 0.01}, output=tmp_path / "out")
+    assert outcome.exit_status == 0, outcome.message
+    assert gb.open_results(tmp_path / "out").history.time[-1] == pytest.approx(0.01)
+
+
+@pytest.mark.slow(minutes=0.5)
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_file_is_plotted_and_reported(name: str, tmp_path: Path) -> None:
+    """Figures, and a report that names all contacts."""
+    gb.run(FOLDER / name, {"time.end": 0.01}, output=tmp_path / "out")
+    assert any(path.name == "time_history.png" for path in gb.plot(tmp_path / "out"))
+    [page] = [Path(path) for path in gb.report(tmp_path / "out") if str(path).endswith(".html")]
+    text = page.read_text(encoding="utf-8")
+    for contact in gb.scene(FOLDER / name).contacts:
+        assert contact.name in text
+
+
+def modes_of(name: str) -> dict[str, Array]:
+    table = np.genfromtxt(FOLDER / f"{name}.csv", delimiter=",", names=True)
+    return {str(key): np.atleast_1d(table[key]) for key in table.dtype.names}
+
+
+def test_the_clip_follows_adaptive_integration_of_its_modes() -> None:
+    """Preload from one equation, then eight modes with both contacts by an adaptive Runge-Kutta method."""
+    clip, panel = modes_of("clip"), modes_of("panel")
+    w = 2.0 * np.pi * np.concatenate([clip["frequency"], panel["frequency"]])
+    B, part = np.concatenate([clip["tip"], -panel["middle"]]), np.concatenate([clip["frame"], panel["frame"]])
+    zeta, flexibility = np.concatenate([clip["damping"], panel["damping"]]), float(np.sum((B / w) ** 2))
+    stiff, chi = 4e5, 0.5
+
+    def force(r: float, v: float) -> float:
+        """Return the force on the clip along its motion."""
+        pad, hook = max(r + 1.5e-3, 0.0), max(-r - 1.9e-3, 0.0)
+        return stiff * (hook**1.5 * (1.0 - chi * v) - pad**1.5 * (1.0 + chi * v))
+
+    at_rest = brentq(lambda r: r - flexibility * force(r, 0.0), -1.5e-3, 0.0, xtol=1e-18, rtol=1e-14)
+    scene = gb.scene(FOLDER / "clip.toml")
+    seated = gb.seat(scene)
+    assert -seated.F[0, 0] == pytest.approx(-force(at_rest, 0.0), rel=1e-9)
+
+    def rate(t: float, y: Array) -> Array:
+        q, v = y[:8], y[8:]
+        pushed = B * force(float(B @ q), float(B @ v)) - part * driven(t, 120.0, 24.0, 0.1)
+        return np.concatenate([v, pushed - 2.0 * zeta * w * v - w * w * q])
+
+    start, end = np.concatenate([B / w**2 * force(at_rest, 0.0), np.zeros(8)]), 0.12
+    found = gb.history(scene, 1e-5, end, seated)
+    times = found.t[99::100]
+    exact = solve_ivp(
+        rate, (0.0, times[-1]), start, method="DOP853", t_eval=times, rtol=1e-9, atol=1e-12, max_step=2e-4
+    )
+    tip, middle = clip["tip"] @ exact.y[:4], panel["middle"] @ exact.y[4:8]
+    assert np.abs(found.displacement["tip"][99::100] - tip).max() < 1e-3 * np.abs(tip).max()
+    assert np.abs(found.displacement["middle"][99::100] - middle).max() < 1e-3 * np.abs(middle).max()
+    assert np.any(found.force["hook"] > 0.0)
+
+
+def rack_matrices() -> tuple[Array, Array, list[str], dict[str, Array], dict[str, list[str]]]:
+    """Return K, M (m, kg, s), labels, coordinates and sets of the rack, read by hand."""
+    labels = (FOLDER / "rack.dof").read_text(encoding="utf-8").split()
+    matrices = []
+    for suffix in ("sti", "mas"):
+        i, j, value = np.loadtxt(FOLDER / f"rack.{suffix}", unpack=True)
+        A = np.zeros((len(labels), len(labels)))
+        A[i.astype(int) - 1, j.astype(int) - 1] = value
+        A = A + A.T - np.diag(np.diag(A))
+        unit = np.array([1e-3 if label.endswith((".1", ".2", ".3")) else 1.0 for label in labels])
+        matrices.append(1e3 * 1e-6 * A / np.outer(unit, unit))  # t mm^2 / s^2 to kg m^2 / s^2
+    places: dict[str, Array] = {}
+    sets: dict[str, list[str]] = {}
+    kind = ""
+    for line in (FOLDER / "rack.inp").read_text(encoding="utf-8").splitlines():
+        if line.startswith("*"):
+            kind = line.upper().replace(" ", "")
+        elif kind.startswith("*NODE"):
+            node, *at = line.replace(",", " ").split()
+            places[node] = np.array(at, dtype=float)
+        elif "NSET=" in kind:
+            sets.setdefault(kind.partition("NSET=")[2], []).extend(line.replace(",", " ").split())
+    return matrices[0], matrices[1], labels, places, sets
+
+
+def test_the_rack_follows_adaptive_integration_of_its_matrices() -> None:
+    """Matrices read by hand, clamped, with damping ratios, mat and stops: the same motion before and after stops."""
+    K, M, labels, _, sets = rack_matrices()
+    free = [i for i, label in enumerate(labels) if label.split(".")[0] not in sets["ROOT"]]
+    along = np.array([1.0 if label.endswith(".1") else 0.0 for label in labels])
+    inertia = (M @ along)[free]
+    K, M = K[np.ix_(free, free)], M[np.ix_(free, free)]
+    squares, X = sl.eigh(K, M)
+    scene = gb.scene(FOLDER / "rack.toml")
+    assert scene.structures[0].modes[0][:6] == pytest.approx(squares[:6], rel=1e-6)
+    top = np.array([1.0 / len(sets["TOP"]) if label in {f"{n}.1" for n in sets["TOP"]} else 0.0 for label in labels])
+    kept = squares < (2.0 * np.pi * 3e3) ** 2  # faster modes follow statically
+    row, part, w = (top[free] @ X)[kept], (inertia @ X)[kept], np.sqrt(squares[kept])
+    n, box = len(w), 1.5
+
+    def rate(t: float, y: Array) -> Array:
+        q, r, v, s = y[:n], y[n], y[n + 1 : -1], y[-1]
+        x, speed = r - row @ q, s - row @ v
+        deep = max(abs(x) - 2e-3, 0.0)
+        push = np.sign(x) * max(2e7 * deep**1.5 * (1.0 + 0.4 * np.sign(x) * speed), 0.0) + 500.0 * x + 2.0 * speed
+        ground = driven(t, 6.0, 4.0, 0.25)
+        inner = row * push - part * ground - 0.02 * w * v - w * w * q
+        return np.concatenate([v, [s], inner, [-push / box - ground]])
+
+    end = 0.4
+    found = gb.history(scene, 4e-5, end)
+    times = found.t[24::25]
+    exact = solve_ivp(rate, (0.0, end), np.zeros(2 * n + 2), "DOP853", times, rtol=1e-8, atol=1e-11, max_step=1e-3)
+    moved = exact.y[n]
+    assert np.any(np.abs(found.force["stops"]) > 0.0)
+    assert np.abs(found.displacement["at"][24::25] - moved).max() < 0.01 * np.abs(moved).max()
+
+
+def euler_modes(pinned: bool, count: int) -> tuple[Array, Any]:
+    """Return wave numbers times the length, and shapes at a part of the length with mean square 1."""
+    if pinned:
+        numbers = np.pi * np.arange(1, count + 1)
+        return numbers, lambda s: np.sqrt(2.0) * np.sin(numbers * s)
+    numbers = np.array(
+        [brentq(lambda b: np.cos(b) - 1.0 / np.cosh(b), (k + 0.5) * np.pi - 0.3, (k + 0.5) * np.pi + 0.3, xtol=1e-13)
+         for k in range(1, count + 1)]
+    )  # fmt: skip
+    share = (np.cosh(numbers) - np.cos(numbers)) / (np.sinh(numbers) - np.sin(numbers))
+
+    def shapes(s: float) -> Array:
+        x = numbers * s
+        return np.cosh(x) - np.cos(x) - share * (np.sinh(x) - np.sin(x))
+
+    return numbers, shapes
+
+
+def test_two_tubes_have_the_frequencies_and_the_first_impact_of_slender_beams() -> None:
+    """Euler-Bernoulli modes in closed form, within what shear and rotation do; they meet at the same instant."""
+    outer, wall, length, young, density = 0.019, 1.2e-3, 1.2, 1.95e11, 8000.0
+    area = np.pi / 4.0 * (outer**2 - (outer - 2 * wall) ** 2)
+    second = np.pi / 64.0 * (outer**4 - (outer - 2 * wall) ** 4)
+    slow = np.sqrt(young * second / (density * area)) / length**2
+    scene = gb.scene(FOLDER / "two-tubes.toml")
+    for structure, pinned in zip(scene.structures, (False, True), strict=True):
+        numbers, _ = euler_modes(pinned, 3)
+        ratios = np.sqrt(structure.modes[0][:3]) / (slow * numbers**2)
+        assert np.all(np.diff(ratios) < 0.0)  # shear and rotation make beams softer, the more the shorter their waves
+        assert np.all((ratios < 1.0) & (ratios > [0.995, 0.99, 0.98]))
+    numbers, shapes = euler_modes(False, 9)
+    w, at = slow * numbers**2, shapes(0.5)
+    times = np.linspace(0.0, 0.05, 20001)
+
+    def rate(t: float, y: Array) -> Array:
+        push = at / (density * area * length) * driven(t, 25.0, 70.0, 0.05)
+        return np.concatenate([y[9:], push - 0.01 * w * y[9:] - w * w * y[:9]])
+
+    moved = at @ solve_ivp(rate, (0.0, 0.05), np.zeros(18), "DOP853", times, rtol=1e-8, atol=1e-12).y[:9]
+    touch = times[int(np.flatnonzero(moved > 0.4e-3)[0])]
+    found = gb.history(scene, 1e-5, 0.05)
+    first = {name: found.t[np.flatnonzero(found.force[name])[0]] for name in ("middle", "side")}
+    assert first["middle"] == pytest.approx(touch, rel=0.01)
+    assert first["side"] > first["middle"]
+    before = found.t < 0.95 * touch
+    given = np.interp(found.t[before], times, moved)
+    assert np.abs(found.displacement["driven.mid"][before] - given).max() < 0.02 * np.abs(given).max()
+
+
+def test_all_files_are_covered() -> None:
+    """Files of this folder are those that the tests above know."""
+    assert SHIPPED == sorted(["clip.toml", "rack.toml", "two-tubes.toml", *EXTRA])
+
+
+EXTRA: list[str] = []

@@ -1,4 +1,4 @@
-"""Write the modes of cases/scenes/clip.toml as a modal analysis exports them: a plastic clip and the panel that it holds.
+"""Write the modes of cases/scenes/clip.toml as a modal analysis exports them: a clip, and the panel that it holds.
 
 The clip is a cantilever, the panel a strip that is pinned at both ends; Euler-Bernoulli theory in closed form, shapes
 mass-normalized, with the participation in a motion of the frame.
@@ -43,7 +43,7 @@ def clip_modes() -> list[tuple[float, float, float]]:
         def shape(x: float, b: float = b, s: float = s) -> float:
             return float(np.cosh(b * x) - np.cos(b * x) - s * (np.sinh(b * x) - np.sin(b * x)))
 
-        size = np.sqrt(mass(CLIP) * quad(lambda x: shape(x) ** 2, 0.0, 1.0)[0])  # noqa: B023
+        size = np.sqrt(mass(CLIP) * quad(lambda x: shape(x) ** 2, 0.0, 1.0)[0])
         found.append((angular(b, CLIP), mass(CLIP) * quad(shape, 0.0, 1.0)[0] / size, shape(1.0) / size))
     return found
 

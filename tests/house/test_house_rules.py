@@ -355,10 +355,10 @@ def test_third_party_imports_are_declared() -> None:
 
 
 def test_cases_are_toml_that_introduces_itself() -> None:
-    """Everything in cases/ but signals and matrices is TOML that opens with a comment, which says how to run it."""
+    """Everything in cases/ but signals, matrices and modes is TOML that opens with a comment, which says how to run it."""
     signals = PROJECT / "cases" / "signals"
     assert all(path.suffix == ".csv" and path.read_text(encoding="utf-8")[0] == "#" for path in signals.iterdir())
-    matrices = (".sti", ".mas", ".dof", ".inp")
+    matrices = (".sti", ".mas", ".dof", ".inp", ".csv")
     files = [path for path in (PROJECT / "cases").rglob("*") if path.is_file() and path.parent != signals]
     files = [path for path in files if path.suffix not in matrices]
     assert files

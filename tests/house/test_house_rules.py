@@ -355,7 +355,7 @@ def test_third_party_imports_are_declared() -> None:
 
 
 def test_cases_are_toml_that_introduces_itself() -> None:
-    """Everything in cases/ but signals, matrices and modes is TOML that opens with a comment, which says how to run it."""
+    """All in cases/ but signals, matrices and modes is TOML that opens with a comment, which says how to run it."""
     signals = PROJECT / "cases" / "signals"
     assert all(path.suffix == ".csv" and path.read_text(encoding="utf-8")[0] == "#" for path in signals.iterdir())
     matrices = (".sti", ".mas", ".dof", ".inp", ".csv")

@@ -10,6 +10,7 @@ import typer
 from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import progress_bar, screen
 from gapbeam.commands.worker_options import SchedulerAddress, SlurmOptions, WorkerCount, workers_from
+from gapbeam.solver.faults import in_one_line
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
@@ -67,7 +68,7 @@ def sweep(
         console.print(f"note ({count} of {len(result.records)}): {note}", markup=False)
     for record in result.failed:
         values = ", ".join(f"{key} = {value}" for key, value in record["values"].items())
-        console.print(f"{values}: {record['verdict']}: {record['message'].splitlines()[0]}", markup=False)
+        console.print(f"{values}: {record['verdict']}: {in_one_line(record['message'])}", markup=False)
     console.print("\n".join(map(str, result.paths)), markup=False)
     console.print(result.headline(), markup=False)
     return result.exit_status

@@ -41,6 +41,23 @@ def _short(words: str) -> str:
     return line if len(line) <= LONGEST else f"{line[:LONGEST]} ... ({len(line)} characters)"
 
 
+NOTHING_RUN = "nothing was run."
+
+
+def in_one_line(message: str) -> str:
+    """Return what a message says first: its first line, or the first fault of a case that was refused.
+
+    Args:
+        message: That of an error, such as `str(CaseError)`.
+    """
+    lines = [line.strip() for line in message.strip().splitlines() if line.strip()] or [""]
+    if not lines[0].endswith(NOTHING_RUN) or len(lines) < 2:
+        return lines[0]
+    place = lines[1][max(lines[1].find("["), 0) :]
+    words = [" ".join(line.split()) for line in lines[2:4] if line.startswith(("found:", "expected:"))]
+    return f"{place}: {', '.join(words)}"
+
+
 class CaseError(Exception):
     """A case that cannot be run, with all its faults; `str()` is the whole message."""
 
@@ -53,4 +70,4 @@ class CaseError(Exception):
 
     def __str__(self) -> str:
         count = "a fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
-        return "\n\n".join([f"{self.source} has {count}; nothing was run.", *map(str, self.faults)])
+        return "\n\n".join([f"{self.source} has {count}; {NOTHING_RUN}", *map(str, self.faults)])

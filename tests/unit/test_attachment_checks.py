@@ -37,7 +37,7 @@ BAD = {
     "mass off the beam": (GOOD.replace("point = 0.5", "point = -0.5"), ["x = -0.5 m, outside the beam"]),
     "joints in one place": (
         GOOD.replace("point = 0.3", "point = 0.0"),
-        ["0 m, where the joint root is already", "make one joint of root and spring"],
+        ["0 m, where the joint root is already", "leave vertical to one of root and spring"],
     ),
     "elastic without springs": (
         GOOD.replace("vertical = 1e5", "vertical = 0.0"),

@@ -11,7 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gapbeam
+from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.smoothing_window import smoothing_window
+from gapbeam.solver.faults import in_one_line
 from gapbeam.solver.models.model import build_body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
 from gapbeam.solver.run.verdict import UNDER_NOISE
@@ -133,7 +136,7 @@ def test_what_never_changes_its_contact_is_predictable_to_the_end(growth: float,
     assert horizon_of(lying, [(sine(rest, growth=growth), 1.0)], SMOOTHING) is None
 
 
-@settings(max_examples=15)
+@settings(max_examples=15, deadline=None)
 @given(cycle=st.integers(1, 4), phase=st.floats(0.0, 6.0))
 def test_a_settled_cycle_is_judged_by_its_figures(cycle: int, phase: float) -> None:
     """A companion that is later on the same orbit leaves its path, and none of its figures."""
@@ -243,6 +246,76 @@ def test_no_error_is_more_than_all_of_its_figure(value: float, error: float) -> 
     else:
         assert one.relative == error / abs(value) <= 1.0
         assert line.endswith(" %")
+
+
+@pytest.mark.parametrize(("moved", "rests"), [(0.0, True), (1e-15, True), (1e-12, True), (1e-8, False), (1e-3, False)])
+def test_what_rests_has_no_relative_error(moved: float, rests: bool) -> None:
+    """A range below 1e-9 of the largest displacement is round-off, however far that of a comparison is from it."""
+    sag, span = 4.0e-3, Span("whole run", 0.0, 1.0, 1)
+    ours, theirs = (replace(one, displacement=one.displacement - sag) for one in (sine(moved), sine(1.5 * moved)))
+    found = figure_errors(ours, {FINEST: theirs}, None, span, False, SMOOTHED)
+    line = last_line(RunErrors(tuple(found), None, 1.0, CompanionPlan((), False, ()), {}))
+    assert ("tip peak-to-peak displacement 0 but for round-off" in line) == rests
+    if rests:
+        assert next(one for one in found if one.name == "tip peak-to-peak displacement").relative is None
+        along = replace(ours, displacement=ours.displacement + sag, farthest=sag)  # it moves along its axis alone
+        found = figure_errors(along, {FINEST: theirs}, None, span, False, SMOOTHED)
+        assert next(one for one in found if one.name == "tip peak-to-peak displacement").rests
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    slender=st.floats(0.3, 3.0),
+    sizes=st.tuples(*[st.floats(0.05, 1.0)] * 3),
+    kind=st.sampled_from(["beam", "rigid", "reduced"]),
+    dimension=st.sampled_from([2, 3]),
+    exponent=st.integers(-6, 2),
+)
+def test_companions_of_short_beams_are_cases(
+    slender: float, sizes: tuple[float, float, float], kind: str, dimension: int, exponent: int
+) -> None:
+    """Cells of coarser meshes are at most as long as beam and support, at every size: no companion has a fault."""
+    length = 10.0**exponent
+    size, near, edge = sizes
+    mesh = {"dimension": dimension, "size": size * length, "support_size": 0.3 * near * length}
+    tables = {
+        "beam": {"length": length, "thickness": length / slender, "width": length},
+        "material": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0},
+        "support": [{"name": "s", "from": 0.1 * length, "to": 0.4 * length, "clearance": 0.01 * length}],
+        "mesh": mesh | {"edge_size": 0.3 * edge * near * length},
+        "model": {"type": kind},
+        "load": [{"type": "gravity"}],
+        "time": {"end": 0.1, "step": 1.0e-3},
+    }
+    case = gapbeam.read_case(tables)
+    for one in companions_of(case, 1.0e-3, 1.0e12, computed=True).companions:
+        read_case_text(case_to_toml(case), one.changes, one.name)
+
+
+def test_companions_of_circles_beside_planes_are_cases() -> None:
+    """Circles need rigid sections, planes do not take them: there is no solid to compare with, and that is said."""
+    supports = [
+        {"name": "h", "from": 0.0, "to": 0.02, "clearance": 1e-4, "region": {"type": "hole", "contact": "circle"}},
+        {"name": "s", "from": 0.4, "to": 0.42, "clearance": 1e-4},
+    ]
+    round_ = {"support": supports, "model": "beam", "mesh.dimension": 3, "mesh.cell": None, "beam.section": "round"}
+    case = gapbeam.read_case(DEMO, round_ | {"beam.width": 0.012})
+    plan = companions_of(case, 1.0e-4, 1.0e12, computed=True)
+    for one in plan.companions:
+        read_case_text(case_to_toml(case), one.changes, one.name)
+    assert FINEST not in [one.name for one in plan.companions]
+    assert any("no basis for both circles and planes" in words for words in plan.left_out)
+
+
+def test_a_refused_case_in_one_line_names_its_fault() -> None:
+    """Messages about other runs name the fault; those of other errors are their first lines."""
+    with pytest.raises(gapbeam.CaseError) as refused:
+        gapbeam.read_case(DEMO, overrides={"mesh.size": 3.0})
+    assert in_one_line(str(refused.value)).endswith(
+        "mesh.size: found: 3 m, expected: at most the length of the beam, 0.51 m"
+    )
+    assert in_one_line("no seat\ntry another") == "no seat"
+    assert in_one_line("") == ""
 
 
 def noisy(seed: int, count: int = 2001, bias: float = 1.0) -> MotionRecord:

@@ -216,3 +216,58 @@ def test_places_just_beyond_a_limit_are_distinguished_from_it(kind: str, share: 
 def test_what_is_no_number_is_distinguished_from_a_limit(limits: tuple[float, float]) -> None:
     """Infinity and NaN are not shown as the limit."""
     assert len(set(apart(*limits))) == 2
+
+
+@pytest.mark.parametrize("section", ["round", '{ type = "tube", wall = 0.002 }', "rectangle"])
+@pytest.mark.parametrize("region", ["slot", "stop"])
+def test_stiffness_per_area_under_a_round_section_is_warned_of(section: str, region: str) -> None:
+    """A plane touches a round section along a chord: the stiffness of the whole support has a key of its own."""
+    text = ROUND.replace('"round"', section if section.startswith("{") else f'"{section}"')
+    own = PLANE + f'region = "{region}"\n'
+    lines = said(text + own + "stiffness = 3e8\n")
+    assert ("along a chord" in lines) == (section != "rectangle")
+    assert ("support_stiffness = 360000 N/m" in lines) == (section != "rectangle")
+    assert "along a chord" not in said(text + own + "support_stiffness = 3.6e5\n")
+
+
+@pytest.mark.parametrize("count", [1, 2, 20])
+def test_many_supports_with_much_play_take_one_line(count: int) -> None:
+    """A leaf spring on twenty far stops is asked about once."""
+    stops = [PLANE.replace('"a"', f'"a{n}"').replace("from = 0.0", f"from = {0.02 * n}") for n in range(count)]
+    far = [stop.replace("to = 0.1", f"to = {0.02 * n + 0.01}") for n, stop in enumerate(stops)]
+    lines = said(BEAM + "".join(far).replace("1e-4", "0.02")).splitlines()
+    asked = [line for line in lines if "is it in mm" in line]
+    assert len(asked) == 1
+    assert (f", and {count - 1} after it:" in asked[0]) == (count > 1)
+
+
+@pytest.mark.parametrize("supports", [2, 3, 60, 100])
+def test_just_enough_elements_are_enough(supports: int) -> None:
+    """Five elements to a support are five, however the length divides."""
+    end = 0.6 / supports
+    text = BEAM + PLANE.replace("to = 0.1", f"to = {end!r}")
+    assert "too few" not in said(text + f'[model]\ntype = "beam"\nelements = {5 * supports}\n')
+    assert "too few" in said(text + f'[model]\ntype = "beam"\nelements = {5 * supports - 1}\n')
+
+
+PRESS = '[[load]]\ntype = "constant_force"\nname = "press"\npoint = 0.3\namplitude = -5.0\n'
+PRELOAD = '[[load]]\ntype = "exciter"\nname = "e"\npoint = 0.3\namplitude = 1.0\nfrequency = 3.0\npreload = -5.0\n'
+
+
+@pytest.mark.parametrize(
+    ("more", "loose"),
+    [
+        ("", True),
+        (PRESS, False),
+        (PRESS.replace("-5.0", "0.0"), True),
+        (PRELOAD, False),
+        (PRELOAD.replace("-5.0", "0.0"), True),
+        (CLAMP, False),
+        (GUIDE, True),
+        ('[analysis]\ntype = "transient"\nstart = "undeformed"\n', False),
+    ],
+)
+def test_a_seat_without_gravity_is_warned_of_where_nothing_presses(more: str, loose: bool) -> None:
+    """A static force seats the beam as its weight does, joints hold it, and other starts have no seat."""
+    text = BEAM.replace('[[load]]\ntype = "gravity"\n', "") + PLANE
+    assert ("no gravity" in said(text + more)) == loose

@@ -138,6 +138,16 @@ def test_frequencies_with_springs_and_a_head() -> None:
     np.testing.assert_allclose(frequencies(model_with(springs, mass=[head]))[:3], theory, rtol=2e-6)
 
 
+def test_a_pin_with_a_spring_against_rotation() -> None:
+    """Two joints in one place act on different motions: beam elements by the theory, the solid within 1 %."""
+    start = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, TURN, -1.0, 0.0]])
+    theory = of_theory(start, lambda _: conditions("free"), 700.0, 3)
+    joints = joint(ROOT, "pinned"), joint(ROOT, "elastic", stiffness={"rotation": TURN}) | {"name": "spring"}
+    np.testing.assert_allclose(frequencies(model_with(*joints))[:3], theory, rtol=2e-6)
+    solid = model_with(*joints, model={"type": "reduced"}, mesh={"size": 0.02, "cells_through_thickness": 2})
+    np.testing.assert_allclose(held_modes(solid, 3)[0].bending()[0][:3], theory, rtol=1e-2)
+
+
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_solid_agrees_with_its_beam(dimension: int) -> None:
     """Clamped and pinned: the reduced solid within 1 % of the theory in bending."""

@@ -15,7 +15,7 @@ from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import Interrupted, RunError
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.faults import CaseError, in_one_line
 from gapbeam.solver.models.body import Body
 from gapbeam.studies.error_estimate.companions import Companion
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
@@ -86,7 +86,7 @@ def companion_motions(
         except Interrupted:
             raise
         except (CaseError, RunError) as error:
-            yield CompanionMotion(companion.name, None, failure=_first_sentence(error))
+            yield CompanionMotion(companion.name, None, failure=in_one_line(str(error)))
             continue
         limit = None if longest is None else longest * companion.steps / whole
         response = respond(model, start, round(reached / model.step), interval, limit)
@@ -98,11 +98,6 @@ def companion_motions(
         motion = MotionRecord.of_history(as_history(response.history, response.labels), bends_in_two_planes(case))
         reached = min(reached, motion.end)
         yield CompanionMotion(companion.name, motion, model.dofs, model.step, response.steps, seconds)
-
-
-def _first_sentence(error: Exception) -> str:
-    """Return what went wrong, without the advice for a case that the user did not write."""
-    return str(error).strip().splitlines()[0]
 
 
 @contextmanager

@@ -141,7 +141,13 @@ def _finer(case: Case, plane: bool, even: bool) -> dict[str, Any] | None:
     if case.mesh.dimension == 2 or plane:
         return mesh_keys(case, 0.5, plane, even) | {"model": _finest(case)}
     simpler = isinstance(case.model, BeamModel | RigidModel)  # what they leave out of the solid is an error of theirs
-    return {"model": _finest(case)} if simpler and not _contact_of_basis(case) else None
+    solid = simpler and not _contact_of_basis(case) and not _planes_beside_circles(case)
+    return {"model": _finest(case)} if solid else None
+
+
+def _planes_beside_circles(case: Case) -> bool:
+    """Whether a solid has no basis for the supports: circles need sections that are rigid, planes others."""
+    return any(face.circle for face in case.layout.faces) and not all(one.around for one in case.layout.supports)
 
 
 def _too_many_cells(case: Case, plane: bool, even: bool) -> bool:
@@ -157,8 +163,10 @@ def _why_no_finer(case: Case, plane: bool, even: bool) -> list[str]:
     sliceable = case.profile.sliceable(case.beam.width)
     why = "the motion is not in the bending plane" if sliceable else "the section has no slice"
     words = [f"a finer mesh: {why}, and finer solids are expensive"]
-    if isinstance(case.model, BeamModel | RigidModel) and _contact_of_basis(case):
-        words.append("what the model leaves out of the solid, whose basis would hold every interface DOF")
+    if isinstance(case.model, BeamModel | RigidModel) and _planes_beside_circles(case):
+        words.append("what the model leaves out of a solid, which has no basis for both circles and planes")
+    elif isinstance(case.model, BeamModel | RigidModel) and _contact_of_basis(case):
+        words.append("what the model leaves out of a solid, which friction and exact formulations make expensive")
     return words
 
 

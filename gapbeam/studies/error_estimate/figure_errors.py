@@ -79,6 +79,7 @@ PARTED = 2.0  # E is so much larger where motions are about to part
 CONFIDENCE = 0.95
 SAME_VARIANCE = 0.75  # of the ratios of two estimates of one variance lie below what is pooled
 FIRST_ORDER, SLOWEST = 0.5, 0.8  # ratios of differences of finer meshes
+RESTS = 1.0e-9  # of the largest displacement: a range that is smaller is round-off and the residue of the seat
 ROUND_OFF = 1.0e-12  # of a figure: a plane one that is smaller is no scale
 
 
@@ -95,6 +96,7 @@ class FigureError:
         parts: Differences from each companion, in the unit of the figure, by name.
         standard_error: Of the mean over windows.
         window: Width of the mean that the figure is, s; None: it is none.
+        rests: Whether it is the displacement of a point that does not move.
     """
 
     name: str
@@ -105,11 +107,12 @@ class FigureError:
     parts: Mapping[str, float]
     standard_error: float
     window: float | None = None
+    rests: bool = False
 
     @property
     def relative(self) -> float | None:
-        """The error relative to the figure; None: not known, or larger than the figure."""
-        known = self.error is not None and self.error <= abs(self.value) and self.value != 0.0
+        """The error relative to the figure; None: not known, larger than the figure, or of a point at rest."""
+        known = not self.rests and self.error is not None and self.error <= abs(self.value) and self.value != 0.0
         return self.error / abs(self.value) if known and self.error is not None else None
 
     def as_data(self) -> dict[str, Any]:
@@ -161,6 +164,7 @@ def figure_errors(
     apart = {name: _harmonics_apart(usual_motion, motion, span, averages) for name, motion in companions.items()}
     if not in_plane:
         apart[MODEL] = _harmonics_apart(run.thinned(records), usual_motion, span, averages)
+    farthest = run.farthest or float(np.abs(run.displacement).max(initial=0.0))
     found = []
     for name, figure in reported.items():
         usual = same[name].mean
@@ -182,9 +186,25 @@ def figure_errors(
             error = (
                 _error(known, span, factors) if span.predictable else _error_of_means(known, everyone, ratio, factors)
             )
-        window = averages.width_of(name)
-        found.append(FigureError(name, figure.unit, span.name, figure.mean, error, parts, figure.uncertainty, window))
+        found.append(
+            FigureError(
+                name,
+                figure.unit,
+                span.name,
+                figure.mean,
+                error,
+                parts,
+                figure.uncertainty,
+                averages.width_of(name),
+                rests=figure.unit == "m" and _rests(abs(figure.mean), error, farthest),
+            )
+        )
     return found
+
+
+def _rests(moved: float, error: float | None, farthest: float) -> bool:
+    """Return whether a displacement is none: round-off, or the residue of the seat, without a digit that is right."""
+    return moved <= RESTS * farthest or (moved <= STILL * farthest and error is not None and error > moved)
 
 
 def _lost_of(name: str, faces: Iterable[str], lost: Mapping[str, float], span: Span) -> float:
@@ -350,7 +370,9 @@ def figures_in_words(figures: Sequence[FigureError], reached: float, whole: bool
     forces = sorted((one for one in shown if one.name.endswith(FORCES)), key=lambda one: -abs(one.value))
     smaller = [one for one in forces[MOST_FORCES:] if one.value or one.error]
     words = [
-        f"{one.name} {with_unit(one.value, one.unit)} {_plus_minus(one)}"
+        f"{one.name} 0 but for round-off"
+        if one.rests
+        else f"{one.name} {with_unit(one.value, one.unit)} {_plus_minus(one)}"
         for one in shown
         if one not in forces[MOST_FORCES:]
     ]

@@ -28,6 +28,7 @@ class MotionRecord:
         gauges: Names of the probes whose stress is recorded.
         stress: Axial and von Mises stress, (n, 2, gauges), Pa.
         active: Contact points under pressure, (n, faces); without columns where that was not recorded.
+        farthest: Largest displacement of a probe along any axis, m; None: that of `displacement`.
     """
 
     times: Array
@@ -41,6 +42,7 @@ class MotionRecord:
     gauges: tuple[str, ...] = ()
     stress: Array = field(default_factory=lambda: np.zeros((0, 2, 0)))
     active: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    farthest: float | None = None
 
     @classmethod
     def of_history(cls, history: xr.Dataset, in_space: bool = False) -> MotionRecord:
@@ -57,6 +59,7 @@ class MotionRecord:
         probes = tuple(str(name) for name in history["probe"].values) if "probe" in history.coords else ()
         count, still = len(times), np.zeros((len(times), 0))
         displacement = gained = still
+        farthest = None
         if probes:
             steps = np.diff(times, prepend=times[0])[:, None]
             axes = (-1, 1) if in_space else (-1,)
@@ -64,6 +67,7 @@ class MotionRecord:
                 np.concatenate([np.asarray(history[name].values)[:, :, axis] for axis in axes], axis=1)
                 for name in ("displacement", _acceleration_in(history))
             )
+            farthest = float(np.abs(history["displacement"].values).max())
             gained = np.cumsum(acceleration * steps, axis=0)
             probes = (*probes, *(f"{name} lateral" for name in probes)) if in_space else probes
         faces = tuple(str(name) for name in history["face"].values)
@@ -78,6 +82,7 @@ class MotionRecord:
         return cls(
             times[:even], probes, displacement[:even], gained[:even], faces, force[:even], impulse[:even], in_space,
             gauges, stress[:even], np.asarray(active, dtype=float).reshape(count, -1)[:even],
+            farthest,
         )  # fmt: skip
 
     @property

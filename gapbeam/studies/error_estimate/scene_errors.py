@@ -25,6 +25,7 @@ from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.case.gates_table import Gates
 from gapbeam.solver.errors import Interrupted, RunError
+from gapbeam.solver.faults import in_one_line
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.results_folder import write_summary
@@ -106,7 +107,7 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> tuple[dic
         except Interrupted:
             raise
         except RunError as error:
-            failed[name] = str(error).splitlines()[0]
+            failed[name] = in_one_line(str(error))
     if HALF_STEP not in motions:
         return none(f"{HALF_STEP}: {failed[HALF_STEP]}")
     return _errors(asked, run, motions, failed, begin)

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from gapbeam.postprocess.study_figures.identification_figures import draw_identification
 from gapbeam.solver.case.model_table import FullModel
+from gapbeam.solver.faults import in_one_line
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.worker_memory import worker_memory
 from gapbeam.studies.engine.workers import Workers
@@ -75,7 +76,7 @@ class IdentificationResult(PrintedResult):
         """Return the first failures, one a line."""
         return [
             f"{', '.join(f'{value:.6g}' for value in record['values'])}: {record['verdict']}: "
-            f"{record['message'].splitlines()[0]}"
+            f"{in_one_line(record['message'])}"
             for record in self.failures[:SHOWN_FAILURES]
         ]
 

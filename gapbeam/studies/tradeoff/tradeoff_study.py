@@ -13,6 +13,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.overrides import parse_value
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.faults import in_one_line
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.studies.engine.workers import in_fresh_process
 from gapbeam.studies.tradeoff.fidelity_levels import FINEST, REFINEMENT, Level, LevelPlan, plan_levels
@@ -294,7 +295,7 @@ def _full_check(own: Judged | None, full: Judged | None, periods: int) -> dict[s
 
 def _words(one: Judged) -> str:
     if one.measured.verdict != "passed":
-        return f"{one.measured.verdict}: {one.measured.message.splitlines()[0]}"
+        return f"{one.measured.verdict}: {in_one_line(one.measured.message)}"
     worst = max(one.errors, key=lambda group: one.errors[group], default=GROUPS[0])
     statistics = (
         "" if one.statistics in (None, 0.0) else f", statistics {_percent(one.statistics or 0.0)} beyond scatter"

@@ -20,11 +20,12 @@ def mesh_keys(case: Case, refinement: float, in_plane: bool = False, even: bool 
     thickness = profile.thickest if refinement > 1.0 else profile.thinnest  # coarser, or finer, everywhere
     plane = in_plane or mesh.dimension == 2
     size, support = mesh.size or thickness, mesh.support_size or thickness / 3.0
+    near = min(support * refinement, case.layout.shortest or case.beam.length)
     changes: dict[str, Any] = {
         "mesh.dimension": 2 if plane else 3,
-        "mesh.size": size * refinement,
-        "mesh.support_size": min(support * refinement, case.layout.shortest),
-        "mesh.edge_size": None if mesh.edge_size is None else mesh.edge_size * refinement,
+        "mesh.size": min(size * refinement, case.beam.length),
+        "mesh.support_size": near,
+        "mesh.edge_size": None if mesh.edge_size is None else min(mesh.edge_size * refinement, near),
         "mesh.cells_through_thickness": _cells(mesh.cells_through_thickness, refinement, even),
         "mesh.cells_across_width": None if plane else _cells(mesh.cells_across_width, refinement, even),
     }

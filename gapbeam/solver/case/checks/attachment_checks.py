@@ -50,14 +50,19 @@ def masses_lie_on_the_beam(beam: Beam, mesh: Mesh, mass: Masses) -> Iterator[Fau
 
 
 def joints_keep_apart(beam: Beam, joint: Joints) -> Iterator[Fault]:
-    """Two joints in one place would hold the same motions twice."""
+    """Two joints in one place act on different motions, such as a pin and a spring against rotation."""
     for (first, one), (number, other) in combinations(joint.items(), 2):
-        if abs(other.point - one.point) <= SNAP * beam.thickness:
+        if abs(other.point - one.point) > SNAP * beam.thickness:
+            continue
+        both = {each.motion.name for each in one.attached()} & {each.motion.name for each in other.attached()}
+        if both or other.point != one.point:
             yield Fault(
                 ("joint", number, "point"),
                 f"{other.point:g} m, where the joint {one.name} is already",
-                "one joint in one place",
-                f"make one joint of {one.name} and {other.name}",
+                "joints in one place at exactly the same x, none of whose motions are the same",
+                f"leave {', '.join(sorted(both))} to one of {one.name} and {other.name}"
+                if both
+                else f"point = {one.point!r}",
                 (("joint", first, "point"),),
             )
 

@@ -44,7 +44,7 @@ def beam_elements(case: Case) -> Iterator[str]:
             )
         return
     in_support = case.model.elements * case.layout.shortest / case.beam.length
-    if in_support < FEWEST_ELEMENTS:
+    if in_support < FEWEST_ELEMENTS * (1.0 - MULTIPLE_TOLERANCE):
         enough = math.ceil(FEWEST_ELEMENTS * case.beam.length / case.layout.shortest)
         yield (
             f"[model] elements = {case.model.elements} leaves {in_support:.2g} of them to the support, too few for "
@@ -114,7 +114,9 @@ def motion(case: Case) -> Iterator[str]:
     if all(load.static for load in case.load) and not falls:
         kind = "gravity" if all(load.weight_acceleration for load in case.load) else "static loads"
         yield f"no load but {kind}: the beam stays on its seat, nothing sets it in motion"
-    if weight_pressure(case) == 0 and case.layout.interference == 0.0:
+    pressed = any((load.static and load.peak) or load.static_force is not None for load in case.load)
+    held = bending_rank(case.joint, held_only=False) == 2
+    if case.analysis.needs_seat and not (pressed or held) and case.layout.interference == 0.0:
         yield "no gravity: nothing seats the beam on the base before it moves"
     damping = case.damping
     dampers = [added.damping for load in case.load if (added := load.attachment) is not None]
@@ -168,6 +170,7 @@ def contact(case: Case) -> Iterator[str]:
     """Yield a contact that is soft for its clearance, or keys of it without effect."""
     clearance, law = case.layout.clearance, case.contact
     yield from weight_on_contact(case)
+    yield from chords(case)
     given = [one.damping if one.damping is not None else one.support_damping for one in case.layout.supports]
     damped = [law.damping if one is None else one for one in given]
     laws = [law_at(law, one) for one in case.layout.supports]
@@ -226,6 +229,22 @@ def weight_on_contact(case: Case) -> Iterator[str]:
             yield (
                 f"{place} stiffness = {stiffness:g}: the weight presses the beam {depth:.2g} m into it, "
                 "more than a tenth of the clearance"
+            )
+
+
+def chords(case: Case) -> Iterator[str]:
+    """Yield stiffnesses per area of planes under round sections, which touch along a chord that grows with depth."""
+    for key, support in keyed(case.support):
+        beam = case.profile.at(0.5 * (support.start + support.end)).beam
+        if support.stiffness is None or support.around or not beam.section.round:
+            continue
+        if law_at(case.contact, support).spring_exponent == 1.0:
+            whole = support.stiffness * support.length * beam.width
+            yield (
+                f'[[support]] number {int(key[1]) + 1} (name "{support.name}") stiffness = {support.stiffness:g} Pa/m '
+                "acts per area, and a plane touches a round section along a chord that grows with the depth: the force "
+                f"is not proportional to the depth; support_stiffness = {whole:.6g} N/m would be that of its length "
+                "times width"
             )
 
 

@@ -102,16 +102,20 @@ def _material(case: Case) -> Iterator[str]:
 
 
 def _clearances(case: Case) -> Iterator[str]:
-    """Ask about play larger than the section."""
+    """Ask about play larger than the section; of several supports about the first."""
+    large = []
     for key, support in keyed(case.support):
         thickness = case.profile.at(0.5 * (support.start + support.end)).beam.thickness
         if exceeds(abs(support.clearance), thickness):
-            found, size = apart(support.clearance, thickness)
-            place = "[support]" if len(key) == 1 else f'[[support]] number {int(key[1]) + 1} (name "{support.name}")'
-            yield (
-                f"{place} clearance = {found} is more than the thickness of the beam, {size} m: "
-                f"is it in mm, {_si(1e-3 * support.clearance)} m?"
-            )
+            large.append((key, support, thickness))
+    for key, support, thickness in large[:1]:
+        found, size = apart(support.clearance, thickness)
+        place = "[support]" if len(key) == 1 else f'[[support]] number {int(key[1]) + 1} (name "{support.name}")'
+        place += f", and {len(large) - 1} after it:" if large[1:] else ""
+        yield (
+            f"{place} clearance = {found} is more than the thickness of the beam, {size} m: "
+            f"is it in mm, {_si(1e-3 * support.clearance)} m?"
+        )
 
 
 def _damping(case: Case) -> Iterator[str]:

@@ -266,7 +266,7 @@ def judged(tables: dict[str, Any]) -> Judged:
 
 
 def _cone(simulation: Simulation) -> tuple[Array, Array]:
-    """Return what rigid motions that joints allow open at contact points, (m, k), and the work of loads, (k,).
+    """Return the openings at contact points by rigid motions that joints allow, (m, k), and the work of loads, (k,).
 
     Stations in round holes give two rows of both signs: nothing leaves a hole.
     """
@@ -351,7 +351,7 @@ def _margin(openings: Array, works: Array) -> float:
 
 
 def _unbalanced(simulation: Simulation, seat: Seat, openings: Array, works: Array) -> str:
-    """Return what of the loads contact and restraint do not balance; empty: nothing. Joints and holes are left out."""
+    """Return the part of the loads that contact and restraint do not balance, joints and holes aside; empty: none."""
     model = simulation.model
     contact = model.system.contact
     if contact.turning is not None or simulation.case.joint:

@@ -109,7 +109,7 @@ def _modes(model: Model, way: str) -> dict[str, float]:
 
 
 def _factor(model: Model, way: str) -> Callable[[], ConjugateGradients | PetscMultigrid]:
-    """Return what makes the solver with K + sigma M; the matrix is assembled before."""
+    """Return a function that makes the solver for K + sigma M; the matrix is assembled before."""
     operators, space = model.system.operators, model.space
     assert isinstance(operators, PetscOperators)
     shift = (2.0 * pi * overhang_frequency(model.case)) ** 2

@@ -49,7 +49,7 @@ def measure(what: str, name: str, overrides: list[str]) -> None:
 
 
 def both(name: str, *overrides: str) -> tuple[Figures, Figures]:
-    """Return what is reported of a case by check and by run, each in a process of its own."""
+    """Return the figures of a case by check and by run, each in a process of its own."""
     check, run = (
         measured_apart("benchmarks.predictions", "--one", what, name, *overrides) for what in ("check", "run")
     )

@@ -36,7 +36,7 @@ def print_biases(name: str, seconds: float) -> None:
 
 
 def _cells(found: Biases) -> list[str]:
-    """Return what is shown of each figure."""
+    """Return the cells of a figure."""
     if not all(abs(one) < UNSTABLE for one in found.relative.values()):
         return ["unstable"] + [""] * (len(FIGURES) - 1)
     if found.halved:

@@ -70,7 +70,7 @@ def slepc_modes(
 def _modes(
     factor: ConjugateGradients, multiply_mass: Callable[[Array], Array], count: int, residual: float, block: int
 ) -> tuple[Array, Array]:
-    """Return what `slepc_modes` does, by blocks of a size."""
+    """Return the modes as `slepc_modes` does, by blocks of a size."""
     size = len(factor.rigid)
     solver = SLEPc.EPS().create(MPI.COMM_SELF)
     solver.setOptionsPrefix("compared_modes_")

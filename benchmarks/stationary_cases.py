@@ -118,7 +118,7 @@ def _tables(
 
 
 def noise_defect(model: Model) -> float:
-    """Return how far the covariance of the forces is from 4 alpha T M, relative: 0 where the law is exact."""
+    """Return the relative distance of the covariance of the forces from 4 alpha T M: 0 where the law is exact."""
     moved = _moved(model)
     patterns = np.array([load.pattern[moved] for load in model.system.loads])
     densities = np.array([load["spectrum"]["density"] for load in model.case.model_dump()["load"]])

@@ -86,7 +86,7 @@ class CaseMarches:
 
 
 def rows() -> dict[str, Callable[[str], Row]]:
-    """Return what makes each parameter set, by its name."""
+    """Return the function that makes each parameter set, by name."""
     one = {"support": (0.0, 0.1, 2.0e-4)}
     two = {"first": (0.0, 0.05, 2.0e-4), "second": (0.5, 0.55, 3.0e-4)}
     ends = {"middle": (0.27, 0.32, 0.7e-4), "end": (0.55, 0.6, 2.0e-4)}

@@ -22,7 +22,7 @@ SQUARE = PLAY * np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
 
 
 def march(region: str, stiffness: float, step: float, friction: float, sliding: float) -> float:
-    """Return how far the energy balance moves over the largest energy that is met.
+    """Return the largest change of the energy balance over the largest energy.
 
     Raises:
         NotConverged: A step has no forces.

@@ -133,7 +133,7 @@ def files_of(folder: Path, package: str) -> list[Path]:
 
 
 def repeated(names: Sequence[str]) -> int:
-    """Return how many names stand there more than once."""
+    """Return the number of names that occur more than once."""
     return sum(count > 1 for count in Counter(names).values())
 
 
@@ -143,7 +143,7 @@ def classes(tree: ast.Module) -> list[str]:
 
 
 def upward(package: str, tree: ast.Module) -> int:
-    """Return how many imports of a module name a package above its own."""
+    """Return the number of imports by which a module names a package above its own."""
     count = 0
     for node in ast.walk(tree):
         modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
@@ -157,7 +157,7 @@ def upward(package: str, tree: ast.Module) -> int:
 
 
 def questions(tree: ast.Module, choices: Sequence[str]) -> int:
-    """Return how many times a module asks which class one of some choices has: isinstance(load, ...)."""
+    """Return the number of times that a module asks for the class of some choices: isinstance(load, ...)."""
     count = 0
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance":

@@ -54,7 +54,7 @@ class Table:
 
 
 def machine() -> dict[str, str]:
-    """Return what the times depend on: processor, cores, load, versions, date; no names of machines."""
+    """Return the conditions of the times: processor, cores, load, versions, date; no names of machines."""
     model = platform.processor() or platform.machine()
     described = Path("/proc/cpuinfo")
     if described.is_file():

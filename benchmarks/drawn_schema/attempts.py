@@ -82,7 +82,7 @@ def _way(chance: random.Random, case: Case, whole: bool) -> Way:
 
 
 def _reported(out: Path) -> dict[str, Any]:
-    """Return what the summary of a run says in the end, where there is one."""
+    """Return the end of a run's summary, where there is one."""
     path = out / "summary.json"
     if not path.is_file():
         return {}
@@ -115,7 +115,7 @@ def _other_way(way: Way, case: Case, out: Path, folder: Path) -> dict[str, Any]:
 
 
 def findings(line: dict[str, Any], outcome: Outcome) -> list[str]:
-    """Return what should not have happened, in words."""
+    """Return the defects of an attempt, in words."""
     found = []
     if outcome.is_finding and not _documented(outcome):
         found.append(f"{outcome.kind}, status {outcome.status}")

@@ -61,7 +61,7 @@ def _exactly(run: MotionRecord, other: MotionRecord, limit: float, forces: float
 
 
 def _calm(motion: MotionRecord) -> int:
-    """Return how many records it takes until faces have closed or opened so often that chaos multiplies round-off."""
+    """Return the number of records before contacts have changed so often that chaos multiplies round-off."""
     changes = np.flatnonzero(np.any(np.diff(motion.force > 0.0, axis=0), axis=1))
     return int(changes[CHANGES]) if len(changes) > CHANGES else len(motion.times)
 
@@ -144,7 +144,7 @@ def _added(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
 
 
 def curve_of(case: Case) -> Continuation | None:
-    """Return what is asked of a curve, for a case that asks for one."""
+    """Return the continuation of a case that asks for a curve."""
     return case.analysis.continuation if isinstance(case.analysis, Periodic) else None
 
 

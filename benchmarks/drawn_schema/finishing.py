@@ -182,7 +182,7 @@ def _beam(draw: Draw, beam: dict[str, Any], mesh: dict[str, Any]) -> tuple[dict[
 
 
 def _region(support: dict[str, Any], beam: dict[str, Any]) -> dict[str, Any]:
-    """Keep what is met around the beam to round sections, its play small beside the radius, its offset within it."""
+    """Limit regions around the beam to round sections, with play small beside the radius and the offset within it."""
     if support.get("region", {}).get("type") not in AROUND:
         return {key: value for key, value in support.items() if key != "lateral"}
     if beam.get("section", {"type": "rectangle"})["type"] not in ("round", "tube"):
@@ -309,7 +309,7 @@ def _contact(draw: Draw, contact: dict[str, Any], scheme: dict[str, Any] | None)
 
 
 def _own_contact(draw: Draw, support: dict[str, Any], contact: dict[str, Any]) -> dict[str, Any]:
-    """Keep what a support may bring beside a drawn [contact], in the units of its law."""
+    """Limit the contact of a support to keys that fit a drawn [contact], in the units of its law."""
     law = _LAW.validate_python(contact.get("law", {"type": "kelvin-voigt"}))
     penalty = contact.get("formulation", {"type": "penalty"})["type"] == "penalty"
     given = isinstance(contact.get("stiffness"), float)

@@ -366,7 +366,7 @@ RULES: dict[tuple[str, str], Rule] = {
 
 
 def weight_of(table: type) -> float:
-    """Return how often a table is drawn beside the others: schemes that create energy are seldom of use."""
+    """Return the weight of a table in draws: schemes that create energy are seldom of use."""
     return 1.0 if getattr(table, "contact_range", None) == SOFT_CONTACT else 4.0
 
 

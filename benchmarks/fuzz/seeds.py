@@ -83,7 +83,7 @@ gmsh.write(sys.argv[1])
 
 
 def make_seeds(folder: Path) -> Path:
-    """Make what is mutated, as far as it is not there.
+    """Make the files to be mutated, as far as they do not exist.
 
     Args:
         folder: Where it goes.

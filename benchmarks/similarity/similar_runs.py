@@ -99,6 +99,6 @@ def difference(one: np.ndarray, other: np.ndarray, scale: float) -> float:
 
 
 def largest(unit: Motion, name: str) -> float:
-    """Return what differences of a history are compared with: its largest value, or the largest of all energies."""
+    """Return the scale of differences of a history: its largest value, or the largest of all energies."""
     energies = [key for key in unit.history if key.endswith(ENERGY)]
     return max(float(np.max(np.abs(unit.history[key]))) for key in (energies if name in energies else [name]))

@@ -34,7 +34,7 @@ def life(
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-life")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="begin anew")] = False,
 ) -> int:
-    """Find how long supports live until a face is worn to wear.depth_limit; goes on where it was interrupted.
+    """Find the time until a support face is worn to wear.depth_limit; resumes where it stopped.
 
     Exit status: 0 the limit was reached, or --at-most with the depth of each face then, 5 neither, 3 energy was created
     or 4 not converged in a run, 2 a fault of the input, 6 results could not be written.

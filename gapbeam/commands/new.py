@@ -134,7 +134,7 @@ def _prompt(question: str, default: str, read: Callable[[str], object]) -> objec
 
 
 def one_of(known: object) -> Callable[[str], str]:
-    """Return what reads one of some names, and suggests one for another word; its text lists them."""
+    """Return a reader of one of some names, which suggests one for another word; its text lists them."""
     names = [str(name) for name in known]  # type: ignore[attr-defined]
 
     def read(text: str) -> str:
@@ -187,7 +187,7 @@ def positive(text: str, shown: str | None = None) -> float:
 
 
 def whole_up_to(most: int) -> Callable[[str], int]:
-    """Return what reads a whole number from 1 to a largest one."""
+    """Return a reader of whole numbers from 1 to a largest one."""
 
     def read(text: str) -> int:
         if not re.fullmatch(r"\s*\d{1,9}\s*", text) or not 1 <= int(text) <= most:

@@ -18,7 +18,7 @@ def report(
     begin: Annotated[float | None, typer.Option("--from", help="first time of a run that is looked at, s")] = None,
     end: Annotated[float | None, typer.Option("--to", help="last time, s")] = None,
 ) -> int:
-    """Write what results show as one page that works offline, and as PDF.
+    """Write a report on results: one page that works offline, and a PDF.
 
     Exit status: 0 written, 2 a fault of the input, or no browser for a PDF that was asked for.
     """

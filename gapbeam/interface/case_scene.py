@@ -49,12 +49,12 @@ class _Walls:
             self._opened = np.broadcast_to(walls.opened(time), self._contact.size)
 
     def outward(self, point: int, time: float) -> float:
-        """Return how far the wall at a contact point has moved outward, m."""
+        """Return the outward shift of the wall at a contact point, m."""
         self._move(time)
         return float(self._opened[point])
 
     def middle(self, shifts: Array, time: float) -> Array:
-        """Return how far the middle of a hole has moved along y and z, (2,), m; shifts: by each motion, (walls, 2)."""
+        """Return the shift of the middle of a hole along y and z, (2,), m; shifts: by each motion, (walls, 2)."""
         self._move(time)
         return np.asarray(self._places @ shifts)
 
@@ -128,7 +128,7 @@ def _of_all(contact: ContactOperator, matrix: csr_matrix, size: int) -> Array:
 
 
 def _refusals(model: Model) -> Iterator[str]:
-    """Yield what a scene has no noun for, in words of the case file."""
+    """Yield the parts of a case that scenes do not have, in words of the case file."""
     system, contact, law, case = model.system, model.system.contact, model.law, model.case
     if not case.time.scheme.conserves_energy:
         yield (

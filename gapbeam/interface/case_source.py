@@ -115,7 +115,7 @@ def override_texts(overrides: Overrides) -> list[str]:
 
 
 def axis_of(key: str, values: str | Sequence[object], spacing: Spacing = "linear") -> Axis:
-    """Return what a study varies.
+    """Return an axis of a study.
 
     Args:
         key: Key of the case.

@@ -225,7 +225,7 @@ def life(
     overwrite: bool = False,
     progress: Callable[[int, int | None], None] | None = None,
 ) -> LifeResult:
-    """Find how long supports live until a face is worn to `wear.depth_limit`; goes on where it was interrupted.
+    """Find the time until a support face is worn to `wear.depth_limit`; resumes where it stopped.
 
     Args:
         case: As in `sweep`.

@@ -245,7 +245,7 @@ def report(
     begin: float | None = None,
     end: float | None = None,
 ) -> list[Path]:
-    """Write what results show as one page that works offline, and as PDF.
+    """Write a report on results: one page that works offline, and a PDF.
 
     Args:
         results: Results folders of runs, sweeps or studies, or what these returned; one or several.

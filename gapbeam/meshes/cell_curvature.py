@@ -14,7 +14,7 @@ STRAIGHT = 1.0e-6  # of the size of a cell
 
 
 def bulge(mesh: Mesh) -> float:
-    """Return how far nodes lie from where cells with straight sides have them, over the size of their cell.
+    """Return the largest distance of nodes from their places in straight-sided cells, over the size of their cell.
 
     Collective.
     """

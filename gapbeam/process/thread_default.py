@@ -11,7 +11,7 @@ from gapbeam.solver.run.rank_threads import THREADS, is_count
 
 
 def one_thread_by_default() -> None:
-    """Set what says how many threads libraries take to 1, as far as it is not set to a number of them.
+    """Set the variables for the threads of libraries to 1, unless they hold a number.
 
     Libraries of their own variable follow OMP_NUM_THREADS where that is set and theirs is not.
     """

@@ -18,14 +18,14 @@ class PrintedResult:
         raise NotImplementedError
 
     def tables(self) -> Iterable[RenderableType]:
-        """Return what a notebook shows below that line."""
+        """Return the tables below that line in a notebook."""
         return ()
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self.headline()}>"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the HTML for a notebook."""
         return as_html([self.headline(), *self.tables()])
 
 

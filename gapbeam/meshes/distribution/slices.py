@@ -27,7 +27,7 @@ WHOLE_LAYERS = 4.0  # layers in a slice, from which on it is better to cut betwe
 
 
 def slices(centers: Floats, support: float) -> Partitioner:
-    """Return what divides the dual graph of a mesh, whose cells are all on rank 0, into parts of equal size.
+    """Return a partitioner of the dual graph of a mesh, whose cells are all on rank 0, into parts of equal size.
 
     PT-Scotch, the default of DOLFINx, balances as well but does not always give the same parts.
 

@@ -127,7 +127,7 @@ class PolygonOutline:
         return bool(np.all(along.min(axis=1) <= SAME * self.size))
 
     def flat(self, above: bool) -> float:
-        """Return how long the sides are that a plane above, or below, touches, m: 0 where it touches a corner."""
+        """Return the length of the sides that a plane above, or below, touches, m: 0 where it touches a corner."""
         end = 0.5 * self.extents[1] * (1.0 if above else -1.0)
         touching = np.all(np.abs(self.sides[:, :, 1] - end) <= SAME * self.size, axis=1)
         along = np.abs(self.sides[:, 1, 0] - self.sides[:, 0, 0])
@@ -144,7 +144,7 @@ class PolygonOutline:
         return np.asarray(odd | (self.distance(places) <= SAME * self.size))
 
     def distance(self, places: Array) -> Array:
-        """Return how far places, (k, 2), are from the nearest side, (k,), m."""
+        """Return the distance of places, (k, 2), from the nearest side, (k,), m."""
         start, along = self.sides[:, 0], self.sides[:, 1] - self.sides[:, 0]
         lengths = np.maximum(np.sum(along**2, axis=1), np.finfo(float).tiny)
         away = places[:, None] - start
@@ -153,7 +153,7 @@ class PolygonOutline:
         return found
 
     def free_about_axis(self) -> tuple[float, float]:
-        """Return how far it is along y and z from wall to wall around the axis, m; 0 where the axis is in a wall."""
+        """Return the free lengths along y and z from wall to wall around the axis, m; 0 where the axis is in a wall."""
         if self.contains(np.zeros((1, 2)))[0]:
             return 0.0, 0.0
         found = []

@@ -302,7 +302,7 @@ def _holds(section: SectionPatches, y: float, z: float) -> bool:
 
 
 def _flat_side(section: SectionPatches) -> Callable[[SectionCurve], Side]:
-    """Return what finds the lowest and highest sides of a section among lines of all sections."""
+    """Return a finder of the lowest and highest sides of a section among lines of all sections."""
     heights = [place[1] for place in section.points]
     low, high = min(heights), max(heights)
     near = SAME * (high - low)
@@ -317,7 +317,7 @@ def _flat_side(section: SectionPatches) -> Callable[[SectionCurve], Side]:
 
 
 def _round_side(radius: float, near: float) -> Callable[[SectionCurve], Side]:
-    """Return what finds the upper and lower arcs of a round section among those of all sections."""
+    """Return a finder of the upper and lower arcs of a round section among those of all sections."""
 
     def side(curve: SectionCurve) -> Side:
         if not curve.arc or abs(math.hypot(*curve.start) - radius) > near:

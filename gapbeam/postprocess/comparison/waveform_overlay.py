@@ -41,7 +41,7 @@ class Run:
 
 
 def run_of(results: Results, frequency: float) -> Run:
-    """Return what is compared of results; a computed periodic orbit goes round as often as a record needs.
+    """Return the run to compare; a computed periodic orbit is repeated as often as a record needs.
 
     Raises:
         ResultsError: The results cannot be read.

@@ -70,7 +70,7 @@ def rooms_at_probes(
 def shifts_at_probes(
     case: Mapping[str, Any], supports: Sequence[RunSupport], history: xr.Dataset
 ) -> dict[str, np.ndarray]:
-    """Return how far the support around each probe on the axis in it has moved, (times, 2), m, by the probe's name.
+    """Return the shifts of the supports around probes on the axis, (times, 2), m, by the probe's name.
 
     Args:
         case: The case as run.

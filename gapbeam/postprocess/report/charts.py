@@ -168,7 +168,7 @@ def envelope(x: FloatArray, y: FloatArray, most: int = MOST) -> tuple[FloatArray
 
 
 def thinning_words(size: int, most: int = MOST) -> str:
-    """Return what a caption says of a record of a size; nothing where all of it is drawn."""
+    """Return the remark of a caption on a thinned record; empty where all of it is drawn."""
     if size <= most:
         return ""
     return f" Of every {round(2 * size / most)} values the smallest and the largest are drawn."

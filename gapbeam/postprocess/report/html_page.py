@@ -164,7 +164,7 @@ def _flows(table: Block) -> bool:
 
 
 def _scene_json(scene: MovingScene) -> Markup:
-    """Return what the script draws a scene from, as the text of a script element."""
+    """Return the data of a scene as the text of a script element."""
     return Markup(json.dumps(scene_values(scene), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"))
 
 

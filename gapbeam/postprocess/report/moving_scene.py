@@ -165,7 +165,7 @@ class MovingScene:
 
 
 def scene_values(scene: MovingScene) -> dict[str, object]:
-    """Return what the script of a page draws a scene from, displacements to 1/32767 of the largest."""
+    """Return the data of a scene for the script of a page, displacements to 1/32767 of the largest."""
     beam = scene.beam
     motion = {"y": beam.lateral, "z": beam.vertical, "twist": beam.twist}
     return {

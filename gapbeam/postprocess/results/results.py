@@ -212,7 +212,7 @@ def _history_of(folder: Path) -> xr.Dataset:
 
 
 def _marks(folder: Path) -> list[tuple[Path, int, int] | None]:
-    """Return what distinguishes the files of a history from others that took their place."""
+    """Return marks that distinguish the files of a history from others under the same names."""
     marks: list[tuple[Path, int, int] | None] = []
     for _, path in history_pieces(folder):
         try:

@@ -125,7 +125,7 @@ def _face(described: Mapping[str, Any]) -> RunFace:
 
 
 def wall_motion_series(history: xr.Dataset) -> dict[str, np.ndarray]:
-    """Return how far each motion of walls has gone at the records, (times,), m, by its name.
+    """Return the motions of walls at the records, (times,), m, by name.
 
     Loads move walls under their names, the bodies of supports under NAME.AXIS.
     """
@@ -142,6 +142,6 @@ def wall_motion_series(history: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def wall_motions(history: xr.Dataset, time: float) -> dict[str, float]:
-    """Return how far each motion of walls has gone at a time, linear between records, m, by its name."""
+    """Return the motions of walls at a time, linear between records, m, by name."""
     times = history["time"].values
     return {name: float(np.interp(time, times, moved)) for name, moved in wall_motion_series(history).items()}

@@ -39,7 +39,7 @@ class Part:
         self.mesh.points = self.rest + scale * displacement[self.points]
 
     def color(self, values: np.ndarray) -> None:
-        """Set what it is colored by; of all points of the mesh, (n,)."""
+        """Set the values that it is colored by, of all points of the mesh, (n,)."""
         self.mesh.point_data[COLORED] = values[self.points]
 
 

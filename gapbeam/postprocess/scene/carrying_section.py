@@ -35,7 +35,7 @@ class CarryingSection:
 
 
 def carrying_section(points: np.ndarray, x: float) -> CarryingSection:
-    """Return what fits the motion of the cross-section of mesh points that is nearest to x.
+    """Return the motion of the cross-section of mesh points that is nearest to x.
 
     What the points do not show, such as a twist of those of a line, is none.
 

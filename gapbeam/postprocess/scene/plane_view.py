@@ -184,7 +184,7 @@ class PictureView(Protocol):
         """Return where points, (k, 3), m, are in the picture, (k, 2): fractions of its width and height."""
 
     def close(self) -> None:
-        """Let what it draws with go."""
+        """Release the figure."""
 
 
 class Shot(NamedTuple):

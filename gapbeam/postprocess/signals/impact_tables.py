@@ -19,7 +19,7 @@ def in_span(impacts: Mapping[str, np.ndarray], begin: float, end: float) -> dict
 
 
 def rates(impacts: Mapping[str, np.ndarray], seconds: float) -> dict[str, float]:
-    """Return how many impacts began in a second at each face."""
+    """Return the impacts per second at each face."""
     return {face: float(rows[:, 4].sum()) / seconds for face, rows in impacts.items()}
 
 

@@ -28,7 +28,7 @@ HIGHEST = 1e3  # sums of squares over the best one that are drawn
 
 
 def read_identification_data(folder: Path) -> dict[str, Any]:
-    """Return what an identification found.
+    """Return the data of an identification.
 
     Raises:
         ResultsError: There is none, or it cannot be read.
@@ -68,7 +68,7 @@ def draw_identification(folder: Path) -> list[Path]:
 
 
 def abscissa(rows: Sequence[Mapping[str, Any]]) -> tuple[str, np.ndarray]:
-    """Return what measurements are drawn over, with its unit as it is shown: the one key that they set, or a number."""
+    """Return the abscissa of measurements, with its unit as shown: the one key that they set, or a number."""
     keys = {key for row in rows for key in row["set"]}
     if len(keys) == 1:
         key = next(iter(keys))

@@ -109,7 +109,7 @@ def draw_stability_map(
 
 
 def _value(record: Mapping[str, Any] | None, shown: MapQuantity) -> float:
-    """Return what is drawn: within the range of the colors, nothing where nothing was run."""
+    """Return the drawn value: within the range of the colors, not a number where nothing was run."""
     if record is None or record["verdict"] == "refused" or record.get(shown.key) is None:
         return float("nan")
     value = float(record[shown.key])

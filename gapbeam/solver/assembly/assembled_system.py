@@ -46,7 +46,7 @@ HARD = 1.0e4  # times the stiffness of a section over its thickness
 
 
 def attached_motions(case: Case) -> tuple[Attached, ...]:
-    """Return what joints, masses and fluids do to the motions that the model of a case has."""
+    """Return the contributions of joints, masses and fluids to the motions that the model of a case has."""
     motions = model_motions(case)
     entries = (*case.joint, *case.mass, *case.fluid)
     found = tuple(one for entry in entries for one in entry.attached() if one.motion.name in motions)
@@ -85,7 +85,7 @@ def model_motions(case: Case) -> tuple[MotionName, ...]:
 
 
 def attached_rows(case: Case, patterns: Sequence[Array]) -> list[tuple[Attached, Array]]:
-    """Return what joints, masses and fluids do with the rows of the motions, (n,).
+    """Return the contributions of joints, masses and fluids with the rows of their motions, (n,).
 
     The rows stand behind the patterns of loads.
 
@@ -209,7 +209,7 @@ def _of_loads(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator
 
 
 def _of_sections(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator[_Fixed]:
-    """Yield what joints, masses and fluids fix to the beam, but for what is in its operators already."""
+    """Yield the joints, masses and fluids fixed to the beam, but for those in its operators already."""
     for one, row in attached_rows(case, patterns):
         if not in_stiffness(case, one):
             added = one.attachment
@@ -221,7 +221,7 @@ def _of_sections(case: Case, patterns: Sequence[Array], dimension: int) -> Itera
 
 
 def _added(load: Load) -> Attachment | None:
-    """Return what a load attaches to the beam; None for nothing.
+    """Return the attachment of a load; None for none.
 
     Raises:
         TypeError: The load does not act at a point, where alone something can be attached.

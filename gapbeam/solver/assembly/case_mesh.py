@@ -70,7 +70,7 @@ def _sections(case: Case) -> tuple[SectionPatches | None, tuple[BeamStep, ...]]:
 
 
 def sizing_of(case: Case) -> BeamSizing:
-    """Return how fine gmsh shall mesh a case."""
+    """Return the mesh size of a case for gmsh."""
     mesh = case.mesh
     return BeamSizing(
         cell=mesh.cell,

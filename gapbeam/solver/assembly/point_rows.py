@@ -100,7 +100,7 @@ class PointFinder:
         return PointRow(nodes[mine] - first, values[mine], block)
 
     def cells_at(self, point: Array, beyond: float = IN_CELL) -> Iterator[tuple[float, int, Array]]:
-        """Yield how far a point is outside of owned cells that hold it, each cell, and where in it, (1, dimension).
+        """Yield the distance of a point from owned cells that hold it, each cell, and the place in it, (1, dimension).
 
         Args:
             point: (3,), m.
@@ -117,7 +117,7 @@ class PointFinder:
                 yield away, cell, reference
 
     def _in_cell(self, point: Array, beyond: float) -> tuple[float, Indices, Array] | None:
-        """Return how far a point is outside of the nearest owned cell, global nodes, and the basis functions there."""
+        """Return the distance of a point from the nearest owned cell, global nodes, and the basis functions there."""
         nearest: tuple[float, int, Array] | None = None
         for found in self.cells_at(point, beyond):
             if nearest is None or found[0] < nearest[0]:
@@ -132,7 +132,7 @@ class PointFinder:
         return away, nodes.astype(np.int64), values
 
     def _reference(self, cell: int, point: Array) -> tuple[float, Array]:
-        """Return how far a point is outside of the reference cell, and where it is there, (1, dimension)."""
+        """Return the distance of a point from the reference cell, and its place there, (1, dimension)."""
         mesh, dimension = self.space.mesh, self.space.mesh.geometry.dim
         corners = mesh.geometry.x[coordinate_dofs(mesh)[cell]][:, :dimension]
         try:

@@ -58,7 +58,7 @@ class Joint(Table):
     """The motions that the section cannot have."""
 
     def attached(self) -> Iterator[Attached]:
-        """Yield what the joint does to the motions of its cross-section."""
+        """Yield the motions of its cross-section that the joint holds or springs."""
         for name in self.holds:
             yield Attached(MeanMotion(self.point, name), Attachment(0.0, 0.0, 0.0), held=True)
 
@@ -135,7 +135,7 @@ def holds_motion(joints: tuple[Joint, ...], name: MotionName) -> bool:
 
 
 def bending_rank(joints: tuple[Joint, ...], *, held_only: bool, plane: tuple[MotionName, ...] = BENDING) -> int:
-    """Return how many of the two rigid motions in a plane, heave and pitch, joints take from the beam.
+    """Return the number of rigid motions in a plane, of heave and pitch, that joints hold.
 
     Args:
         joints: The joints.
@@ -179,7 +179,7 @@ class Fluid(AlongBeam):
         return max(self.added_mass, self.displaced_mass, self.damping) > 0.0
 
     def attached(self) -> Iterator[Attached]:
-        """Yield what the fluid adds to the cross-sections at its Gauss points."""
+        """Yield the mass and damping of the fluid on the cross-sections at its Gauss points."""
         half = 0.5 * self.length
         for place, weight in zip(*np.polynomial.legendre.leggauss(STATIONS), strict=True):
             x, part = self.start + half * (1.0 + float(place)), half * float(weight)
@@ -229,7 +229,7 @@ class PointMass(Table):
         return given if len(given) == 3 else (given[0], 0.0, given[1])
 
     def attached(self) -> Iterator[Attached]:
-        """Yield what it adds to the motions of its cross-section."""
+        """Yield the inertia that the mass adds to the motions of its cross-section."""
         for name in DISPLACEMENTS:
             yield Attached(MeanMotion(self.point, name, self.away), Attachment(self.mass, 0.0, 0.0))
         if self.rotary_inertia > 0.0:

@@ -39,7 +39,7 @@ class Fixture(Protocol):
         """The name."""
 
     def attached(self) -> Iterator[Attached]:
-        """Yield what it does to its cross-section."""
+        """Yield its contributions to the motions of its cross-section."""
 
 
 Reasons = dict[BeamMotion, str]

@@ -33,7 +33,7 @@ def highest_frequency(case: Case) -> float:
 
 
 def graded_count(case: Case) -> int:
-    """Return how many graded elements a case asks for."""
+    """Return the number of graded elements of a case."""
     _, wanted = _parts(case)
     return sum(max(1, ceil(share - ALMOST)) for share in wanted)
 

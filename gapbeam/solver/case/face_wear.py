@@ -27,7 +27,7 @@ class FaceWear(NamedTuple):
 
 
 def face_wear(case: Case) -> dict[str, FaceWear]:
-    """Return how each face wears, by name, in the order of `Case.layout`."""
+    """Return the wear of each face by name, in the order of `Case.layout`."""
     wear, faces = case.wear, [face.name for face in case.layout.faces]
     usual = FaceWear(*(None if wear is None else getattr(wear, key) for key in FaceWear._fields))
     own = zip(*(case.layout.own(key) for key in ("wear", "area", "depth_limit")), strict=True)

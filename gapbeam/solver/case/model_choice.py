@@ -69,12 +69,12 @@ def chosen_case(case: Case) -> Case:
 
 
 def wanted_of(case: Case) -> Wanted:
-    """Return what the results are for, by what is recorded."""
+    """Return the results of interest, by what is recorded."""
     return "stresses" if case.output.stress or any(probe.stress for probe in case.probe) else "motion"
 
 
 def why_wanted(case: Case) -> str:
-    """Return what in a case asks for it."""
+    """Return the part of a case that asks for these results."""
     found = ["output.stress = true"] if case.output.stress else []
     found += [f"the probe {probe.name} records stress" for probe in case.probe if probe.stress]
     return found[0] if found else "neither probes nor fields record stress"
@@ -88,7 +88,7 @@ def dimensions(case: Case) -> tuple[int, ...]:
 
 
 def scene_figures(case: Case, wanted: Wanted) -> SceneFigures:
-    """Return what models of a scene are judged by; the model of the case makes no difference."""
+    """Return the figures that models of a scene are judged by; the model of the case makes no difference."""
     profile = case.profile
     loads = [found for load in case.load if (found := load.forcing_frequency) is not None]
     interest = [one[0] for one in (load.frequency_of_interest for load in case.load) if one is not None]

@@ -76,7 +76,7 @@ class _AnyModel(Table):
         return self
 
     def doubts(self, scene: SceneFigures) -> Iterator[str]:
-        """Yield what in a scene is beyond the range of the model, besides the contradictions of a case."""
+        """Yield the reasons for which a scene exceeds the range of the model, besides the contradictions of a case."""
         if scene.wanted not in self.gives:
             yield f"it does not give {scene.wanted}"
 

@@ -175,7 +175,7 @@ class Episodes:
         return self.short_impulse / self.impulse if self.impulse > 0.0 else 0.0
 
     def figures(self) -> dict[str, Any]:
-        """Return what the summary reports."""
+        """Return the figures for the summary."""
         return {
             "episodes": self.count,
             "short_episodes": self.short,

@@ -28,7 +28,7 @@ SAFE_WITHOUT_POTENTIAL = "implicit-midpoint"  # a scheme that only loses energy 
 
 
 def remedy_for(case: Case) -> str:
-    """Return what helps a case whose scheme creates energy, in a sentence: never the scheme that it has."""
+    """Return the remedy for a case whose scheme creates energy, in a sentence: never the scheme that it has."""
     ways = list[str]()
     scheme, formulation = case.time.scheme, case.contact.formulation
     if formulation.without_potential and scheme.type != SAFE_WITHOUT_POTENTIAL:
@@ -106,7 +106,7 @@ class EnergyGates:
         return self.growth(ledger) > self.limits.impact_growth
 
     def loss(self, ledger: Ledger) -> float:
-        """Return what the scheme took in the whole run relative to the energy exchanged; 0 where round-off hides it."""
+        """Return the algorithmic loss of the whole run over the energy exchanged; 0 where round-off hides it."""
         return max(relative_growth(ledger.algorithmic, ledger.exchanged, ledger.round_off), 0.0)
 
     def judge(self, scheme: str, ledger: Ledger) -> None:
@@ -200,7 +200,7 @@ def describe_energy(ledger: Ledger, gates: EnergyGates) -> dict[str, Any]:
 
 
 def describe_gates(gates: EnergyGates) -> dict[str, Any]:
-    """Return what the impact gates saw."""
+    """Return the findings of the impact gates."""
     return {
         "impacts": gates.impacts,
         "violations": gates.violations,

@@ -115,7 +115,7 @@ def after_measuring(before: Energies, kinetic: float, strain: float, contact: fl
 
 @shared
 def unresolved_energy(squares: float, strain: float, contact: float) -> float:
-    """Return what the balance of a state cannot resolve: round-off, and the tolerance of the contact solve.
+    """Return the energy below the resolution of the balance: round-off, and the tolerance of the contact solve.
 
     Args:
         squares: Sum of the squared round-off of the terms of u K u, and of contact forces times penetrations, J^2.
@@ -134,7 +134,7 @@ def total_energy(energies: Energies) -> float:
 
 @shared
 def energy_residual(energies: Energies, load_work: float) -> float:
-    """Return what is left of the balance, for the work of all loads."""
+    """Return the residual of the energy balance, for the work of all loads."""
     gained = load_work - energies.structural - energies.contact_loss - energies.algorithmic
     return (total_energy(energies) - energies.start) - (gained - energies.friction_loss)
 
@@ -147,7 +147,7 @@ def created_energy(energies: Energies, load_work: float) -> float:
 
 @shared
 def exchanged_energy(energies: Energies) -> float:
-    """Return what created energy is measured against."""
+    """Return the energy that created energy is compared with."""
     return energies.absolute_work + energies.largest_kinetic
 
 
@@ -255,7 +255,7 @@ class Ledger:
 
 
 def balance_words(ledger: Ledger) -> str:
-    """Return how well the energy balance closes."""
+    """Return the quality of the energy balance, in words."""
     if abs(ledger.residual) <= ledger.round_off or ledger.exchanged == 0.0:
         return "energy accounted for to round-off"
     return f"energy residual {abs(ledger.residual) / ledger.exchanged:.1e} of the energy exchanged"
@@ -347,7 +347,7 @@ def _kinetic_and_strain(system: SemiDiscreteSystem, state: State) -> tuple[float
 
 
 def round_off(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> float:
-    """Return what the balance of a state cannot resolve: round-off in u K u, and the contact solve, J. Collective."""
+    """Return the energy that the balance cannot resolve: round-off in u K u, and the contact solve, J. Collective."""
     terms = state.u[VALUE] * system.operators.stiffness_round_off(state.u[VALUE])
     squares, strain = system.dots([(terms, terms), (state.u[VALUE], state.u[STIFFNESS])])
     contact, interface = system.contact, system.contact.interface

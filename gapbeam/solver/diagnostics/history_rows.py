@@ -290,7 +290,7 @@ class Recorder:
         return support_line(case, [float(axis_point(probe.point)[0]) for probe in case.probe])
 
     def _probes(self, x: Array) -> Array:
-        """Return what the probes read of DOFs x, (times, n): (times, probes, components)."""
+        """Return the motions of the probes for DOFs x, (times, n): (times, probes, components)."""
         operators = self.model.system.operators
         return np.stack([probe.evaluate(x, operators) for probe in self.model.probes.values()], axis=1)
 

@@ -146,7 +146,7 @@ def _resultant(contact: ContactOperator, forces: Array, across: Array) -> Array:
 
 
 def _joint_contact(accounts: Accounts, state: State, forces: Array, across: Array) -> Array | None:
-    """Return what contact adds to the forces of joints in a state, (r,)."""
+    """Return the contact's part of the forces of joints in a state, (r,)."""
     reactions, contact = accounts.system.reactions, accounts.system.contact
     if reactions is None:
         return None

@@ -293,7 +293,7 @@ class SlidingWork:
             self.pressed_for[face] = pressed_after(self.pressed_for[face], spans[face], touches)
 
     def _spans(self, step: Step, pressed: NDArray[np.bool_], operators: Operators) -> Array:
-        """Return how long each face is pressed in a step, if a force acts on it, (faces,), s."""
+        """Return the time that each face is pressed in a step, if a force acts on it, (faces,), s."""
         spans, closing = np.full(len(pressed), step.size), np.flatnonzero(pressed & (self.pressed_for == 0.0))
         if len(closing):
             before = self.contact.penetration_of(step.old, operators)

@@ -93,7 +93,7 @@ class Tally:
 
 
 def image_drift(step: Step) -> tuple[float, float]:
-    """Return how far the image K u had drifted when it was refreshed, and the size of K u, N; local part."""
+    """Return the drift of the image K u when it was refreshed, and the size of K u, N; local part."""
     if step.refreshed is None:
         return 0.0, 0.0
     kept, true = step.new.u[STIFFNESS], step.refreshed.u[STIFFNESS]

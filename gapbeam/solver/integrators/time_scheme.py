@@ -140,7 +140,7 @@ class TimeScheme(Table, ABC):
         return SOFT_CONTACT if self.needs_massless_contact and not massless else self.contact_range
 
     def warnings(self) -> Iterator[str]:
-        """Yield what the values of the scheme bring about, for the warnings of a case."""
+        """Yield the consequences of the scheme's values, for the warnings of a case."""
         if self.creates_energy:
             yield f"{self.type} creates energy at impacts; discrete-gradient conserves it"
 

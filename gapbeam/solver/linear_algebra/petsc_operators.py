@@ -163,7 +163,7 @@ class PetscOperators:
     def factor(
         self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
     ) -> Factor:
-        """Return what solves with mass M + stiffness K + springs + added (options prefix gapbeam_effective_).
+        """Return a solver for c_M M + c_K K + springs + rank-one terms (options prefix gapbeam_effective_).
 
         Where M alone is asked for, rows of massless DOFs are those of K, which hold them in static equilibrium.
 
@@ -189,7 +189,7 @@ class PetscOperators:
         return updated(self._factored(effective, "gapbeam_effective_"), self, added)
 
     def solver_of(self, matrix: PETSc.Mat, prefix: str, tolerance: float) -> Factor:
-        """Return what solves with a symmetric positive definite matrix on the body's DOFs.
+        """Return a solver for a symmetric positive definite matrix on the body's DOFs.
 
         Args:
             matrix: The matrix; it is taken over.
@@ -207,7 +207,7 @@ class PetscOperators:
         return self._factored(matrix, prefix)
 
     def shifted_factor(self, shift: float) -> Factor:
-        """Return what solves with K + sigma M of this body, as `solver_of` does (prefix gapbeam_shifted_). Collective.
+        """Return a solver for K + sigma M of this body, as `solver_of` does (prefix gapbeam_shifted_). Collective.
 
         M on its own is there for no longer than that takes.
         """
@@ -218,7 +218,7 @@ class PetscOperators:
         return self.solver_of(shifted, SHIFTED, tolerance)
 
     def shifted_solver(self, mass: PETSc.Mat, stiffness: PETSc.Mat, shift: float, tolerance: float) -> Factor:
-        """Return what solves with K + sigma M (prefix gapbeam_shifted_) like `solver_of`; takes K over. Collective."""
+        """Return a solver for K + sigma M (prefix gapbeam_shifted_) like `solver_of`; takes K over. Collective."""
         stiffness.axpy(shift, mass, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
         return self.solver_of(stiffness, SHIFTED, tolerance)
 

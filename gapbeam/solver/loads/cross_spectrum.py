@@ -141,7 +141,7 @@ class CrossSpectrum(Table):
 
 
 def _instead_of(value: float) -> str:
-    """Return what may be meant by a coherence beyond its limits."""
+    """Return the probable meaning of a coherence beyond its limits."""
     if value < 0.0:
         return f"coherence = {-value:g} with phase = 180" if value >= -1.0 else "phase = 180 for opposite signals"
     return f"coherence = {value / 100.0:g}, if it is in %" if 2.0 < value <= 100.0 else "coherence = 1"

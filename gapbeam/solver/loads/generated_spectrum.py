@@ -48,7 +48,7 @@ HANN = np.array([1.0, 4.0, 1.0]) / 6.0  # of the power of a line in it and besid
 
 
 def compared(signal: RandomSignal, end: float) -> dict[str, Any]:
-    """Return what was generated up to a time beside what was asked for.
+    """Return the comparison of what was generated up to a time with what was asked for.
 
     Args:
         signal: Without its smooth start.

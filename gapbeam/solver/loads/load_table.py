@@ -85,7 +85,7 @@ class LoadTable(Table, ABC):
 
     @abstractmethod
     def frequency_words(self, step: float) -> tuple[str, str] | None:
-        """Return how fast it is and how steps, s, show that, in words; None for static loads."""
+        """Return the frequency of the load and how well steps, s, resolve it, in words; None for static loads."""
 
     @property
     def extent(self) -> tuple[float, float] | None:
@@ -174,7 +174,7 @@ class LoadTable(Table, ABC):
         return self
 
     def faults(self, key: Key) -> Iterator[Fault]:  # noqa: ARG002 - for those that override it
-        """Yield what is wrong with the load beyond single values.
+        """Yield the faults of the load beyond single values.
 
         Args:
             key: The way to its table in the case, to which a fault adds the key that it is about.
@@ -182,7 +182,7 @@ class LoadTable(Table, ABC):
         yield from ()
 
     def faults_among(self, key: Key, loads: Mapping[int, LoadTable]) -> Iterator[Fault]:  # noqa: ARG002 - for those that override it
-        """Yield what is wrong with the load beside the other loads of the case.
+        """Yield the faults of the load together with the other loads of the case.
 
         Args:
             key: The way to its table in the case.
@@ -191,7 +191,7 @@ class LoadTable(Table, ABC):
         yield from ()
 
     def faults_in_run(self, key: Key, end: float, step: float | None) -> Iterator[Fault]:  # noqa: ARG002 - for those that override it
-        """Yield what is wrong with the load in a run.
+        """Yield the faults of the load in a run.
 
         Args:
             key: The way to its table in the case.
@@ -205,7 +205,7 @@ class LoadTable(Table, ABC):
         yield from ()
 
     def unusual_in_run(self, end: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
-        """Yield what is probably not meant in a run with this end, s, in words as those of `unusual_values`."""
+        """Yield unusual values in a run with this end, s, in words as those of `unusual_values`."""
         yield from ()
 
     def unusual_waves(self, half_wave: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it

@@ -305,7 +305,7 @@ class RandomLineLoad(PairedNoiseLoad):
                 )
 
     def _shape_faults(self, key: Key) -> Iterator[Fault]:
-        """Yield what is wrong with span, coherence and profile."""
+        """Yield the faults of span, coherence and profile."""
         begin, end = self.span
         if begin >= end:
             try_this = f"span = [{end:g}, {begin:g}]" if begin > end else "two different places, in m"

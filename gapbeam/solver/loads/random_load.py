@@ -88,7 +88,7 @@ class NoiseLoad(UnrepeatedLoad):
         }
 
     def faults(self, key: Key) -> Iterator[Fault]:
-        """Yield what is wrong with the spectrum, and a band that is too wide to make noise in."""
+        """Yield the faults of the spectrum, and of a band that is too wide to make noise in."""
         yield from super().faults(key)
         place = (*key, "spectrum")
         found = list(self.spectrum.faults(place))
@@ -186,7 +186,7 @@ class PairedNoiseLoad(NoiseLoad):
         return frequency, words if self.cross_spectrum is None else f"{words}, {self.cross_spectrum.words()}"
 
     def faults(self, key: Key) -> Iterator[Fault]:
-        """Yield what is wrong with the cross-spectrum, and with all else."""
+        """Yield the faults of the cross-spectrum, and all others."""
         found = list(super().faults(key))
         yield from found
         cross, place = self.cross_spectrum, (*key, "cross_spectrum")

@@ -140,7 +140,7 @@ def _read(path: Path, _stamp: tuple[int, ...], columns: tuple[Column, Column], k
 
 
 def _layout(head: bytes, goes_on: bool, columns: tuple[Column, Column], kind: RowKind) -> RecordLayout:
-    """Return how the rows are written, from the first bytes of a file."""
+    """Return the layout of the rows, from the first bytes of a file."""
     if b"\0" in head:
         hint = "export it as text; UTF-16 text has to be saved as UTF-8"
         raise _fault(FILE, "a binary file", kind.expected, hint)
@@ -219,7 +219,7 @@ class RowReader:
 
 
 def _faults(times: Array, values: Array, kind: RowKind) -> Iterator[Fault]:
-    """Yield what is wrong with the numbers of a record."""
+    """Yield the faults of the numbers of a record."""
     (first, second), plural = kind.keys, kind.plural
     for key, word, numbers in ((first, kind.first, times), (second, kind.second, values)):
         wrong = np.flatnonzero(~(np.abs(numbers) <= GREATEST))

@@ -62,7 +62,7 @@ class RecordLayout:
 
 
 def layout_of(lines: Sequence[str], wanted: Sequence[int | str]) -> RecordLayout:
-    """Return how the rows are written, by the first line that has numbers where they are wanted.
+    """Return the layout of the rows, by the first line that has numbers where they are wanted.
 
     Args:
         lines: The first lines of a file.
@@ -108,7 +108,7 @@ def without_unit(name: str) -> str:
 
 
 def plain(line: str) -> str:
-    """Return what a line says, without the comment behind it."""
+    """Return a line without the comment behind it."""
     return line.partition("#")[0].rstrip("\r\n ")
 
 

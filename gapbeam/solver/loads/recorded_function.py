@@ -136,7 +136,7 @@ def extremes(curve: RecordCurve, derivative: int) -> tuple[float, float]:
 
 @lru_cache(maxsize=32)
 def content(curve: RecordCurve, derivative: int) -> Content:
-    """Return how the power of a derivative of a curve is spread up to half its mean sampling rate; without its mean."""
+    """Return the spectrum of a derivative of a curve, without its mean, up to half the mean sampling rate."""
     rows = len(curve.knots)
     values = curve.pieces(np.linspace(0.0, curve.span, rows), nu=derivative)
     spectrum = np.abs(np.fft.rfft((values - values.mean()) * np.hanning(rows)))

@@ -31,7 +31,7 @@ MOST_ROWS = 20_000_000
 
 
 def file_faults(load: RecordedTable, key: Key) -> Iterator[Fault]:
-    """Yield what is wrong with the file of a load.
+    """Yield the faults of the file of a load.
 
     Args:
         load: The load.
@@ -270,7 +270,7 @@ class RecordedLoad(RecordedTable):
         return self.model_copy(update={"checksum": curve_of(self).checksum})
 
     def faults(self, key: Key) -> Iterator[Fault]:
-        """Yield what is wrong with the file."""
+        """Yield the faults of the file."""
         yield from file_faults(self, key)
 
     def faults_in_run(self, key: Key, end: float, step: float | None) -> Iterator[Fault]:
@@ -278,7 +278,7 @@ class RecordedLoad(RecordedTable):
         yield from run_faults(self, key, end, step)
 
     def unusual_values(self) -> Iterator[str]:
-        """Yield what is odd in the record."""
+        """Yield the oddities of the record."""
         signal = signal_of(self)
         yield from curve_warnings(self, signal)
         yield from row_warnings(signal)

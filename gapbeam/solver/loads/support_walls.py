@@ -48,7 +48,7 @@ def walls_of(loads: Sequence[Load], layout: Layout, contact: ContactOperator, di
 
 
 def hole_shifts(loads: Sequence[Load], layout: Layout, contact: ContactOperator, dimension: int) -> Array:
-    """Return what a unit of each motion adds to y, z and clearance of the hole of each station, (k, stations, 3).
+    """Return the shifts of y, z and clearance of the hole of each station by a unit of each motion, (k, stations, 3).
 
     Args:
         loads: As in `walls_of`, in whose order the motions are.

@@ -123,7 +123,7 @@ class OpenBlock:
         )
 
     def most_steps(self, seconds: float) -> int:
-        """Return how many steps the next block may have.
+        """Return the largest number of steps for the next block.
 
         Args:
             seconds: Wall time of a step with its output, s.
@@ -270,5 +270,5 @@ def _rows_of(block: CompiledBlock, due: int, recorder: Recorder) -> Rows | None:
 
 
 def agreement(comm: MPI.Comm) -> Callable[[int], int]:
-    """Return what makes all ranks take the number of the first one."""
+    """Return a function that gives all ranks the number of the first one."""
     return comm.bcast if comm.size > 1 else int

@@ -27,7 +27,7 @@ UNASSEMBLED = 0.25  # of the matrices: what mesh and nodes alone take
 
 
 def expected_dofs(case: Case) -> float | None:
-    """Return how many DOFs the mesh of a case will have, about; None where a file holds it.
+    """Return the approximate number of DOFs of the mesh of a case; None where a file holds it.
 
     Raises:
         MeshError: The sizes make no sense.
@@ -38,7 +38,7 @@ def expected_dofs(case: Case) -> float | None:
 
 
 def memory_of(case: Case, dofs: float) -> dict[str, float]:
-    """Return what a case takes over all ranks on a mesh of so many DOFs, about, by what takes it; bytes.
+    """Return the approximate memory of a case over all ranks on a mesh of so many DOFs, by its use; bytes.
 
     Beam elements need the mesh and their own modes; rigid bodies, and what iterations can take the place of, no factor.
     """
@@ -106,7 +106,7 @@ def refuse_too_large(case: Case, dofs: float, comm: MPI.Comm, mesh_alone: bool =
 
 
 def _what_helps(case: Case, dofs: float) -> Iterator[str]:
-    """Yield what makes a model smaller, as far as the case has not done it yet."""
+    """Yield the changes that make a model smaller, as far as the case has not made them."""
     needs, ours = memory_needs(dofs, case.mesh.dimension), case.mesh.file is None
     yield "a coarser mesh (mesh.size, mesh.support_size)" if ours else "a coarser mesh in mesh.file"
     if case.mesh.degree == 2:
@@ -125,7 +125,7 @@ def _what_helps(case: Case, dofs: float) -> Iterator[str]:
 
 
 def lack_of_memory(case: Case, dofs: float, comm: MPI.Comm, mesh_alone: bool = False) -> str | None:
-    """Return what a case lacks on a mesh of so many DOFs, in words; None where there is room. Collective."""
+    """Return the lack of memory of a case on a mesh of so many DOFs, in words; None where there is room. Collective."""
     parts = memory_of(case, dofs)
     needed = parts["mesh"] if mesh_alone else sum(parts.values())
     if needed < SMALL:

@@ -111,7 +111,7 @@ class BeamOfParts:
         return csr_matrix(hstack([part.along(places, directions) for part in self.parts]))
 
     def displacement(self, places: Array) -> csr_matrix:
-        """Return what gives the displacement at places (k, 3), (k dimension, n)."""
+        """Return the matrix of the displacement at places (k, 3), (k dimension, n)."""
         return csr_matrix(hstack([part.displacement(places) for part in self.parts]))
 
     def mean_motion(self, motion: MeanMotion) -> Array:

@@ -69,7 +69,7 @@ class BendingStiffness:
 
 
 def bending_stiffness(case: Case, space: Any, operators: PetscOperators, rigid: Array) -> BendingStiffness:
-    """Return how well the stiffness of a case bends.
+    """Return the accuracy of the bending stiffness of a case.
 
     Args:
         case: The case.
@@ -105,7 +105,7 @@ def refuse_poor_bending(case: Case, found: BendingStiffness) -> None:
 
 
 def bending_remarks(case: Case, found: BendingStiffness) -> Iterator[str]:
-    """Yield what a user has to know of the bending stiffness of a mesh, one sentence each."""
+    """Yield the remarks on the bending stiffness of a mesh, one sentence each."""
     if found.round_off > NOTABLE_NOISE:
         yield _noisy(case, found.round_off)
     if found.missing > NOTABLE_LOCKING:
@@ -130,7 +130,7 @@ def _locked(case: Case, share: float) -> str:
 
 
 def _against_round_off(case: Case, share: float) -> str:
-    """Return what to try against a share of round-off."""
+    """Return the advice against a share of round-off."""
     through = case.mesh.cells_through_thickness or CELLS_THROUGH
     remedies = ['model.type = "beam", whose elements have no such round-off'] if _may_be_beam(case) else []
     if through > FEWEST and case.mesh.file is None and share * (FEWEST / through) ** OF_THIN_CELLS < MOST_NOISE:

@@ -221,7 +221,7 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
 
 
 def _solver(case: Case, meshed: MeshedBeam) -> LinearSolver:
-    """Return how the effective operators of a case are solved with. Collective."""
+    """Return the solver for the effective operators of a case. Collective."""
     needed = factor_needed(case.model, case.contact, case.time, case.analysis)
     needs = memory_needs(mesh_dofs(meshed), case.mesh.dimension)
     free = free_memory(meshed.tagged.mesh.comm)
@@ -291,7 +291,7 @@ def floating_basis(body: Body, operators: SparseOperators, shift: float, planes:
 
 
 def mode_count(body: Body) -> int:
-    """Return how many modes in a plane reach well above the highest frequency of interest."""
+    """Return the number of modes in a plane that reach well above the highest frequency of interest."""
     case = body.case
     highest = MODES_ABOVE * highest_frequency(case)
     wavelength = min(bending_wavelength(piece, highest) for piece in case.profile.pieces)

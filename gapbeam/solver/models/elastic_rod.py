@@ -60,7 +60,7 @@ class ElasticRod:
         return 2 * len(self.stiffness) + 1
 
     def rows(self, x: Array) -> csr_matrix:
-        """Return what gives the motion at places, (k, n)."""
+        """Return the matrix of the motion at places, (k, n)."""
         which = np.clip(np.searchsorted(self.ends, x, side="right") - 1, 0, len(self.stiffness) - 1)
         xi = (x - self.ends[which]) / (self.ends[which + 1] - self.ends[which])
         shapes = np.stack([(1.0 - xi) * (1.0 - 2.0 * xi), 4.0 * xi * (1.0 - xi), xi * (2.0 * xi - 1.0)], axis=1)

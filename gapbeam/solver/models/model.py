@@ -156,7 +156,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
 
 
 def build_body(case: Case, comm: MPI.Comm) -> Body:
-    """Return what `model_of` needs of a case; errors as in `build_model`. Collective."""
+    """Return the body of a case for `model_of`; errors as in `build_model`. Collective."""
     refuse_too_large_before_meshing(case, comm)
     meshed = mesh_beam(case, comm)
     LOG.info("meshed: %d cells in %.2g s", meshed.tagged.cell_count, meshed.seconds)

@@ -89,7 +89,7 @@ class SteppedBeam:
         return np.concatenate([*(one[:-1] for one in places), places[-1][-1:]])
 
     def rows(self, x: Array) -> tuple[csr_matrix, csr_matrix]:
-        """Return what gives w and theta at places, (k, n) each."""
+        """Return the matrices of w and theta at places, (k, n) each."""
         which = np.clip(np.searchsorted(self.starts, x, side="right") - 1, 0, len(self.parts) - 1)
         firsts = 2 * np.cumsum([0, *(part.elements for part in self.parts)])
         order = np.argsort(which, kind="stable")
@@ -287,7 +287,7 @@ class TorsionPart:
 
 
 def in_components(rows: csr_matrix, factors: dict[int, Array], dimension: int) -> csr_matrix:
-    """Return what gives vectors whose components are factors times a motion, (k dimension, n)."""
+    """Return the matrix of vectors whose components are factors times a motion, (k dimension, n)."""
     parts = [(axis, csr_matrix(rows.multiply(factor[:, None])).tocoo()) for axis, factor in factors.items()]
     places = np.concatenate([dimension * part.row + axis for axis, part in parts])
     columns = np.concatenate([part.col for _, part in parts])

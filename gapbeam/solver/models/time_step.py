@@ -60,7 +60,7 @@ def compared_stiffness(case: Case, stiffness: float, law: ChosenLaw) -> float:
 
 
 def impact_time(case: Case, wear: Wear, stiffness: float) -> Default:
-    """Return how much of each contact of a face is its impact, s: given, or the duration of an impact.
+    """Return the duration of the impact in each contact of a face, s: given, or computed.
 
     Args:
         case: The case.

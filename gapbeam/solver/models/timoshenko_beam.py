@@ -84,7 +84,7 @@ class TimoshenkoBeam:
         return np.asarray(np.linspace(0.0, self.length, self.elements + 1))
 
     def rows(self, x: Array) -> tuple[csr_matrix, csr_matrix]:
-        """Return what gives w and theta at places, (k, n) each."""
+        """Return the matrices of w and theta at places, (k, n) each."""
         return as_rows(*self.shapes_at(x), self.size)
 
     def shapes_at(self, x: Array) -> tuple[Array, Array, Array]:

@@ -159,7 +159,7 @@ class Sections:
         return np.asarray(diagonal * (mass / total))
 
     def _slices(self, x: Array) -> int:
-        """Return how many slices hold at least one node each, from the largest distance between columns of nodes."""
+        """Return the number of slices with at least one node each, from the largest distance between columns."""
         gathered = self._comm.gather(np.unique(np.round(x[:, 0] / self._model.case.beam.length, 6)))
         widest = 0.0
         if gathered is not None:
@@ -272,7 +272,7 @@ def free_bending_modes(model: Model, count: int) -> HeldModes:
 
 
 def most_bending_modes(model: Model, sections: Sections) -> int:
-    """Return how many bending modes a mesh shows, and a beam has: half waves of two slices and of a thickness."""
+    """Return the number of bending modes that mesh and beam have: half waves of two slices and of a thickness."""
     case = model.case
     return min(len(sections.places) // SLICES_A_HALF_WAVE - RIGID, int(case.beam.length / case.profile.thickest))
 
@@ -317,7 +317,7 @@ def _modes(
 
 
 def _of_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ...], count: int) -> int:
-    """Return how many modes lie below the highest that a reduced basis was made of; all for other models.
+    """Return the number of modes below the highest that a reduced basis was made of; all for other models.
 
     Raises:
         UserError: Not all of the bending modes wanted do.

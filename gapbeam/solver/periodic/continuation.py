@@ -360,7 +360,7 @@ class _Walk:
         return np.block([[by_state, by_value[:, None]], [row[None, :]]])
 
     def _events(self, last: _Found, found: _Found, length: float) -> list[CurvePoint]:
-        """Return what the curve passes between two points, located and in order."""
+        """Return the events of the curve between two points, located and in order."""
         before, after = last.point, found.point
         tests: list[tuple[str, Callable[[CurvePoint], float]]] = []
         turns = before.direction * after.direction < 0.0
@@ -402,7 +402,7 @@ class _Walk:
         return replace(event, event=GRAZING) if far.get(name, 0.0) > AT_CIRCLE else event
 
     def _asymmetry(self, point: CurvePoint) -> float | None:
-        """Return how far a response is from its mirror image, relative; None where there is no symmetry."""
+        """Return the relative distance of a response from its mirror image; None where there is no symmetry."""
         image = self.mirror(point.value, point.x)
         return None if image is None else relative_change(self.map_at(point.value).scale, point.x, image)
 

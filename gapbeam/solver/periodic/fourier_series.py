@@ -77,7 +77,7 @@ class Fourier:
         return np.concatenate([mean, times(real, a) + times(imaginary, b), times(real, b) - times(imaginary, a)])
 
     def multiplication(self, factors: Array) -> Array:
-        """Return what takes coefficients of y to those of f y, for sampled factors f.
+        """Return the matrix from coefficients of y to those of f y, for sampled factors f.
 
         Args:
             factors: f at the samples, (N, ...).
@@ -102,7 +102,7 @@ class Fourier:
         return np.asarray(whole)
 
     def shifted_columns(self, matrix: Array, ahead: float) -> Array:
-        """Return what takes coefficients of y to those of f(t) y(t + ahead), for a matrix of `multiplication`."""
+        """Return the matrix from coefficients of y to those of f(t) y(t + ahead), for a matrix of `multiplication`."""
         count = self.harmonics
         angles = (self.omega * ahead * np.arange(1, count + 1)).reshape(1, count, *(1,) * (matrix.ndim - 2))
         cosines, sines = matrix[:, 1 : count + 1], matrix[:, count + 1 :]

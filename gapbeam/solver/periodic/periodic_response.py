@@ -238,7 +238,7 @@ def _balanced(
 
 
 def stability_figures(judgment: Judgment) -> dict[str, Any]:
-    """Return what the summary reports about multipliers, the leading ones of them: nothing where they are not known."""
+    """Return the multipliers for the summary, the leading ones of them: empty where they are not known."""
     if not judgment.known:
         return {"stability": UNKNOWN, "stable": None, "largest_multiplier": None, "multipliers": []}
     stability = judgment.stability

@@ -74,7 +74,7 @@ class HalfWaveMap:
         return stability_of(tangent @ tangent)
 
     def reach(self, x: Array) -> Array:
-        """Return how deep each face gets over the whole period, (faces,), m."""
+        """Return the largest penetration of each face over the whole period, (faces,), m."""
         return self.whole.reach(x)
 
     def part(self, count: int) -> PeriodMap | None:

@@ -44,7 +44,7 @@ class PeriodMap(Protocol):
         """Return the multipliers of a response from the derivative of this map there, (2n, 2n)."""
 
     def reach(self, x: Array) -> Array:
-        """Return how deep each face gets over the period, (faces,), m; negative where it stays open."""
+        """Return the largest penetration of each face over the period, (faces,), m; negative where it stays open."""
 
     def part(self, count: int) -> PeriodMap | None:
         """Return the flow over the first of `count` equal parts of the period; None where these have no whole steps."""

@@ -98,7 +98,7 @@ def _found(
 
 
 def stability_words(found: dict[str, Any]) -> str:
-    """Return what the figures of a response say about its stability."""
+    """Return the stability of a response in words, from its figures."""
     if found["stable"] is None:
         return f"stability {found['stability']}"
     kind = "stable" if found["stable"] else f"unstable: {found['stability']}"

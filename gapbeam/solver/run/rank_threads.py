@@ -17,13 +17,13 @@ def is_count(text: str) -> bool:
 
 
 def threads_a_rank() -> int:
-    """Return how many threads numerical libraries take on this rank: OMP_NUM_THREADS, or else a core each."""
+    """Return the number of threads of numerical libraries on this rank: OMP_NUM_THREADS, or else a core each."""
     words = os.environ.get(THREADS[0], "")
     return int(words.split(",")[0]) if is_count(words) else cores()
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -234,7 +234,7 @@ class RunConsumers:
         write_points(self._folder, self.recorder.points, self.accounts.peaks.impulse)
 
     def costs(self) -> Mapping[str, float]:
-        """Return what the checkpoints cost: how many, and their wall time, s."""
+        """Return the cost of the checkpoints: their number, and their wall time, s."""
         checkpoints = self._checkpoints
         return {} if checkpoints is None else {"count": checkpoints.count, "seconds": checkpoints.seconds}
 
@@ -289,7 +289,7 @@ class RunConsumers:
         return self.met
 
     def _wish(self, interruption: Interruption) -> Wish:
-        """Return what all ranks wish, and end the run where files cannot be written. Collective."""
+        """Return the request of all ranks, and end the run where files cannot be written. Collective."""
         due = self._checkpoints is not None and self._checkpoints.due
         own = Wish.CHECKPOINT if due else Wish.NONE
         wish = interruption.agreed(own if self._trouble is None else Wish.GIVE_UP)

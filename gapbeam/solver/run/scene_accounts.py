@@ -118,7 +118,7 @@ class SceneAccounts:
 
     @property
     def episodes(self) -> dict[str, Any]:
-        """Return what the summary reports of contacts that the step does not resolve."""
+        """Return the contacts that the step does not resolve, for the summary."""
         count, short, impulse, hidden = self.totals[4:8]
         return {
             "episodes": int(count),

@@ -72,7 +72,7 @@ class SceneRecords:
         return names[0] if len(names) == len(self.scene.loads) == 1 else "all loads"
 
     def _frame(self) -> list[tuple[BaseMotion, Array]] | None:
-        """Return how all watched motions move with the frame for each base motion; None: nothing says so."""
+        """Return the motion of all watched motions with the frame for each base motion; None: not known."""
         found = []
         for load in self.scene.loads:
             if not isinstance(load, BaseMotion):

@@ -59,7 +59,7 @@ def _plain(value: Any) -> Any:
 
 
 def figures_of(accounts: SceneAccounts, names: Sequence[str], seconds: float) -> dict[str, Any]:
-    """Return what the summary reports of energy, gates and contact.
+    """Return the figures of energy, gates and contact for the summary.
 
     Args:
         accounts: Of the march.
@@ -86,7 +86,7 @@ def figures_of(accounts: SceneAccounts, names: Sequence[str], seconds: float) ->
 
 
 def findings_of(accounts: SceneAccounts) -> list[Finding]:
-    """Return how close a run came to the limits of the assumptions of a scene."""
+    """Return the findings on the assumptions of a scene."""
     seen = accounts.episodes
     detail = f"{seen['short_episodes']} of {seen['episodes']} contacts"
     found = [Finding(RESOLVED, seen["share_of_impulse_in_short_episodes"], detail=detail)] if seen["episodes"] else []
@@ -94,7 +94,7 @@ def findings_of(accounts: SceneAccounts) -> list[Finding]:
 
 
 def remarks_of(accounts: SceneAccounts, findings: Sequence[Finding]) -> list[str]:
-    """Return what a user has to know before using the figures, one sentence each."""
+    """Return the remarks on the figures, one sentence each."""
     found = [one.remark for one in findings if one.verdict == WARNING]
     gates, ledger = accounts.gates, accounts.ledger
     if not accounts.balanced:

@@ -80,7 +80,7 @@ class StopRule:
         return statistics.met(self.figure, self.relative_error)
 
     def judge(self, statistics: RunStatistics, end: float, narrow: bool, doubts: Doubts) -> dict[str, Any]:
-        """Return what the summary says about the rule.
+        """Return the result of the rule for the summary.
 
         Args:
             statistics: At the end of the run.
@@ -136,7 +136,7 @@ def refuse_not_met(found: dict[str, Any] | None) -> None:
 
 
 def statistics_words(summary: Mapping[str, Any]) -> str:
-    """Return what a run under noise says of its statistics in its last line; nothing for other runs.
+    """Return the statistics of a run under noise for its last line; empty for other runs.
 
     The figure that ended it, with its verdict where that is not good, and how many figures are in doubt.
     """
@@ -154,7 +154,7 @@ def statistics_words(summary: Mapping[str, Any]) -> str:
 
 
 def certainty_words(until: Mapping[str, Any]) -> str:
-    """Return how many independent samples the figure of a rule has, and its variance."""
+    """Return the independent samples of the figure of a rule, and its variance, in words."""
     samples, variance = (until[key] for key in CERTAINTY)
     return f"{samples:.0f} independent samples, relative variance {variance:.3g} / T[s]"
 
@@ -186,7 +186,7 @@ def decay_time(case: Case) -> float:
 
 
 def statistics_of(model: Model, every: int) -> RunStatistics | None:
-    """Return what gathers the statistics of a run of a model; None where it has none.
+    """Return the statistics to gather in a run of a model; None where it has none.
 
     Args:
         model: The model.
@@ -196,7 +196,7 @@ def statistics_of(model: Model, every: int) -> RunStatistics | None:
 
 
 def gathered_statistics(model: Model, every: int, decay: float = 0.0) -> RunStatistics:
-    """Return what gathers statistics of a model, whatever moves it: noise, or chaos.
+    """Return the statistics to gather for a model, whatever moves it: noise, or chaos.
 
     Args:
         model: The model.

@@ -50,7 +50,7 @@ UNDER_NOISE_MEANING = (
 
 
 def figures(model: Model, recorder: Recorder, accounts: Accounts) -> dict[str, Any]:
-    """Return what the summary reports about energy, gates, contact and restraint."""
+    """Return the figures of energy, gates, contact and restraint for the summary."""
     faces, peaks = model.system.contact.face_names, accounts.peaks
     deepest = float(np.max(peaks.deepest))
     clearance = abs(model.case.layout.clearance)
@@ -76,7 +76,7 @@ def figures(model: Model, recorder: Recorder, accounts: Accounts) -> dict[str, A
 
 
 def friction_words(accounts: Accounts) -> str:
-    """Return what friction did in one line."""
+    """Return the effect of friction in one line."""
     faces, ledger = accounts.system.contact.face_names, accounts.ledger
     forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, accounts.peaks.friction, strict=True))
     share = f", {ledger.friction_loss / ledger.exchanged:.2%} of the energy exchanged" if ledger.exchanged > 0.0 else ""
@@ -96,7 +96,7 @@ def contact_words(model: Model, peaks: Peaks) -> str:
 def assumptions(
     model: Model, recorder: Recorder, accounts: Accounts, content: FrequencyContent | None
 ) -> list[Finding]:
-    """Return how close a run came to the limits of every assumption. Collective."""
+    """Return the findings on every assumption. Collective."""
     case, ledger, gates = model.case, accounts.ledger, accounts.gates
     found = [] if recorder.watch is None else of_pose(recorder.watch, case)
     found += of_contact(case, accounts.peaks, accounts.episodes)
@@ -113,7 +113,7 @@ def assumptions(
 
 
 def remarks(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> list[str]:
-    """Return what a user has to know before using the figures, one sentence each."""
+    """Return the remarks on the figures, one sentence each."""
     found = [finding.remark for finding in findings if finding.verdict == WARNING]
     ledger, gates = accounts.ledger, accounts.gates
     if gates.violations:
@@ -136,7 +136,7 @@ def remarks(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> li
 
 
 def remarks_on_model(model: Model) -> list[str]:
-    """Return what a user has to know of a basis, or of steps by iterations, before using it, one sentence each."""
+    """Return the remarks on a basis, or on steps by iterations, before their use, one sentence each."""
     found = [*basis_remarks(model.body.basis, frequency_of_interest(model.case)[0]), *noise_remarks(model)]
     found += bending_remarks(model.case, model.body.bending)
     operators = model.body.operators
@@ -149,7 +149,7 @@ def remarks_on_model(model: Model) -> list[str]:
 
 
 def resolution_remarks(model: Model, tally: Tally) -> list[str]:
-    """Return what adaptive steps could not resolve, one sentence or none."""
+    """Return the contacts that adaptive steps could not resolve, one sentence or none."""
     if tally.unresolved == 0:
         return []
     return [

@@ -37,7 +37,7 @@ def wear_figures(
     gathered: RunStatistics | None = None,
     too_few_steps: str | None = None,
 ) -> dict[str, Any] | None:
-    """Return what the summary reports about wear; None for a case without [wear].
+    """Return the figures of wear for the summary; None for a case without [wear].
 
     Args:
         model: Of the run.
@@ -93,7 +93,7 @@ def _largest(model: Model, gathered: RunStatistics | None) -> dict[str, dict[str
 
 
 def _of_map(largest: Mapping[str, Any] | None, coefficient: float | None) -> dict[str, Any]:
-    """Return what the summary says of the map of a face; nothing where there is no interval."""
+    """Return the entry of a face's map for the summary; empty where there is no interval."""
     if largest is None:
         return {}
     depth = None if coefficient is None else _times(largest["work_rate_per_area"], coefficient)

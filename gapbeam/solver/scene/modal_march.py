@@ -68,7 +68,7 @@ class Marcher:
         return self.t0 + self.count * self.h
 
     def accelerations(self) -> Array:
-        """Return what the equation of motion gives at the start, (n, lanes)."""
+        """Return the accelerations at the start, from the equation of motion, (n, lanes)."""
         scene, at = self.scene, 0
         force = scene.contact_rows.T @ self.F
         for load, column in zip(scene.loads, scene.load_columns.T, strict=False):

@@ -155,7 +155,7 @@ class _InertiaLoad(Load):
         return self.sign * _inertia(structure, self.direction, self._where)
 
     def motion_of(self, point: StructurePoint) -> Array | None:
-        """Return how a point of the structure moves when the frame moves by 1, (motions,); None: nothing says so."""
+        """Return the motion of a point of the structure with a unit motion of the frame, (motions,), or None."""
         count = len(point.rows)
         if point.structure.is_spatial:
             known = point.structure.frame.get(point.name)

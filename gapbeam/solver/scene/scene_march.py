@@ -142,7 +142,7 @@ def check_delays(marcher: Marcher, end: float) -> None:
 
 
 def marcher_of(scene: Scene, step: float, start: SceneState | None = None, scheme: LinearScheme = MIDPOINT) -> Marcher:
-    """Return what marches a scene: in its modes, or with sparse matrices where a structure is large."""
+    """Return the marcher of a scene: in its modes, or with sparse matrices where a structure is large."""
     return (SparseMarcher if scene.is_large else Marcher)(scene, step, start, scheme=scheme)
 
 

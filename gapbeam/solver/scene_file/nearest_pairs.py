@@ -43,7 +43,7 @@ def at_nearest(pair: PairTable, extents: Mapping[str, PlacedBody]) -> tuple[Pair
 
 
 def nearest_faults(key: Key, pair: PairTable, placed: Mapping[str, bool]) -> Iterator[Fault]:
-    """Yield what is wrong with the keys of a pair at nearest places; `placed`: which structures have a place."""
+    """Yield the faults in the keys of a pair at nearest places; `placed`: which structures have a place."""
     if len(pair.between) == 1:
         yield Fault((*key, "between"), f'"{pair.between[0]}" alone', "two structures at their nearest places")
     for name in pair.between:

@@ -24,7 +24,7 @@ def pair_faults(
     region: ConvexRegion,
     places: Sequence[PlacedPoint | None],
 ) -> list[Fault]:
-    """Return what is wrong with a pair whose points are there.
+    """Return the faults of a pair whose points exist.
 
     Args:
         key: The way to its table.
@@ -92,7 +92,7 @@ def _inward(pair: PairTable, places: Sequence[PlacedPoint | None]) -> float | No
 
 
 def _depth(pair: PairTable, place: Array) -> float:
-    """Return how deep a place lies beyond the region, m; below 0 within it."""
+    """Return the depth of a place beyond the region, m; below 0 within it."""
     region = pair.region
     if isinstance(region, SlotRegion):
         return float(abs(place[0] - region.center) - 0.5 * region.clearance)

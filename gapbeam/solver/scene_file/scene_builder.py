@@ -356,7 +356,7 @@ def _loads(site: _Site, number: int, load: AnyLoad) -> list[Load]:
 
 
 def _direction_fault(name: str, body: Structure, given: Any, static: bool) -> tuple[str, str, str] | None:
-    """Return what is wrong with the direction of a load on a structure."""
+    """Return the fault of the direction of a load on a structure."""
     if not body.is_spatial and given is not None:
         return (
             f'a direction of a load on "{name}", which has no place in space',

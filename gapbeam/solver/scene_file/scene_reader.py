@@ -37,7 +37,7 @@ class ReadScene:
     name: str
 
     def march(self) -> dict[str, Any]:
-        """Return how the scene is marched: the arguments of a run."""
+        """Return the arguments of the scene's run."""
         time, interval = self.case.time, self.case.output.history_interval
         return {
             "step": time.step,

@@ -291,7 +291,7 @@ class _Search:
             )
 
     def _unsettled(self, worst: int) -> str:
-        """Return what does not settle, where, and what to try."""
+        """Return the parts that do not settle, their place, and advice."""
         contact, depth = self._contact, self._depth
         face = contact.face_names[int(contact.faces[worst])]
         place = f"{face} at x = {contact.positions[worst, 0]:.4g} m"

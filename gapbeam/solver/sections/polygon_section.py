@@ -77,7 +77,7 @@ def _other_size(points: Loop, thickness: float, width: float) -> Iterator[Fault]
 
 
 def _poor_loops(loops: Sequence[Loop], size: float) -> Iterator[Fault]:
-    """Yield what is wrong with a polygon, or a hole, by itself."""
+    """Yield the faults of a polygon, or a hole, by itself."""
     for number, loop in enumerate(loops):
         corners = np.array(loop)
         count, near = len(loop), CLOSE * size
@@ -268,7 +268,7 @@ class PolygonSection(SectionTable):
         return high, wide
 
     def faults(self, thickness: float, width: float) -> Iterator[Fault]:
-        """Yield what makes no polygon, or one of another size."""
+        """Yield the faults of a polygon by itself and against the size of the beam."""
         yield from polygon_faults(self.points, self.holes, thickness, width)
 
 

@@ -156,7 +156,7 @@ class SectionTable(Table, ABC):
         return 0.0, 0.0
 
     def faults(self, thickness: float, width: float) -> Iterator[Fault]:  # noqa: ARG002
-        """Yield what does not fit the outer dimensions."""
+        """Yield the contradictions to the outer dimensions."""
         yield from ()
 
     def disagreements(self, thickness: float, width: float) -> Iterator[str]:

@@ -325,5 +325,5 @@ class Reactions:
 
 
 def _product(x: Array, rows: Array | csr_matrix) -> Array:
-    """Return what rows (r, n) read of vectors (times, n): (times, r), the same bits for any number of times."""
+    """Return the products of rows (r, n) with vectors (times, n): (times, r), the same bits for any number of times."""
     return row_product(x, rows.T) if isinstance(rows, np.ndarray) else np.ascontiguousarray((rows @ x.T).T)

@@ -133,7 +133,7 @@ class ContactOperator:
         return self
 
     def holding(self, forces: Array, interface_values: Array) -> csr_matrix:  # noqa: ARG002
-        """Return what contact forces, (m,), N, add to the stiffness as they turn, (interface.size, interface.size)."""
+        """Return the stiffness that contact forces, (m,), N, add as they turn, (interface.size, interface.size)."""
         return csr_matrix((self.interface.size, self.interface.size))
 
     def spread(self, forces: Array) -> Array:
@@ -174,7 +174,7 @@ class ContactOperator:
         return replace(self, initial_gap=self.initial_gap + depths)
 
     def depth(self, interface_values: Array, time: float = 0.0) -> Array:
-        """Return what the law takes at a time, d = -(g0 + G u + W), (m,), m; negative where the gap is open."""
+        """Return the penetrations at a time, d = -(g0 + G u + W), (m,), m; negative where the gap is open."""
         return np.asarray(-(self.initial_gap + self.gap_matrix @ interface_values) - self.walls.opened(time))
 
     def closing_speed(self, interface_values: Array, time: float) -> Array:

@@ -52,7 +52,7 @@ ALL_SLIDES = SlipModes()
 
 @shared
 def pressed_span(pressed_for: float, before: float, depth: float, dt: float) -> float:
-    """Return how long a face on which a force acts in a step is pressed in it, s; half of a step if that is not known.
+    """Return the time that a face is pressed in a step in which a force acts on it, s; half of a step if unknown.
 
     Args:
         pressed_for: How long the face has been pressed at the start of the step, s.
@@ -95,5 +95,5 @@ def by_mode(work: float, speed: float, share: float, modes: SlipModes) -> tuple[
 
 @shared
 def pressed_after(pressed_for: float, span: float, pressed: bool) -> float:
-    """Return how long a face has been pressed after a step in which it was for a span, s."""
+    """Return the time that a face has been pressed after a step in which it was for a span, s."""
     return pressed_for + span if pressed else 0.0

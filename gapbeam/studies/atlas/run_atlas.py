@@ -69,7 +69,7 @@ class AtlasResult(PrintedResult):
         return 0 if self.atlas.is_complete else DOUBTFUL
 
     def headline(self) -> str:
-        """Return what was found in one line."""
+        """Return the result in one line."""
         counts = [len(one.responses) for one in self.atlas.points]
         several = sum(count + (one.chaotic > 0.0) > 1 for count, one in zip(counts, self.atlas.points, strict=True))
         chaos = sum(one.chaotic > 0.0 for one in self.atlas.points)

@@ -230,7 +230,7 @@ class _LostError(Exception):
 
 
 def _workers_of(client: Client) -> int:
-    """Return how many workers there are; 0 where the scheduler does not answer."""
+    """Return the number of workers; 0 where the scheduler does not answer."""
     try:
         return len(client.nthreads())
     except Exception:  # of the network, of whatever kind
@@ -238,7 +238,7 @@ def _workers_of(client: Client) -> int:
 
 
 def _together(arrived: queue.SimpleQueue[Future]) -> list[Future]:
-    """Return what has arrived, after waiting for the first for a while."""
+    """Return the arrived results, after waiting for the first for a while."""
     found = []
     with suppress(queue.Empty):
         found.append(arrived.get(timeout=LOOK))

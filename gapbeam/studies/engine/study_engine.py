@@ -116,7 +116,7 @@ class Engine:
         yield from self._pool.done(task, works, tick, lost)
 
     def _counted(self, points: int) -> int:
-        """Return how many workers there will be; of a scheduler that runs, it is not known."""
+        """Return the number of workers to come; of a scheduler that runs, it is not known."""
         asked = self._workers
         if asked.scheduler is not None:
             return 1

@@ -13,7 +13,7 @@ RECORDS = 0.25e9  # bytes: histories and bases, which the estimate leaves out
 
 
 def worker_memory(cases: Iterable[Case]) -> float | None:
-    """Return what one worker takes for the largest of some cases, about, bytes; None where a mesh file decides it."""
+    """Return the approximate memory of one worker for the largest case, bytes; None where a mesh file decides it."""
     largest, seen = 0.0, set[str]()
     for case in cases:
         key = repr((case.mesh, case.beam, case.model, case.segment))

@@ -157,7 +157,7 @@ class Workers:
         return read_job_options(self.slurm or "")
 
     def here(self, points: int, room: float = inf) -> int:
-        """Return how many workers this machine starts.
+        """Return the number of workers that this machine starts.
 
         Args:
             points: That are to be computed.

@@ -261,7 +261,7 @@ def _error_of_means(
 
 
 def quantile_of_means(within: float, between: float, means: int, count: int) -> float:
-    """Return how far a mean lies from its expectation by chance, in 95 %.
+    """Return the distance of a mean from its expectation by chance, in 95 %.
 
     The scatter of windows and that of means estimate the same variance, and are pooled, unless the F test finds that
     means differ by more than their windows explain: these have something in common then, and only the means count.

@@ -202,7 +202,7 @@ def _reach(force: Array, level: float) -> float:
 
 
 def contact_windows(motion: MotionRecord) -> dict[str, float | None]:
-    """Return what the peak force of each face is: None, the largest on record, or a mean over so many s.
+    """Return the kind of peak force of each face: None, the largest on record, or a mean over so many s.
 
     Records resolve a contact of more than ten of them.
 

@@ -380,7 +380,7 @@ def last_line(found: RunErrors) -> str:
 
 
 def doubts(found: RunErrors, end: float) -> list[str]:
-    """Return what a user has to know of the errors, one sentence each."""
+    """Return the remarks on the errors, one sentence each."""
     words = []
     if found.horizon is not None:
         beyond = (

@@ -136,7 +136,7 @@ def _motion(history: Any) -> MotionRecord:
 def _errors(
     asked: SceneRun, run: MotionRecord, motions: Mapping[str, MotionRecord], failed: Mapping[str, str], begin: float
 ) -> tuple[dict[str, Any], list[str], str]:
-    """Return what the summary, the warnings and the message say; times of the summary count from t = 0."""
+    """Return the entries of summary, warnings and message; times of the summary count from t = 0."""
     frequency = None if asked.period is None else 1.0 / asked.period
     smoothing = 0.05 * min(run.end, run.end if asked.period is None else asked.period)
     horizon = horizon_of(run, [(motions[HALF_STEP], 1.0)], smoothing)

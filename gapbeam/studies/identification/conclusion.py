@@ -63,7 +63,7 @@ class Neighborhood(NamedTuple):
 
 
 def neighborhood(problem: Problem, evaluations: Evaluations, values: Values) -> Neighborhood:
-    """Return what lies around values, by central differences of all experiments, also of those held out."""
+    """Return the neighborhood of values, by central differences of all experiments, also of those held out."""
     settings, z = problem.file.search, problem.scaled(values)
     pairs = difference_places(z, settings.difference)
     points = [values, *(problem.values(row) for pair in pairs for row in pair)]

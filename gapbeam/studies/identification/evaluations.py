@@ -213,7 +213,7 @@ class Evaluations:
 
 
 def _shares(pieces: Sequence[Piece], processes: int) -> list[tuple[Piece, ...]]:
-    """Return what each job computes: all experiments with one set of values, which share a body, if there are enough.
+    """Return the pieces of each job: all experiments with one set of values, which share a body, if there are enough.
 
     Otherwise every experiment is a job of its own, so that no process waits for another.
     """
@@ -290,7 +290,7 @@ def prepare(problem: Problem, folder: Path, overwrite: bool) -> None:
 
 
 def _plan(problem: Problem) -> dict[str, Any]:
-    """Return what evaluations and results depend on, key by key, but for how the search goes."""
+    """Return the inputs of evaluations and results, key by key, but for the settings of the search."""
     file = problem.file.model_dump(mode="json", exclude={"title", "case", "set", "search"})
     plan: dict[str, Any] = {"format": FORMAT} | flat(problem.base.model_dump(mode="json"))
     for table in ("unknown", "figure", "measurement"):

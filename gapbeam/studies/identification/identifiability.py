@@ -128,7 +128,7 @@ def spread_of(
 
 
 def identifiability(jacobian: FloatArray, spread: Spread, names: list[str]) -> Identifiability:
-    """Return what the measurements determine.
+    """Return the identifiability of the unknowns by the measurements.
 
     Args:
         jacobian: Residuals by coordinates, (m, n).

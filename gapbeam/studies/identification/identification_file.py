@@ -80,7 +80,7 @@ class Coordinate:
         return (high - low) / value if value else 0.0
 
     def setting(self, value: float) -> object:
-        """Return what the key is set to."""
+        """Return the value of the key."""
         return value if self.entries is None else [value] * self.entries
 
     def _ends(self) -> tuple[float, float]:
@@ -144,7 +144,7 @@ class Problem:
         return np.array([one.place(value) for one, value in zip(self.coordinates, values, strict=True)])
 
     def settings(self, values: Values) -> dict[str, object]:
-        """Return what the keys of the unknowns are set to."""
+        """Return the values of the keys of the unknowns."""
         return {one.unknown.key: one.setting(value) for one, value in zip(self.coordinates, values, strict=True)}
 
     @property

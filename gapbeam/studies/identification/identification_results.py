@@ -95,7 +95,7 @@ def _sensitivities(found: Conclusion) -> Table:
 
 
 def sentences(found: Conclusion) -> Iterator[str]:
-    """Yield what the tables do not say, the loudest first."""
+    """Yield remarks beyond the tables, the most important first."""
     problem, known = found.problem, found.known
     fitted, unknowns = len(problem.fitted), len(found.values)
     if fitted < unknowns:
@@ -144,7 +144,7 @@ FORMAT = 1
 
 
 def write_results(found: Conclusion, folder: Path) -> list[Path]:
-    """Write what was found into the folder of an identification.
+    """Write the results of an identification into its folder.
 
     Returns:
         The files.

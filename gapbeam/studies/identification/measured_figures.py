@@ -35,7 +35,7 @@ def unit_of(figure: Figure) -> str:
 
 
 def words_of(figure: Figure) -> str:
-    """Return what a figure is, in words."""
+    """Return the definition of a figure, in words."""
     if isinstance(figure, FrequencyFigure):
         return f"natural frequency of bending mode {figure.mode}, {figure.held}"
     if isinstance(figure, ForceFigure):
@@ -49,7 +49,7 @@ def words_of(figure: Figure) -> str:
 
 
 def steps_between_records(figures: Iterable[MotionFigure | ForceFigure], step: float, interval: float | None) -> int:
-    """Return how many steps may lie between records: as many as the figures allow.
+    """Return the largest number of steps between records that the figures allow.
 
     A mean over whole sampling intervals is exact from the velocities at their ends, whatever lies between, and the
     impulse is a running total; everything else is taken from the records of the case as they are.

@@ -164,7 +164,7 @@ class Misfit:
 
 
 def scales_of(problem: Problem) -> tuple[Scale, ...]:
-    """Return how each measurement becomes a residual."""
+    """Return the scale of each measurement, which makes it a residual."""
     return tuple(Scale(one, problem.file.search.residual) for one in problem.measurements)
 
 

@@ -95,7 +95,7 @@ class CaseRates:
         return DepthRates(values, low, high, verdicts)
 
     def statistics_of(self, model: Model) -> RunStatistics:
-        """Return what gathers the statistics of a run."""
+        """Return the statistics to gather in a run."""
         return _statistics(model, _every(model))
 
     def marched(self, model: Model, statistics: RunStatistics, depths: Sequence[float]) -> tuple[str, ...]:
@@ -148,7 +148,7 @@ def _every(model: Model) -> int:
 
 
 def _statistics(model: Model, every: int) -> RunStatistics:
-    """Return what gathers the statistics of a run, of a case without noise, too."""
+    """Return the statistics to gather in a run, of a case without noise, too."""
     case, faces = model.case, tuple(model.system.contact.face_names)
     return statistics_of(model, every) or RunStatistics(
         faces, tuple(model.probes), bends_in_two_planes(case), every * model.step, decay_time(case), True

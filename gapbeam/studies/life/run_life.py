@@ -107,7 +107,7 @@ class LifeResult(PrintedResult):
         )
 
     def _worn_by(self) -> list[str]:
-        """Return how deep each face is worn at the end, with its interval, in words."""
+        """Return the depth of each face at the end, with its interval, in words."""
         ends = zip(self.faces, self.worn.states[-1].depths, *self.worn.depth_interval, strict=True)
         return [f"{name} worn by {depth:.3g} m ({low:.3g} to {high:.3g}, 95 %)" for name, depth, low, high in ends]
 

@@ -239,7 +239,7 @@ class _March:
         return np.asarray(np.clip(predicted, 0.5 * values, 2.0 * values))
 
     def _chance(self, h: float, rates: DepthRates) -> Array:
-        """Return what the intervals of the rates make of half of C - P, standard errors, (faces,), m."""
+        """Return half of the uncertainty of C - P by the intervals of the rates, standard errors, (faces,), m."""
         last = self.states[-1]
         ratio, before = 0.0, np.zeros_like(rates.values)
         if len(self.states) > 1:

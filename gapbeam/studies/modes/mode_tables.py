@@ -80,7 +80,7 @@ def other_modes(state: HeldModes) -> str:
 
 
 def remarks(found: ModesComparison) -> list[str]:
-    """Return what a reader has to know beside the tables."""
+    """Return the remarks beyond the tables."""
     seated = found.states[SEATED]
     words = [f"seated on {seated.closed} of {seated.points} contact points"]
     if seated.closed == 0:

@@ -199,7 +199,7 @@ def _analysis_rows(case: Case) -> list[Row]:
 
 
 def _start_rows(case: Case, analysis: Transient) -> list[Row]:
-    """Return how the run starts, where it does not start at rest on the seat."""
+    """Return rows on the start of the run, where it is not at rest on the seat."""
     words = list[str]()
     if analysis.state is not None:
         time = analysis.state_time

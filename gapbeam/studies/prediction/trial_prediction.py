@@ -150,7 +150,7 @@ def at_full_amplitude(case: Case) -> Case:
 
 
 def _fields(case: Case, dt: float, steps: int) -> int:
-    """Return how many fields a march of some steps writes after its start."""
+    """Return the number of fields that a march of some steps writes after its start."""
     every = max(1, round((case.output.fields_interval or case.time.end / FIELDS_OF_A_RUN) / dt))
     return steps // every + (steps % every != 0)
 

@@ -54,7 +54,7 @@ def statistics_of_span(run: SpanOfRun) -> dict[str, Any] | None:
 
 
 def wear_of_span(run: SpanOfRun, statistics: Mapping[str, Any] | None) -> dict[str, Any] | None:
-    """Return what the summary of a run says about wear, of a span of it; None for a run without [wear].
+    """Return the summary's entry on wear, of a span; None for a run without [wear].
 
     Work and its parts are differences of records. Maps are of the whole run: records do not hold the points.
 

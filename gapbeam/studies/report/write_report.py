@@ -33,7 +33,7 @@ def write_report(
     begin: float | None = None,
     end: float | None = None,
 ) -> list[Path]:
-    """Write what results show as one page that works offline, and as PDF.
+    """Write a report on results: one page that works offline, and a PDF.
 
     Args:
         results: Folders of runs or studies.

@@ -49,7 +49,7 @@ class StabilityResult(PrintedResult):
         return lines
 
     def headline(self) -> str:
-        """Return how many trials passed."""
+        """Return the number of trials that passed."""
         passed = sum(record["verdict"] == "passed" for record in self.records)
         return f"{passed} of {len(self.records)} trials passed"
 

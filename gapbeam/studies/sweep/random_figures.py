@@ -26,7 +26,7 @@ RMS = ("rms", "lateral_rms")
 
 
 def statistics_of_response(model: Model, interval: float) -> RunStatistics | None:
-    """Return what gathers the statistics of a response; None where it is no transient.
+    """Return the statistics to gather of a response; None where it is no transient.
 
     A response to a periodic force may turn out chaotic: its statistics are gathered, too. Its force holds it up, so
     that the damping of the beam is no time that its motion remembers.

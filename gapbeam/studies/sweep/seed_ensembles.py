@@ -56,7 +56,7 @@ def is_seed(key: str) -> bool:
 
 
 def ensemble_words(one: Ensemble) -> str:
-    """Return what an ensemble knows and what its least certain figure still needs, in one line."""
+    """Return the result of an ensemble and the need of its least certain figure, in one line."""
     known = [figure for figure in one.figures if figure["relative"] is not None and may_be_asked(figure["name"])]
     words = f"{one.members} members, {one.seconds:.6g} s together"
     if not known:

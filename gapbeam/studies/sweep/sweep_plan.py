@@ -213,7 +213,7 @@ def finished(folder: Path) -> dict[int, dict[str, Any]]:
 
 
 def written_responses(folder: Path) -> int:
-    """Return how many responses are on disk, by the names of their files."""
+    """Return the number of responses on disk, by the names of their files."""
     return sum(_NUMBERED.fullmatch(path.name) is not None for path in (folder / POINTS).iterdir())
 
 
@@ -239,7 +239,7 @@ def point_file(folder: Path, task: Task, suffix: str = "json") -> Path:
 
 
 def _plan(sweep: Sweep, cases: Sequence[Case]) -> dict[str, Any]:
-    """Return what a sweep depends on, key by key."""
+    """Return the inputs of a sweep, key by key."""
     swept = {axis.key for axis in sweep.axes}
     plan: dict[str, Any] = {"format": FORMAT}
     tables = [flat(case.model_dump(mode="json")) for case in cases]

@@ -134,7 +134,7 @@ def _start(model: Model, task: Task, before: _End | None, seed: int) -> Start:
 
 
 def _watched(findings: Sequence[Finding], notes: list[str]) -> dict[str, Any]:
-    """Return how close a response came to the limits of the assumptions; those that it passed become notes."""
+    """Return the distances of a response from the limits of the assumptions; those that it passed become notes."""
     notes += [f"{one.assumption.name}: {one.assumption.meaning}" for one in findings if one.verdict == WARNING]
     return {"assumptions": [one.as_data() for one in findings]}
 

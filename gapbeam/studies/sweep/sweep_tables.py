@@ -210,7 +210,7 @@ class SweepResult(PrintedResult):
         return Counter(note for record in self.records for note in record["notes"]).most_common(10)
 
     def headline(self) -> str:
-        """Return how many responses passed and how many points have several."""
+        """Return the number of responses that passed, and of points with several."""
         total = len(self.records)
         words = [f"{total - len(self.failed)} of {total} responses passed", *census_words(self.points)]
         return "; ".join([*words, *map(ensemble_words, self.ensembles)])

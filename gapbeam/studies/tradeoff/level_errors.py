@@ -127,7 +127,7 @@ def predictable_periods(family: Sequence[MeasuredLevel], most: int) -> int:
 
 
 def uncertainty(plan: LevelPlan, found: Mapping[str, MeasuredLevel], periods: int) -> dict[str, float]:
-    """Return what the reference itself may be off by: mesh, step and basis, each relative, summed by group.
+    """Return the uncertainty of the reference by mesh, step and basis, each relative, summed by group.
 
     The largest of any window over the span counts; without windows, the figures are those of so many forcing periods.
 
@@ -202,7 +202,7 @@ def _by_window(windows: Windows) -> list[dict[str, float]]:
 
 
 def _scales(figures: Figures) -> dict[str, float]:
-    """Return what differences are relative to: themselves; harmonics, forces and impulses to the largest of them."""
+    """Return the scales of differences: themselves; harmonics, forces and impulses to the largest of them."""
     scales = {name: abs(value) for name, value in figures.items()}
     for name in figures:
         if " harmonic " in name:

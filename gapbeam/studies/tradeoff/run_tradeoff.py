@@ -60,7 +60,7 @@ class Taken:
 
 
 def study_key(case: Case) -> dict[str, Any]:
-    """Return what a trade-off depends on: the case but for its title, model, outputs, gates and its end."""
+    """Return the inputs of a trade-off: the case but for its title, model, outputs, gates and its end."""
     tables = case.model_dump(mode="json")
     time = {name: value for name, value in tables.pop("time").items() if name != "end"}
     return {name: table for name, table in tables.items() if name not in FREE} | {"time": time}
@@ -279,7 +279,7 @@ def with_promise(outcome: Outcome, taken: Taken, comm: MPI.Comm) -> Outcome:
 
 
 def describe(taken: Taken) -> dict[str, Any]:
-    """Return what a trade-off says of a run, as its summary has it."""
+    """Return the trade-off's entry in the summary of a run."""
     return {
         "asked": taken.tolerance,
         "promised": not taken.doubts,

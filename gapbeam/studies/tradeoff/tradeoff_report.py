@@ -120,7 +120,7 @@ def as_table(study: TradeoffStudy) -> Table:
 
 
 def verdict(study: TradeoffStudy) -> str:
-    """Return what a trade-off found in a sentence or two: the level to take, the span, and every doubt."""
+    """Return the result of a trade-off in a sentence or two: the level to take, the span, and every doubt."""
     asked, grounds = f"{100 * study.tolerance:.3g} %", study.grounds
     doubt = f" The tolerance is not promised: {'; '.join(study.doubts)}." if study.doubts else ""
     if study.chosen is None:

@@ -42,7 +42,7 @@ CLEARED = 1.0e-7  # of the largest excess: the tolerance of linear programs
 
 
 def slack(model: Model, allowed: Array) -> float:
-    """Return what depths may differ by, m: a share of those that are allowed, and round-off of places."""
+    """Return the allowed difference of depths, m: a share of the allowed ones, and round-off of places."""
     return SLACK * float(np.max(allowed)) + ROUND_OFF * model.case.beam.thickness
 
 

@@ -162,7 +162,7 @@ def _read(work: tuple[Path, list[str]]) -> Case | CaseError:
 
 
 def _plan(axes: Sequence[Axis], cases: Sequence[Case]) -> dict[str, Any]:
-    """Return what trials depend on."""
+    """Return the inputs of trials."""
     tables = [case.model_dump(mode="json") for case in cases]
     return {
         "gapbeam": version("gapbeam"),

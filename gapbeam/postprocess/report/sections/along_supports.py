@@ -56,7 +56,7 @@ ZOOM = 3  # forcing periods
 
 
 def end_words(frequency: float | None) -> str:
-    """Return what captions call that part under a forcing of a frequency in Hz, or under none."""
+    """Return the name of that part in captions, under a forcing of a frequency in Hz, or under none."""
     return f"the last {ZOOM} forcing periods" if frequency is not None else "the tenth of the record where most happens"
 
 

@@ -215,7 +215,7 @@ RANDOM_LOADS_SECTION_HEADER = ("band (Hz)", "asked", "generated", "ratio", "95 %
 
 
 def random_loads_section(summary: dict[str, Any], anchor: str = "random-loads") -> ReportSection | None:
-    """Return what random loads were beside what they were to be; None for a run without any.
+    """Return the section on random loads as generated and as asked for; None for a run without any.
 
     Args:
         summary: Of a run.

@@ -38,7 +38,7 @@ _REPORTED = (
 
 
 def periodic_section(found: Mapping[str, Any], command: str, anchor: str = "periodic") -> ReportSection:
-    """Return what a search for a periodic response found.
+    """Return the section on a search for a periodic response.
 
     Args:
         found: `summary["periodic"]`.
@@ -177,7 +177,7 @@ _KEYS = ("a", "b", "agree", "verdict", "tolerance", "runs", "figures", "waveform
 
 
 def comparison_sections(folder: Path, command: str) -> list[ReportSection]:
-    """Return what `gapbeam compare` found.
+    """Return the sections on a comparison by `gapbeam compare`.
 
     Args:
         folder: As `gapbeam compare` left it.
@@ -291,7 +291,7 @@ def life_sections(folder: Path, command: str) -> list[ReportSection]:
 
 
 def _profiles(profiles: Mapping[str, Mapping[str, Sequence[float]]], command: str) -> list[Chart]:
-    """Return how deep the faces are worn at the end along the beam and, where they are met all around, around it."""
+    """Return charts of the final wear depth along the beam and, for faces all around it, around it."""
     charts = []
     for key, title, label in (
         ("x", "Worn profiles along the beam", "x (m)"),

@@ -25,7 +25,7 @@ HIGHEST = 1e3  # sums of squares over the bound that are drawn
 
 
 def identification_blocks(folder: Path, command: str = "") -> list[Block]:
-    """Return what an identification found, from its folder.
+    """Return the blocks on an identification, from its folder.
 
     Args:
         folder: Of `gapbeam identify`.

@@ -114,7 +114,7 @@ def _scene(results: Results, command: str) -> list[Block]:
 
 
 def meta_of(results: Results, command: str) -> dict[str, str]:
-    """Return what a report on results is made from: folder, command, versions."""
+    """Return the origin of a report on results: folder, command, versions."""
     versions = results.summary.get("versions") or {}
     message = ", ".join(f"{name} {version}" for name, version in versions.items())
     return {"results": str(results.folder), "made by": command} | ({"computed with": message} if message else {})
@@ -133,7 +133,7 @@ def case_section(results: Results, anchor: str = "case") -> ReportSection | None
 
 
 def probe_analyses(results: Results) -> dict[str, Analysis]:
-    """Return what the history of every probe shows; a computed periodic response goes round as often as that needs.
+    """Return the analysis of every probe; a computed periodic response is repeated as often as the analysis needs.
 
     Raises:
         ResultsError: The history cannot be read.
@@ -155,7 +155,7 @@ def _of_history(results: Results, command: str) -> list[ReportSection]:
 
 
 def sections_of_records(results: Results, command: str) -> list[ReportSection]:
-    """Return what the records of a run show by themselves: motion, spectra, orbits, contact.
+    """Return the sections that follow from records alone: motion, spectra, orbits, contact.
 
     Args:
         results: Of a run with a history.
@@ -260,7 +260,7 @@ def names_of(runs: Sequence[Results]) -> list[str]:
 
 
 def _verdicts(runs: Sequence[Results], names: Sequence[str]) -> list[Verdict]:
-    """Return what is wrong with any of the runs, or that nothing is."""
+    """Return the faults of all runs, or one verdict that there are none."""
     bad = [
         Verdict(one.level, f"{name}: {one.text}")
         for name, run in zip(names, runs, strict=True)

@@ -191,7 +191,7 @@ def _words(times: np.ndarray, shown: int, total: int, frequency: float | None) -
 
 
 def _words_on_maps(maps: Sequence[ContactMap], left_out: Sequence[str], planar: bool) -> str:
-    """Return what the maps of contact pressure show, and which supports have none for want of room."""
+    """Return the caption of the maps of contact pressure, with the supports left out for want of room."""
     parts = []
     if any(one.around for one in maps):
         parts.append("over x and the angle around the beam, which counts from its lowest line toward +y")

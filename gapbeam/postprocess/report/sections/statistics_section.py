@@ -99,7 +99,7 @@ def energy_of_span(history: xr.Dataset, command: str) -> ReportSection | None:
 
 
 def _balance(changed: xr.Dataset, first: str) -> TableBlock:
-    """Return what came, went, and is stored more at the end of a span than at its first record."""
+    """Return the energy that came, left, and is stored, from the first record of a span to its end."""
     there = [name for name in _STORED if name in changed]
     stored = float(sum(_values(changed, name)[-1] - _values(changed, name)[0] for name in there))
     rows: list[tuple[Cell, ...]] = []
@@ -213,7 +213,7 @@ SHARE, PRESSED = "contact share (%)", "impulse per area (N s/m²)"
 def points_section(
     points: Mapping[str, PointMap], command: str = "", anchor: str = "contact-points"
 ) -> ReportSection | None:
-    """Return what the contact points of a run have met; None for a run without `output.points`.
+    """Return the section on the contact points of a run; None for a run without `output.points`.
 
     Args:
         points: Of the faces, by name.

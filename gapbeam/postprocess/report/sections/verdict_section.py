@@ -71,7 +71,7 @@ def summary_section(results: Results, anchor: str = "summary") -> ReportSection:
 def opening_section(
     results: Results, scene: Sequence[Block] = (), peaks: Sequence[Row] = (), anchor: str = "summary"
 ) -> ReportSection:
-    """Return what a reader of one run sees first: how it ended, the moving scene, warnings, what an engineer asks for.
+    """Return the opening section of a run: how it ended, the moving scene, warnings, key results.
 
     Args:
         results: Of a run.
@@ -96,7 +96,7 @@ def limits_section(results: Results, anchor: str = "limits") -> ReportSection | 
 
 
 def computation_section(results: Results, anchor: str = "computation") -> ReportSection | None:
-    """Return what a run cost and with which steps and defaults; None where the summary says nothing of it."""
+    """Return the section on cost, steps and defaults of a run; None where the summary has none of them."""
     rows = cost_figures(results)
     tables = [TableBlock("Steps, time and memory", FIGURE_HEADS, rows)] if rows else []
     defaults = defaults_table(results.summary)

@@ -27,7 +27,7 @@ MOST_FIELDS = 1e4
 
 
 def warnings(case: Case) -> list[str]:
-    """Return what is worth a second look in a case without faults, one line each."""
+    """Return the warnings about a case without faults, one line each."""
     return [line for look in LOOKS for line in look(case)]
 
 
@@ -71,7 +71,7 @@ def waves(case: Case) -> Iterator[str]:
 
 
 def _of_loads(case: Case, look: Callable[[Load], Iterator[str]]) -> Iterator[str]:
-    """Yield what each load finds itself, with its place in the case file."""
+    """Yield the warnings of each load, with its place in the case file."""
     for number, load in enumerate(case.load, 1):
         for line in look(load):
             yield f'[[load]] number {number} (name "{load.name}") {line}'

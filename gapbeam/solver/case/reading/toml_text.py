@@ -126,7 +126,7 @@ def parse(text: str, source: str) -> dict[str, Any]:
 
 
 def read_toml(text: str) -> dict[str, Any]:
-    """Return what a text in TOML holds.
+    """Return the contents of a TOML text.
 
     Raises:
         ValueError: It is not TOML, or holds a number of thousands of digits.

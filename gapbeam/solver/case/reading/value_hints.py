@@ -31,7 +31,7 @@ def fits(model: type[BaseModel], name: str, value: object) -> bool:
 
 
 def hint_for(model: type[BaseModel], name: str, value: object) -> str:
-    """Return what to write instead of a value that was refused; the key takes every value that it names."""
+    """Return advice for a value that was refused; the key takes every value that the advice names."""
     allowed = options(model, name)
     types = {option.get("type") for option in allowed}
     choices = [choice for option in allowed for choice in option.get("enum", [option.get("const")])]

@@ -69,7 +69,7 @@ def _shown_inside(item: object) -> str:
 
 
 def wanted(model: type[BaseModel], name: str) -> str:
-    """Return what a key expects, in words, with its description and unit."""
+    """Return the values that a key expects, in words, with its description and unit."""
     words = either(dict.fromkeys(in_words(option) for option in options(model, name)))
     description = model.model_fields[name].description
     return f"{words} ({description})" if description else words

@@ -244,7 +244,7 @@ class CircleOperator(ContactOperator):
         return Springs(self.interface, spring_matrix(rows, np.concatenate(sizes)))
 
     def holding(self, forces: Array, interface_values: Array) -> csr_matrix:
-        """Return what contact forces N at rest add to the stiffness as they turn, (interface.size, interface.size).
+        """Return the stiffness that contact forces N at rest add as they turn, (interface.size, interface.size).
 
         sum N / |r| t t^T with t across the direction of each station.
 
@@ -287,7 +287,7 @@ class CircleOperator(ContactOperator):
         return found
 
     def folded(self, columns: Array) -> Array:
-        """Return what forces along y and z at stations do, (..., 2k), from what forces at their points do, (..., m).
+        """Return effects of forces along y and z at stations, (..., 2k), from those of forces at points, (..., m).
 
         Args:
             columns: What unit forces do at the points of `around`, along the directions that open their gaps.

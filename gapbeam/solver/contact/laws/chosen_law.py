@@ -123,6 +123,6 @@ class ChosenLaw(Table):
         return None
 
     def contradictions(self, formulation: ChosenFormulation, damping: float) -> Iterator[Fault]:
-        """Yield what contradicts the formulation of the contact or contact.damping."""
+        """Yield the contradictions to the formulation of the contact or contact.damping."""
         del formulation, damping
         yield from ()

@@ -74,7 +74,7 @@ class ContactLaw:
     slowest_touch: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what has no formula."""
+        """Refuse a law without a formula."""
         if self.damper.law not in FORMULAS:
             raise ValueError(f"no damping formula of a law {self.damper.law!r}; there are {', '.join(FORMULAS)}")
         if self.touch_product is not None and not self.slowest_touch > 0.0:

@@ -84,7 +84,7 @@ NO_DAMPER = Damper("kelvin-voigt")
 
 
 def per_area(value: float | Array, areas: float | Array) -> float | Array:
-    """Return what resultants at points are per area: a value over areas, (m,), m^2; over 1 where it is per area."""
+    """Return the value per area of resultants at points, over areas, (m,), m^2; or over 1 where it is per area."""
     return cast("float | Array", value / areas)
 
 
@@ -119,7 +119,7 @@ class CoulombFriction:
         return replace(self, coefficient=np.where(alike, self.coefficient, sticking), static_coefficient=None)
 
     def sliding_after(self, slip: Array, before: Array | None = None) -> Array:
-        """Return what slides after a step, 1, and what sticks, 0, (m,).
+        """Return 1 for points that slide after a step and 0 for points that stick, (m,).
 
         Args:
             slip: Slip velocity in the balance of the step, (m, k), m/s.

@@ -124,7 +124,7 @@ def limited(findings: Iterable[Finding], gates: Gates) -> list[Finding]:
 
 
 def in_one_line(findings: Sequence[Finding]) -> str:
-    """Return how many assumptions hold, and which of them came closest to its limit."""
+    """Return the number of assumptions that hold, and the one closest to its limit."""
     holding = [finding for finding in findings if finding.verdict == HOLDS]
     nearest = max(holding, key=lambda finding: finding.share, default=None)
     closest = "" if nearest is None else f"; closest to its limit: {nearest.words}"

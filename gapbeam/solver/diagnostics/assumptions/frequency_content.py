@@ -49,7 +49,7 @@ class Recorded(Protocol):
 
 
 def content_of_motion(times: Array, velocity: Recorded) -> FrequencyContent | None:
-    """Return what carries the energy of recorded velocities; None where nothing moves, or with too few records.
+    """Return the energy content of recorded velocities; None where nothing moves, or with too few records.
 
     Args:
         times: Of the records, s; what comes after the first uneven interval is left out.

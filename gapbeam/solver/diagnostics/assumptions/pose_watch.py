@@ -65,7 +65,7 @@ class PoseScales:
 
 
 def still(_time: float, _u: Array) -> float:
-    """Return how far the supports have moved that do not move."""
+    """Return the motion of supports that do not move, 0."""
     return 0.0
 
 

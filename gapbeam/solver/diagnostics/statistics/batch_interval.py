@@ -104,7 +104,7 @@ def standard_error(means: Array) -> float:
 
 @cache
 def quantile(confidence: float, batches: int) -> float:
-    """Return how many standard errors an interval of a mean of batch means reaches to both sides."""
+    """Return the half-width of an interval of a mean of batch means, in standard errors."""
     return float(student.ppf(0.5 + 0.5 * confidence, batches - 1))
 
 
@@ -220,7 +220,7 @@ BURN_IN_RELAXATIONS = 5.0
 
 
 def burn_in(series: list[Array], decay: float = 0.0) -> int:
-    """Return how many values to leave out at the start: a tenth, at least 5 relaxation times, at most a third.
+    """Return the number of values to leave out at the start: a tenth, at least 5 relaxation times, at most a third.
 
     Args:
         series: Of one record, each (n,); the slowest one counts.

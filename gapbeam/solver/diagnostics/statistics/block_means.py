@@ -204,7 +204,7 @@ def correlation_time(series: Array, interval: float = 1.0) -> float:
 
 
 def effective_samples(series: Array) -> float:
-    """Return how many independent samples have the same uncertainty of the mean as a series, (n,); at most n."""
+    """Return the number of independent samples with the same uncertainty of the mean as a series, (n,); at most n."""
     return len(series) / (2.0 * correlation_time(series))
 
 

@@ -105,7 +105,7 @@ class RunStatistics:
         self.blocks.add(np.concatenate(columns, axis=1)[even])
 
     def series(self) -> list[AveragedSeries]:
-        """Return what all figures are means of, behind the burn-in; none where the record is far too short."""
+        """Return the series of all figures behind the burn-in; none where the record is far too short."""
         means, ends = self.blocks.means, self.blocks.ends
         if len(means) < FEWEST:
             return []
@@ -130,7 +130,7 @@ class RunStatistics:
         return any(one.name == name and one.met(relative_error, self._slowest_of(found)) for one in found)
 
     def describe(self, doubts: Doubts | None = None) -> dict[str, Any]:
-        """Return what the summary reports.
+        """Return the figures for the summary.
 
         Args:
             doubts: On the figures; None: not known.

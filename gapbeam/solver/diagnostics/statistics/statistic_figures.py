@@ -143,7 +143,7 @@ class Doubts:
         return f"the scheme in its step makes it about {abs(bias):.1%} too {'small' if bias < 0.0 else 'large'}"
 
     def describe(self, names: list[str]) -> dict[str, Any]:
-        """Return what the summary reports, for figures of these names."""
+        """Return the entries of the summary for figures of these names."""
         biases = {name: found for name in names if (found := self.bias(name)) is not None}
         counted = {} if self.impact_steps == inf else {"steps_in_impact": self.impact_steps}
         return {"energy": self.energy, "steps_in_contact": dict(self.contacts), **counted, "figures": biases}
@@ -307,7 +307,7 @@ def may_be_asked(name: str) -> bool:
 
 
 def face_series(face: str, means: Array) -> list[AveragedSeries]:
-    """Return what the figures of a face are means of.
+    """Return the series behind the figures of a face.
 
     Args:
         face: Its name.
@@ -348,7 +348,7 @@ def _over_events(sums: Array, counts: Array) -> Array:
 
 
 def probe_series(probe: str, means: Array, ends: Array, direction: str = "") -> list[AveragedSeries]:
-    """Return what the figures of a probe in a direction are means of.
+    """Return the series behind the figures of a probe in a direction.
 
     Args:
         probe: Its name.

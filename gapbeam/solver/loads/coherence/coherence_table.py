@@ -63,7 +63,7 @@ class CoherenceTable(Table, ABC):
         """
 
     def faults(self, key: Key) -> Iterator[Fault]:  # noqa: ARG002 - for those that override it
-        """Yield what is wrong with the coherence beyond single values.
+        """Yield the faults of the coherence beyond single values.
 
         Args:
             key: The way to its table in the case, to which a fault adds the key that it is about.

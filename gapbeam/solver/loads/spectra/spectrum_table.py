@@ -61,7 +61,7 @@ class SpectrumTable(Table, ABC):
 
     @abstractmethod
     def faults(self, key: Key) -> Iterator[Fault]:
-        """Yield what is wrong with the spectrum beyond single values.
+        """Yield the faults of the spectrum beyond single values.
 
         Args:
             key: The way to its table in the case, to which a fault adds the key that it is about.
@@ -123,7 +123,7 @@ class FileSpectrum(SpectrumTable):
         return self.model_copy(update={"checksum": self._read().checksum})
 
     def faults(self, key: Key) -> Iterator[Fault]:
-        """Yield what is wrong with the file, and rows that are no spectrum."""
+        """Yield the faults of the file, and of rows that are no spectrum."""
         try:
             read = self._read()
         except RecordError as error:

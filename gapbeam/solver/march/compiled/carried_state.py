@@ -46,7 +46,7 @@ def taken_up(arrays: Carried, factor: OrderedFactor) -> KernelState:
 
 
 def misfit(arrays: Carried, size: int, points: int) -> str:
-    """Return what is wrong with arrays of n = `size` DOFs and m = `points` points, in words; nothing if nothing."""
+    """Return the fault of arrays of n = `size` DOFs and m = `points` points, in words; empty where there is none."""
     if len(arrays) != STATE + 3:
         return f"{len(arrays)} arrays of a compiled loop, expected {STATE + 3}"
     filled = len(np.atleast_1d(arrays[STATE]))

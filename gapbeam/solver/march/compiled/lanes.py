@@ -15,7 +15,7 @@ MOST_ADDED = 0.2  # of the numbers that there are
 
 
 def lanes_for(size: int) -> int:
-    """Return how many numbers the rows of a kernel have for `size` coordinates."""
+    """Return the length of a kernel's rows for `size` coordinates."""
     whole = -(-size // LANES) * LANES
     return whole if whole <= (1.0 + MOST_ADDED) * size else size
 

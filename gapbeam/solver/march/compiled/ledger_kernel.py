@@ -113,7 +113,7 @@ def total_work(ledgers: LedgerArrays) -> float:
 
 @compiled
 def residual(ledgers: LedgerArrays) -> float:
-    """Return what is left of the energy balance."""
+    """Return the residual of the energy balance."""
     return energy_residual(energies_in(ledgers), total_work(ledgers))
 
 

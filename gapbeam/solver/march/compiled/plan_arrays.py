@@ -187,7 +187,7 @@ def _room_for_snapshots(size: int, points: int, steps: int, every: int) -> Snaps
 
 
 def _turning_levers(modal: ModalSystem) -> Array:
-    """Return what forces along y and z at the stations in round holes add to the forces of joints, (t, 2, r)."""
+    """Return the effect of forces along y and z at the stations in round holes on the forces of joints, (t, 2, r)."""
     circles, reactions = modal.system.contact.turning, modal.system.reactions
     if circles is None or reactions is None or reactions.turning is None:
         return np.zeros((0, 2, 0))

@@ -19,13 +19,13 @@ from gapbeam.solver.system.operators import Array
 
 
 def count_in_play(around: AroundPoints | None, size: int) -> int:
-    """Return how many of m = `size` points may touch in the step."""
+    """Return the number of m = `size` points that may touch in the step."""
     return size if around is None else int(around.chosen[0])
 
 
 @overload(count_in_play, inline="always")  # type: ignore[untyped-decorator]
 def _count_in_play(around: Any, size: Any) -> Callable[..., Any]:  # noqa: ARG001
-    """Return what is compiled for the type of `around`."""
+    """Return the function compiled for the type of `around`."""
 
     def all_points(around: Any, size: Any) -> Any:  # noqa: ARG001
         return size
@@ -44,7 +44,7 @@ def in_play(around: AroundPoints | None, number: int) -> int:
 
 @overload(in_play, inline="always")  # type: ignore[untyped-decorator]
 def _in_play(around: Any, number: Any) -> Callable[..., Any]:  # noqa: ARG001
-    """Return what is compiled for the type of `around`."""
+    """Return the function compiled for the type of `around`."""
 
     def any_point(around: Any, number: Any) -> Any:  # noqa: ARG001
         return number
@@ -63,7 +63,7 @@ def turns(around: AroundPoints | None, point: int) -> bool:
 
 @overload(turns, inline="always")  # type: ignore[untyped-decorator]
 def _turns(around: Any, point: Any) -> Callable[..., bool]:  # noqa: ARG001
-    """Return what is compiled for the type of `around`: none turns where there are no sections."""
+    """Return the function compiled for the type of `around`: none turns where there are no sections."""
 
     def never(around: Any, point: Any) -> bool:  # noqa: ARG001
         return False

@@ -173,7 +173,7 @@ def _hold_points(
 
 @compiled
 def open_gaps(around: AroundPoints | None, opened: Array, depth: Array) -> None:
-    """Take what walls have opened, (m,), off penetrations or their rates, (m,): still walls change no digit of these.
+    """Subtract the opening of walls, (m,), from penetrations or their rates, (m,): still walls change no digit.
 
     Walls around sections that share their motions stand still, but for round holes (`wall_kernels.move_walls`).
     """

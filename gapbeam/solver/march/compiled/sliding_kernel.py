@@ -50,7 +50,7 @@ def enter_sliding(modal: Modal, motion: KernelState, room: Room, sliding: Slidin
 
 @compiled
 def _set_spans(modal: Modal, motion: KernelState, room: Room, sliding: SlidingArrays, dt: float) -> None:
-    """Set how long each face is pressed in a step, if a force acts on it, s, where the step has room for faces."""
+    """Set the time that each face is pressed in a step, if a force acts on it, s, where the step has room for faces."""
     span, before, deepest = room.closed, room.force, room.deepest
     fill(deepest, -np.inf)
     for number in range(count_in_play(modal.around, len(motion.depth))):
@@ -64,7 +64,7 @@ def _set_spans(modal: Modal, motion: KernelState, room: Room, sliding: SlidingAr
 
 @compiled
 def way_of_station(around: AroundPoints | None, q: Array, new_q: Array, sliding: SlidingArrays, point: int) -> float:
-    """Return how far the surface of a section slides along its round hole in a solved step, m; 0 of other points."""
+    """Return the slip of the surface of a section along its round hole in a solved step, m; 0 of other points."""
     square = 0.0
     if around is not None:
         station = 0

@@ -45,7 +45,7 @@ class BasisReport:
 
 
 def basis_remarks(basis: BasisReport | None, frequency: float) -> Iterator[str]:
-    """Yield what a user has to know of a basis before using it, one sentence each.
+    """Yield the remarks on a basis before its use, one sentence each.
 
     Args:
         basis: The basis; None: there is none.

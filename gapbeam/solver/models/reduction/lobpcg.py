@@ -110,7 +110,7 @@ def lowest_shapes(
 
 
 def _best(blocks: list[_Block], total: Sum, size: int, last: Indices | None = None) -> tuple[Array, Array]:
-    """Return how the shapes of lowest frequency are made of blocks, (columns, size), with x^T A x = 1.
+    """Return the shapes of lowest frequency in terms of blocks, (columns, size), with x^T A x = 1.
 
     Of the `last` block these columns are taken only; also returns x^T M x of the shapes.
     """

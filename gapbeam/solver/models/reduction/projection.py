@@ -92,7 +92,7 @@ def projected(body: Body, contact: ContactOperator, basis: Basis) -> Body:
 
 
 def _expanded(body: Body, basis: Basis) -> Array | ProductExpansion:
-    """Return what takes reduced DOFs to those of the mesh."""
+    """Return the expansion from reduced DOFs to those of the mesh."""
     if body.expansion is None:
         return basis.columns
     if isinstance(body.expansion, csr_matrix):
@@ -162,7 +162,7 @@ class FloatingBody:
     shift: float
 
     def holding_shapes(self, contact: ContactOperator, held: Basis) -> HoldingShapes | None:
-        """Return what the equations along Z take of the held body; None where no joint holds anything.
+        """Return the products of the held body along Z; None where no joint holds anything.
 
         Args:
             contact: The contact points that the held body keeps, on the DOFs of the body.

@@ -145,7 +145,7 @@ class DeformableSections:
         return np.concatenate([modes.shapes, modes.factor.solve_columns(interface, columns)], axis=1), modes.left
 
     def neglected(self, operators: PetscOperators, modes: Modes, basis: Basis, shift: float) -> Neglected:
-        """Return what a basis neglects, for random pressures at the points, and of half the length of a shape."""
+        """Return the neglected flexibility, for random pressures at the points, and of half the length of a shape."""
         contact, touching = self.body.contact, self._touching
         halves = face_shapes(contact, 2 * self.settings.shapes - 1, (0,), touching)
         smooth = random_pressures(contact, CHECKED, halves)
@@ -234,7 +234,7 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
 
 
 def _kept_contact(body: Body, settings: ReducedModel) -> KeptContact:
-    """Return what the basis keeps of the contact of a body. Collective."""
+    """Return the contact of a body that the basis keeps. Collective."""
     if settings.rings is None:
         return DeformableSections(body, settings)
     return RigidSections.of_body(body, settings.rings)

@@ -72,7 +72,7 @@ class KeptContact(Protocol):
         """
 
     def neglected(self, operators: PetscOperators, modes: Modes, basis: Basis, shift: float) -> Neglected:
-        """Return what a basis neglects; arguments as above. Collective."""
+        """Return the neglected flexibility of a basis; arguments as above. Collective."""
 
 
 PRESSED = np.array([[0.0, -1.0], [1.0, 0.0]])  # directions along y and z of the pressures that measure what is left out
@@ -118,7 +118,7 @@ class RigidSections:
         return np.concatenate([modes.shapes, responses], axis=1), modes.left
 
     def neglected(self, operators: PetscOperators, modes: Modes, basis: Basis, shift: float) -> Neglected:
-        """Return what a basis neglects, for random pressures, and those on half of the circumference. Collective."""
+        """Return the neglected flexibility, for random pressures and for half of the circumference. Collective."""
         contact, lobes = self.body.contact, _lobes(self.body.contact)
         local = random_pressures(contact, lobes.shape[1])
         missing, elastic = flexibilities(

@@ -118,7 +118,7 @@ def of_scheme(model: Model, content: FrequencyContent) -> tuple[float, float]:
 
 
 def of_step(model: Model, content: FrequencyContent, error: float, detail: str) -> Finding:
-    """Return what the scheme does to the periods of a motion, and which modes the step does not resolve.
+    """Return the period error of the scheme on a motion, and the modes that the step does not resolve.
 
     Args:
         model: The model.
@@ -139,7 +139,7 @@ def of_step(model: Model, content: FrequencyContent, error: float, detail: str) 
 
 
 def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger, contacts: int) -> Finding:
-    """Return what the scheme takes of the amplitude of a resonance, where the run is at one.
+    """Return the scheme's reduction of the amplitude of a resonance, where the run is at one.
 
         1 - z_o / sqrt((z_o + z)^2 + e^2),    at most w T (z + e)
 

@@ -114,7 +114,7 @@ def _along(case: Case, motion: Array | Mapping[MotionName, float]) -> bool:
 
 
 def _slid(case: Case, watch: PoseWatch, share: float) -> str:
-    """Return how far the beam slid along the support, where its travel is not across it; empty: it did not."""
+    """Return the slip of the beam along the support in words, where its travel is not across it; empty: none."""
     if share == 0.0 or case.mesh.dimension > 2:
         return ""
     length = watch.scales.support_length
@@ -137,7 +137,7 @@ def of_contact(case: Case, peaks: Peaks, episodes: Episodes) -> Iterator[Finding
 
 
 def _remedy(case: Case) -> str:
-    """Return what a large penetration means in a case, and what helps there."""
+    """Return the meaning of a large penetration in a case, and its remedy."""
     if case.layout.clearance < 0.0 or interference(case.load, case.layout) > 0.0:
         if isinstance(case.model, BeamModel | RigidModel):
             return (

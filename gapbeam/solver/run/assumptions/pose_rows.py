@@ -70,7 +70,7 @@ def watch_of(model: Model) -> PoseWatch:
 
 
 def gauges_of(model: Model) -> Gauges | None:
-    """Return what reads the stress at the probes that ask for it; None where none does.
+    """Return the stress gauges of probes that ask for stress; None where none does.
 
     Raises:
         UserError: Such a probe is outside of the mesh; on all ranks.
@@ -105,7 +105,7 @@ def _pose_at(model: Model, found: SurfaceRows) -> ModelPose:
 
 
 def scales_of(case: Case, places: Array) -> PoseScales:
-    """Return what the pose of a case is measured against at places along the beam, (k,), m."""
+    """Return the scales of the pose of a case at places along the beam, (k,), m."""
     profile, plane = case.profile, case.mesh.dimension == 2 and case.mesh.plane == "stress"
     shear, poisson, strength = zip(*(_constants(profile.at(x).material) for x in map(float, places)), strict=True)
     several = not profile.one_material

@@ -13,7 +13,7 @@ from gapbeam.solver.record_table import HISTORY_FILE
 
 
 def recorded_content(folder: Path, comm: MPI.Comm) -> FrequencyContent | None:
-    """Return what carries the energy of the probes; None where no probe has moved, or too few records are there.
+    """Return the energy content of the probes; None where no probe has moved, or too few records are there.
 
     Args:
         folder: The results folder, its history closed.

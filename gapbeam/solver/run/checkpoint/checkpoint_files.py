@@ -158,7 +158,7 @@ def remove_but(folder: Path, spared: Set[int], last: int) -> None:
 
 
 def write_model(folder: Path, header: Mapping[str, Any], arrays: Arrays, pieces: Pieces) -> None:
-    """Write what all checkpoints of a results folder have in common, a model of few DOFs; as `write_checkpoint`.
+    """Write the common part of all checkpoints of a results folder, a model of few DOFs; as `write_checkpoint`.
 
     Raises:
         NotWritten: It could not be written; the one before it is as it was.

@@ -82,7 +82,7 @@ def _plain(value: Any) -> Any:
 
 
 def _like(value: Any, stored: Any) -> Any:
-    """Return what was stored in the form of a value of the same meaning at a start; infinite only as there."""
+    """Return a stored value in the form of its value at a start; infinite only as there."""
     if isinstance(value, np.ndarray):
         array = np.array(stored, dtype=float)
         if array.shape != value.shape or not np.all(np.isfinite(array) | (array == value)):
@@ -98,7 +98,7 @@ def _like(value: Any, stored: Any) -> Any:
 
 
 def _entry(stored: Any) -> Any:
-    """Return what is kept of a face: a switch, or a pair of finite numbers."""
+    """Return the stored entry of a face: a switch, or a pair of finite numbers."""
     if isinstance(stored, bool):
         return stored
     if len(stored) != PAIR or not all(isinstance(number, int | float) and isfinite(number) for number in stored):

@@ -82,13 +82,13 @@ def _shift(body: Body) -> float:
 
 
 def _along_holds(body: Body) -> list[Array]:
-    """Return what loads and contact do along the shapes of held motions, whatever the basis is."""
+    """Return the effects of loads and contact along the shapes of held motions, whatever the basis is."""
     held = body.holding
     return [] if held is None else [held.patterns, held.pressure, held.friction]
 
 
 def _rows(body: Body) -> Array:
-    """Return what a model is loaded and looked at with, (rows, n)."""
+    """Return the rows by which a model is loaded and observed, (rows, n)."""
     contact, size = body.contact, len(body.patterns[0]) if body.patterns else body.contact.interface.size
     traced = np.zeros((contact.interface.size, size))
     traced[contact.interface.slots, contact.interface.owned] = 1.0
@@ -116,7 +116,7 @@ def _responses(body: Body, shift: float) -> tuple[Array, Array, Array]:
 
 
 def _motion(body: Body, shift: float) -> Array:
-    """Return how the nodes of this rank move under each row, scaled by what moves with them."""
+    """Return the motion of the nodes of this rank under each row, scaled by the mass that moves with them."""
     operators, moved = body.operators, _static(body, shift)
     assert isinstance(operators, DenseOperators)
     size = np.sqrt(np.abs(np.sum(moved * (operators.mass @ moved), axis=0)))

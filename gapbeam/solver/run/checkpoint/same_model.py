@@ -29,7 +29,7 @@ ROUND_OFF = 1.0e-12  # of lengths and areas that ranks add up in another order
 
 
 def measures_of(model: Model) -> list[float]:
-    """Return what the law makes its stiffness of: area of the faces, m^2, and length of their facets, m."""
+    """Return the measures behind the law's stiffness: area of the faces, m^2, and length of their facets, m."""
     return [model.body.contact.support.area, model.facet_length]
 
 

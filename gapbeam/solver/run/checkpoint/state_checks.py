@@ -75,7 +75,7 @@ def _of_header(paused: Paused, header: dict[str, Any], step: float) -> Iterator[
 
 
 def _leaves(entry: Any) -> list[Any]:
-    """Return what describes a seat: a number, or those of each probe."""
+    """Return the leaves of a seat's description: a number, or those of each probe."""
     if not isinstance(entry, dict):
         return [entry]
     return [number for place in entry.values() for number in (place if isinstance(place, list) else [place])]

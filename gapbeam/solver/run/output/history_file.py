@@ -92,7 +92,7 @@ class HistoryWriter:
         self._waiting = 0
 
     def commit(self) -> None:
-        """Put what has been recorded so far in place, on the disk."""
+        """Commit the records so far to the disk."""
         self.flush()
         if self._file is None:
             return
@@ -177,7 +177,7 @@ class HistoryWriter:
 
 
 def along_time(file: h5py.File) -> dict[str, h5py.Dataset]:
-    """Return what has a row for every record, by name."""
+    """Return the data sets with a row for every record, by name."""
 
     def has_time(data: h5py.Dataset) -> bool:
         return "time" in [scale.keys()[0] for scale in data.dims if len(scale)]

@@ -44,7 +44,7 @@ def refuse_other_things(folder: Path, files: Iterator[Path], folders: Iterator[P
 
 
 def _kind(path: Path) -> str | None:
-    """Return what is at a path, in words, links not followed; None where nothing is."""
+    """Return the kind of file at a path, in words, links not followed; None where nothing is."""
     try:
         mode = path.lstat().st_mode
     except OSError:

@@ -274,7 +274,7 @@ class WallsFace(AroundFace):
         return np.asarray(across(self.angles)[self.wall_of(positions)])
 
     def outermost(self, positions: Array, reach: Array) -> Array:
-        """Return how far points reach toward each wall: a wall that lies between points is met without a gap."""
+        """Return the reach of points toward each wall: a wall that lies between points is met without a gap."""
         wall, farthest = self.wall_of(positions), np.zeros(len(self.angles))
         np.maximum.at(farthest, wall, reach)
         return np.asarray(farthest[wall])

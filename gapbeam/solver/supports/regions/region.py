@@ -72,7 +72,7 @@ class Region(Table, ABC):
         return self
 
     def faults(self, key: Key, radius: float) -> Iterator[Fault]:  # noqa: ARG002
-        """Yield what does not fit together in the table itself, or the beam.
+        """Yield the contradictions within the table, or to the beam.
 
         Args:
             key: Of the table.
@@ -131,5 +131,5 @@ class AroundRegion(Region, ABC):
 
 
 def place_around(placed: Placement) -> tuple[float, float, float, float, float]:
-    """Return what all faces around a beam begin with, from their gap on."""
+    """Return the first arguments of all faces around a beam, from their gap on."""
     return placed.clearance, placed.tilt, placed.middle, placed.offset, placed.lateral

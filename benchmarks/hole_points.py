@@ -41,7 +41,7 @@ def rows() -> Iterator[tuple[Cell, ...]]:
 
 
 def seated(cells: int, acceleration: float) -> tuple[float, float]:
-    """Return where the middle of the tube rests, y and z in m."""
+    """Return the place of the middle of the tube at rest, y and z in m."""
     tables: dict[str, Any] = {
         "beam": {"length": LENGTH, "thickness": DIAMETER, "width": DIAMETER, "section": {"type": "tube", "wall": WALL}},
         "material": {"young_modulus": 2.0e11, "poisson_ratio": 0.3, "density": 7850.0},

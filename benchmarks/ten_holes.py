@@ -57,7 +57,7 @@ class Orbits:
         return 1.0e6 * (time.process_time() - began) / steps
 
     def run(self, steps: int) -> float:
-        """Return that of a step with everything that a run keeps of its steps but files, us."""
+        """Return the processor time of a step with everything that a run keeps of its steps but files, us."""
         accounts, recorder, began = self.opened(), Recorder(self.simulation.model), time.process_time()
         recorder.row(self.start, accounts)
         plan = replace(self.loop.plan, steps=steps)

@@ -31,7 +31,7 @@ def identify(
     slurm: SlurmOptions = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="begin anew")] = False,
 ) -> int:
-    """Find unknown keys of a case from measured values, and how well they are known; goes on where it was interrupted.
+    """Find unknown keys of a case from measured values, and how well they are known; resumes where it stopped.
 
     Exit status: 0 done, 2 a fault of the input, 4 the best values themselves did not pass, 5 the fit misses
     search.tolerance, or the measurements by far more than their standard errors.

@@ -43,7 +43,7 @@ def sweep(
     scheduler: SchedulerAddress = None,
     slurm: SlurmOptions = None,
 ) -> int:
-    """Run a case over the values of some keys; goes on where it was interrupted.
+    """Run a case over the values of some keys; resumes where it stopped.
 
     Exit status: 0 all passed, 3 energy was created or 4 not converged at some point, 7 a point ended its workers, 2 a
     fault of the input, 6 results could not be written.

@@ -20,7 +20,7 @@ LINE = 30.0  # s between plain lines where there is no terminal
 
 
 def screen(width: int) -> Console:
-    """Return where tables go; where there is no terminal to fit them to they have so many columns."""
+    """Return the console of tables; without a terminal to fit them to they have so many columns."""
     console = Console(soft_wrap=True, highlight=False)
     if not console.is_terminal:
         console.width = max(console.width, width)

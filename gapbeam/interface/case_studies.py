@@ -52,7 +52,7 @@ def sweep(
     workers: int | Workers | None = None,
     progress: Progress | None = None,
 ) -> SweepResult:
-    """Run a case over the values of some keys; goes on where it was interrupted.
+    """Run a case over the values of some keys; resumes where it stopped.
 
     A script that is run as a file calls this below `if __name__ == "__main__":`, as the processes import it again.
 
@@ -186,7 +186,7 @@ def identify(
     overwrite: bool = False,
     progress: Callable[[str, int, int | None], None] | None = None,
 ) -> IdentificationResult:
-    """Find unknown keys of a case from measured values, and how well they are known; goes on where it was interrupted.
+    """Find unknown keys of a case from measured values, and how well they are known; resumes where it stopped.
 
     A script that is run as a file calls this below `if __name__ == "__main__":`, as the processes import it again.
 

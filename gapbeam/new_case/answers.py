@@ -94,7 +94,7 @@ class CaseAnswers:
         return "\n".join([*self._opening(path), *self._beam(), *self._supports(), *self._model(), *self._rest()]) + "\n"
 
     def places(self) -> list[tuple[float, float]]:
-        """Return where supports begin and end; one at either end of the beam and the others evenly between."""
+        """Return the starts and ends of supports; one at either end of the beam and the others evenly between."""
         if self.supports == 1:
             return [(0.0, _rounded(BASE * self.length))]
         long = _rounded(min(SUPPORTED, 0.25 / (self.supports - 1)) * self.length)

@@ -45,7 +45,7 @@ NOTHING_RUN = "nothing was run."
 
 
 def in_one_line(message: str) -> str:
-    """Return what a message says first: its first line, or the first fault of a case that was refused.
+    """Return the first line of a message, or the first fault of a case that was refused.
 
     Args:
         message: That of an error, such as `str(CaseError)`.

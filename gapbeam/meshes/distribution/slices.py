@@ -66,7 +66,7 @@ def owners(centers: Floats, support: float, parts: int) -> npt.NDArray[np.int64]
 
 
 def _part_of_each(x: Floats, cuts: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Return which of consecutive parts each of some sorted places is in; parts of many layers end between two."""
+    """Return the part of each of some sorted places among consecutive parts; parts of many layers end between two."""
     layers = np.flatnonzero(np.diff(x) > 0) + 1
     if len(layers) + 1 >= WHOLE_LAYERS * (len(cuts) + 1):
         cuts = layers[np.argmin(np.abs(layers[:, None] - cuts), axis=0)]

@@ -180,7 +180,7 @@ class _Refinement:
         return self._split(sorted(poor)) or bool(found)
 
     def _at_acute(self, triangles: Indices) -> BoolArray:
-        """Return which triangles have an acute corner of the region as one of theirs."""
+        """Return True for triangles that have an acute corner of the region as one of theirs."""
         return np.asarray(np.isin(triangles, list(self.acute)).any(axis=1))
 
     def _acute_corners(self) -> set[int]:

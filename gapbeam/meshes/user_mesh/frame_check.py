@@ -210,7 +210,7 @@ MOST_ALONG = 0.9
 def check_facing(
     where: str, geometry: BeamGeometry, nodes: dict[str, Nodes], facets: Facets, points: Coordinates
 ) -> None:
-    """Check where the facets that face supports look.
+    """Check the directions of the facets that face supports.
 
     The normal of a facet is that of its corners, away from the middle of the cell behind it.
 

@@ -14,7 +14,7 @@ PREFIX = "libffcx_"
 
 
 def cache_of_dolfinx() -> Path:
-    """Return where DOLFINx keeps compiled forms, by default or as the user's options say."""
+    """Return the folder of DOLFINx's compiled forms, by default or as the user's options say."""
     return Path(jit.get_options()["cache_dir"])
 
 

@@ -104,7 +104,7 @@ class View:
         self._plotter.render_window.SetMultiSamples(0)
 
     def fractions(self, points: np.ndarray) -> np.ndarray:
-        """Return where points, (k, 3), m, are in the picture, (k, 2): fractions of its width and height."""
+        """Return the places of points, (k, 3), m, in the picture, (k, 2): fractions of its width and height."""
         camera, (width, height) = self._plotter.camera, self._plotter.window_size
         ahead = np.subtract(camera.focal_point, camera.position)
         ahead /= np.linalg.norm(ahead)

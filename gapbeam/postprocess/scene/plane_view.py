@@ -116,7 +116,7 @@ class PlaneView:
         """Draw on as before: smooth lines cost nothing here."""
 
     def fractions(self, points: np.ndarray) -> np.ndarray:
-        """Return where points, (k, 3), m, are in the picture, (k, 2): fractions of its width and height."""
+        """Return the places of points, (k, 3), m, in the picture, (k, 2): fractions of its width and height."""
         return np.asarray(self._pixels(points[:, :2]) / self._size)
 
     def close(self) -> None:
@@ -124,7 +124,7 @@ class PlaneView:
         self._figure.clear()
 
     def _pixels(self, places: np.ndarray) -> np.ndarray:
-        """Return where places, (..., 2), m, are in the picture, pixels."""
+        """Return the pixels of places, (..., 2), m, in the picture."""
         return np.asarray(0.5 * self._size + self._fine * (places - self._center))
 
     def _width(self, lines: float) -> float:
@@ -181,7 +181,7 @@ class PictureView(Protocol):
         """Draw from now on as films are drawn."""
 
     def fractions(self, points: np.ndarray) -> np.ndarray:
-        """Return where points, (k, 3), m, are in the picture, (k, 2): fractions of its width and height."""
+        """Return the places of points, (k, 3), m, in the picture, (k, 2): fractions of its width and height."""
 
     def close(self) -> None:
         """Release the figure."""

@@ -132,7 +132,7 @@ class Studio:
         return self._sheet.fill(frame, whole, near, remark)
 
     def _carried(self, frame: Frame) -> Callable[[Mark, np.ndarray], np.ndarray]:
-        """Return where the points of a mass are drawn in a frame."""
+        """Return the drawn places of the points of a mass in a frame."""
         shown = shown_displacement(frame, self._scale)
 
         def drawn(mark: Mark, points: np.ndarray) -> np.ndarray:

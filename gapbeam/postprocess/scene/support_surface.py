@@ -33,7 +33,7 @@ def outer_radius(met: RunFace, thickness: float, scale: float) -> float:
 
 
 def inner_radii(met: RunFace, thickness: float, scale: float, turns: np.ndarray) -> np.ndarray:
-    """Return where a ring begins at some angles from straight down, infinite where it is open, m."""
+    """Return the inner radii of a ring at some angles from straight down, infinite where it is open, m."""
     angles, distances = met.walls(scale)
     radii = 0.5 * thickness + distances
     if not met.flat:

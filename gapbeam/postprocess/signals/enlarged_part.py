@@ -12,7 +12,7 @@ LEAD = 0.1
 
 
 def enlarged_span(time: np.ndarray, values: np.ndarray, frequency: float | None, periods: int) -> tuple[float, float]:
-    """Return where the part begins and ends, s.
+    """Return the start and end of the part, s.
 
     Without forcing it is the tenth of the record with the largest int (x - median x)^2 dt, and a little before it: a
     shock is shown where it happens.

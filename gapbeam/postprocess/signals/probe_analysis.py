@@ -114,7 +114,7 @@ class Analysis:
     warnings: tuple[str, ...] = field(default=())
 
     def settled_since(self, periods: int = 12) -> float:
-        """Return when the part begins that shows the response itself: its cycles, or its last forcing periods.
+        """Return the start of the part that shows the response itself: its cycles, or its last forcing periods.
 
         Args:
             periods: Of the forcing, that are enough.

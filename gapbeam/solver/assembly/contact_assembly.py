@@ -254,7 +254,7 @@ class RingRows:
         return csr_matrix(self.values @ self.fits)
 
     def slots_of(self, space: Any, interface: Interface) -> Indices:
-        """Return where the DOFs of another interface are in this one, (its size,). Collective.
+        """Return the places of the DOFs of another interface in this one, (its size,). Collective.
 
         Args:
             space: The space of both.

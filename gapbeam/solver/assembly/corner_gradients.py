@@ -41,7 +41,7 @@ class CornerGradients:
 
     @classmethod
     def of_spaces(cls, space: Any, linear: Any) -> CornerGradients:
-        """Return that of a space.
+        """Return the gradients of a space.
 
         Args:
             space: Blocked vector Lagrange space.

@@ -54,7 +54,7 @@ def compiled_form(form: Any) -> fem.Form:
 
 
 def cache_folder() -> Path:
-    """Return where compiled forms are kept."""
+    """Return the folder of compiled forms."""
     return cache_of_dolfinx() / FOLDER
 
 

@@ -34,7 +34,7 @@ def centered_pose(support: AnySupports) -> RigidMotion:
 
 
 def centering_faults(support: AnySupports, key: Key) -> Iterator[Fault]:
-    """Yield why a beam cannot start in the middle of its play: there is none, or the supports contradict each other.
+    """Yield the reasons against a start in the middle of the play: there is none, or supports contradict each other.
 
     Args:
         support: The supports.

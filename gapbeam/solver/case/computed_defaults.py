@@ -59,14 +59,14 @@ def overhang_frequency(case: Case, mode: int = 1) -> float:
 
 
 def bending_words(case: Case) -> str:
-    """Return which part of the beam `overhang_frequency` is that of."""
+    """Return the part of the beam that `overhang_frequency` belongs to, in words."""
     start, length, _, words = _bending(case)
     stepped = len(case.profile.between(start, start + length)) > 1
     return f"{words} of mean mass and flexibility" if stepped else words
 
 
 def _bending(case: Case) -> tuple[float, float, tuple[float, float], str]:
-    """Return where the part that bends begins, its length, m, the roots of its two lowest modes, and it in words."""
+    """Return the start of the part that bends, its length, m, the roots of its two lowest modes, and it in words."""
     beam, points, layout, profile = case.beam, case.contact.points or (), case.layout, case.profile
     parts = [(start, free, CLAMPED_ROOTS, "clamped overhang") for start, free in layout.overhangs(beam.length)]
     parts += [(start, span, PINNED_ROOTS, f"pinned span of {span:g} m") for start, span in layout.spans()]

@@ -68,7 +68,7 @@ def longest_element(case: Case, model: BeamModel) -> float:
 
 
 def _parts(case: Case) -> tuple[Array, Array]:
-    """Return where supports and segments begin and end, (k + 1,), m, and the elements between, (k,)."""
+    """Return the ends of supports and segments, (k + 1,), m, and the elements between, (k,)."""
     total = case.beam.length
     ends = [place for one in case.layout.supports for place in (one.start, one.end)]
     inside = {float(place) for place in (*ends, *case.profile.steps) if 0.0 < place < total}

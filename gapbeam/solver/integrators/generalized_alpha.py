@@ -204,7 +204,7 @@ class Newmark(AlphaFamily):
         return self.gamma < SAFE_GAMMA
 
     def warnings(self) -> Iterator[str]:
-        """Yield that small steps are needed, or that energy is created."""
+        """Yield warnings of small steps, or of created energy."""
         if 2 * self.beta < self.gamma:
             yield f"beta = {self.beta:g} < gamma/2 is unstable unless the step is tiny"
         else:
@@ -238,7 +238,7 @@ class GeneralizedAlpha(AlphaFamily):
         return self.rho_inf > SAFE_RADIUS
 
     def warnings(self) -> Iterator[str]:
-        """Yield that energy is created."""
+        """Yield a warning of created energy."""
         if self.creates_energy:
             yield f"rho_inf = {self.rho_inf:g} creates energy at impacts; 0.5 or less hardly does"
 

@@ -302,7 +302,7 @@ class RecordedSignal:
         return self.curve.span - self.shift
 
     def _places(self, times: Array) -> tuple[Array, Any]:
-        """Return where in the record times lie, s, and whether it covers them."""
+        """Return the places of times in the record, s, and whether it covers them."""
         places, span = times + self.shift, self.curve.span
         if self.beyond == "repeat":
             return np.asarray(np.mod(places, span)), True

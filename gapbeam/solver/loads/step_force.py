@@ -125,7 +125,7 @@ class StepForce(UnrepeatedLoad, PointLoad):
         return self.model_copy(update={"start": 0.0, "ramp": 0.0, "end": None})
 
     def frequency_words(self, step: float) -> tuple[str, str]:
-        """Return when the force rises, and the steps of its ramp."""
+        """Return the time of the rise, and the steps of its ramp."""
         rise = f"over {self.ramp / step:.4g} steps" if self.ramp > 0.0 else "a jump"
         return f"at {self.start:g} s", rise
 

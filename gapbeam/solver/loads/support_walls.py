@@ -116,7 +116,7 @@ def face_motions(loads: Sequence[Load], layout: Layout, dimension: int) -> dict[
 
 
 def _unit(load: Load, dimension: int) -> Placement:
-    """Return where a unit of a motion of walls puts a support that was at no place."""
+    """Return the shift of a support by a unit of a motion of walls."""
     if isinstance(load.place, SupportWalls) and load.place.opens:
         return Placement(1.0)
     along = load_direction(load, dimension)

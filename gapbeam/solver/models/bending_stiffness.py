@@ -155,7 +155,7 @@ def _may_lock(case: Case) -> bool:
 
 
 def _missing(case: Case, space: Any, operators: PetscOperators, rigid: Array) -> float:
-    """Return which share of the softest deflection of the free beam is missing, 0 to 1. Collective."""
+    """Return the missing share of the softest deflection of the free beam, 0 to 1. Collective."""
     beam, shape, square = softest_bending(case, BENDING, held=False)
     moved = _on_mesh(space, beam, shape, -1, turned=True)
     found = operators.shifted_factor(square).solve(operators.apply_mass(moved))

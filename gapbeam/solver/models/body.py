@@ -130,7 +130,7 @@ class Body:
 
 
 def point_rule(case: Case) -> PointRule:
-    """Return where contact points lie: at quadrature points (by default of degree 2 degree + 2), or at the nodes.
+    """Return the rule for contact points: quadrature points (by default of degree 2 degree + 2), or nodes.
 
     Constraints need at most as many points as the DOFs that they constrain; a pressure that follows a law does not.
     """

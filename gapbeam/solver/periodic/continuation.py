@@ -141,7 +141,7 @@ Mirror = Callable[[float, Array], Array | None]
 
 
 def unknown(value: float, x: Array, behind: Sequence[CurvePoint]) -> bool:  # noqa: ARG001
-    """Return that a response is not known: what a first curve asks."""
+    """Return False: a first curve has no known responses to compare with."""
     return False
 
 

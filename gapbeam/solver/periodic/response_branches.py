@@ -238,7 +238,7 @@ class _Search:
         return _gaps([_span(curve.points) for curve in self.curves], self.settings)
 
     def reason(self, low: float, high: float, failed: dict[float, bool]) -> str:
-        """Return why no branch covers an interval."""
+        """Return the reason for which no branch covers an interval."""
         reasons = list[str]()
         for curve in self.curves:
             near = self.settings.range * NOT_COVERED

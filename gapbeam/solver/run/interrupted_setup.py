@@ -23,7 +23,7 @@ LOG = logging.getLogger("gapbeam")
 
 
 def stopped_words(case: Case, stopped: Interrupted, going_on: bool) -> str:
-    """Return when a run was stopped and what to do, in one line.
+    """Return the time at which a run was stopped and the next command, in one line.
 
     Args:
         case: The case.

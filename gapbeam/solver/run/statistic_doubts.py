@@ -33,7 +33,7 @@ def doubts_of(model: Model, accounts: Accounts) -> Doubts:
 
 
 def noise_remarks(model: Model) -> Iterator[str]:
-    """Yield that the scheme of a case, in its step, changes the energy of a motion under noise, by how much at most."""
+    """Yield a warning of energy that the scheme, in its step, adds to or takes from a motion under noise."""
     case = model.case
     if not has_statistics(case):
         return

@@ -71,7 +71,7 @@ def wear_figures(
 
 
 def _largest(model: Model, gathered: RunStatistics | None) -> dict[str, dict[str, Any]]:
-    """Return where the map of each face is largest, its work rate per area, W/m^2, and the interval of that."""
+    """Return the place of the largest work rate per area of each face, W/m^2, with its interval."""
     series = gathered.point_series() if isinstance(gathered, PointStatistics) else np.zeros((0, 0))
     if not len(series):
         return {}

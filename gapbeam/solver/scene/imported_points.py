@@ -155,7 +155,7 @@ class Rows:
         return found
 
     def placed(self, given: PointGiven) -> tuple[Array | None, Array | None]:
-        """Return where a point is, m, and the directions of its motions, (motions, 3), as far as they are known."""
+        """Return the place of a point, m, and the directions of its motions, (motions, 3), as far as they are known."""
         if isinstance(given, Mapping):
             where = next(one for one in WHERE if given.get(one) is not None)
             nodes, axes = (

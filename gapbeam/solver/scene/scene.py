@@ -409,6 +409,6 @@ class Scene:
         return self.rows([one.sense for one in self.feedbacks]) @ q
 
     def places(self, q: Array, t: float) -> Array:
-        """Return where the contact points are relative to their regions, (motions, lanes), m."""
+        """Return the places of the contact points relative to their regions, (motions, lanes), m."""
         found: Array = self.contact_rows @ q + self.offsets - self.walls(np.array([t]))[0]
         return found

@@ -183,7 +183,7 @@ def _in_si(A: Any, energy: float, lengths: Array) -> Any:
 
 
 def _without_strain(K: Any, motions: Array) -> Array | None:
-    """Return those of the rigid motions that a structure has; None: it is held."""
+    """Return the rigid motions that a structure has; None: it is held."""
     strain, most = abs(K @ motions).max(axis=0), abs(K).max() * np.abs(motions).max(axis=0)
     kept = motions[:, strain <= SYMMETRY * np.where(most > 0.0, most, 1.0)]
     kept = kept[:, np.abs(kept).max(axis=0, initial=0.0) > 0.0]

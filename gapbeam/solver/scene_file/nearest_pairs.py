@@ -62,7 +62,7 @@ def nearest_faults(key: Key, pair: PairTable, placed: Mapping[str, bool]) -> Ite
 def meeting_faults(
     key: Key, pair: PairTable, places: Sequence[PlacedPoint | None], bodies: Sequence[PlacedBody | None]
 ) -> Iterator[Fault]:
-    """Yield why two points cannot touch as they are placed, or why their structures overlap.
+    """Yield reasons for which two points cannot touch as they are placed, or their structures overlap.
 
     Args:
         key: The way to the table of the pair.

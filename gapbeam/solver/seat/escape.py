@@ -170,7 +170,7 @@ def _vector(section: Mapping[MotionName, float], largest: float) -> tuple[float,
 
 
 def _pivot(motion: RigidMotion, length: float) -> float | None:
-    """Return where the axis stays, m, as it turns in the bending plane about a place of the beam; None: elsewhere."""
+    """Return the fixed place of the axis, m, as it turns in the bending plane about a place of the beam; else None."""
     here, there = motion.section(0.0), motion.section(length)
     aside = max(abs(end[name]) for end in (here, there) for name in ("axial", "lateral"))
     rise = there["vertical"] - here["vertical"]

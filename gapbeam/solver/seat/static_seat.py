@@ -187,7 +187,7 @@ class _Search:
         )
 
     def _limit(self, noisy: bool) -> float:
-        """Return which change of gaps is none, m; energy alone does not tell where a beam hardly bends."""
+        """Return the change of gaps that counts as none, m; energy alone does not tell where a beam hardly bends."""
         pressed = ROUGHLY if noisy or _is_noise(self._moves) else SETTLED
         return STILL * float(np.max(np.abs(self._depth))) + pressed * max(float(np.max(self._depth)), 0.0)
 

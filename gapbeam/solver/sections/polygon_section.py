@@ -163,7 +163,7 @@ def _meetings(ones: Array, others: Array, near: float, same: bool) -> Iterator[t
 
 
 def _meeting(one: Array, other: Array, near: float) -> Place | None:
-    """Return where two sides cross, or come near to each other."""
+    """Return the place where two sides cross, or come near to each other."""
     (a, b), (c, d) = one, other
     along, across, away = b - a, d - c, c - a
     below = along[0] * across[1] - along[1] * across[0]

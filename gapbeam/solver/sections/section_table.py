@@ -120,7 +120,7 @@ class SectionTable(Table, ABC):
         return True
 
     def coupling(self, in_space: bool, thickness: float, width: float) -> str:
-        """Return why bending goes with twist, or with bending in the other plane, in words; "" where it does not.
+        """Return the reason for which bending couples with twist, or with the other plane; "" where it does not.
 
         Args:
             in_space: Whether the beam bends across its bending plane or twists, too.
@@ -192,7 +192,7 @@ class SymmetricSection(SectionTable):
         return 0.0, 0.0
 
     def coupling(self, in_space: bool, thickness: float, width: float) -> str:  # noqa: ARG002
-        """Return that bending goes with nothing else."""
+        """Return "": bending couples with nothing else."""
         return ""
 
 

@@ -92,7 +92,7 @@ class Face:
         return np.asarray(self.side * (heights - level - self.rise(positions)))
 
     def meets(self, positions: Array) -> NDArray[np.bool_]:
-        """Return which contact points can touch the face, (m,)."""
+        """Return True for contact points that can touch the face, (m,)."""
         return np.ones(len(positions), dtype=bool)
 
     def opening(self, positions: Array) -> Array:

@@ -151,7 +151,7 @@ class ContactOperator:
         return tuple(np.flatnonzero(self.faces == face) for face in range(len(self.face_names)))
 
     def faces_with(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which faces have one of the chosen contact points, (m,), among theirs, (faces,)."""
+        """Return True for faces that have one of the chosen contact points, (m,), among theirs, (faces,)."""
         return np.asarray(np.bincount(self.faces, weights=chosen, minlength=len(self.face_names)) > 0.0)
 
     def added_up(self, sizes: Array) -> Array:
@@ -357,7 +357,7 @@ class Snapshots(NamedTuple):
 
     @classmethod
     def of_states(cls, states: Sequence[State]) -> Snapshots:
-        """Return those of one or more states."""
+        """Return the snapshots of one or more states."""
         return cls(
             np.array([state.time for state in states]),
             np.stack([state.u[VALUE] for state in states]),

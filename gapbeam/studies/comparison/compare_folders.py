@@ -77,5 +77,5 @@ def compare_folders(
 
 
 def comparison_folder(a: Path, b: Path) -> Path:
-    """Return where a comparison goes by default."""
+    """Return the default folder of a comparison."""
     return Path("results") / f"{a.resolve().name}-against-{b.resolve().name}"

@@ -146,7 +146,7 @@ def _finer(case: Case, plane: bool, even: bool) -> dict[str, Any] | None:
 
 
 def _planes_beside_circles(case: Case) -> bool:
-    """Whether a solid has no basis for the supports: circles need sections that are rigid, planes others."""
+    """Return True for a solid without a basis for the supports: circles need sections that are rigid, planes others."""
     return any(face.circle for face in case.layout.faces) and not all(one.around for one in case.layout.supports)
 
 
@@ -155,7 +155,7 @@ def _too_many_cells(case: Case, plane: bool, even: bool) -> bool:
 
 
 def _why_no_finer(case: Case, plane: bool, even: bool) -> list[str]:
-    """Return which errors no finest companion shows, and why."""
+    """Return the errors that no finest companion shows, with reasons."""
     if _too_many_cells(case, plane, even):
         return [f"a finer mesh, which would have more than {MOST_CELLS} cells through the thickness"]
     if case.mesh.dimension == 2 or plane:

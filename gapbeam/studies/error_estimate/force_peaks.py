@@ -255,7 +255,7 @@ def force_peaks(run: MotionRecord, spans: Iterable[Span]) -> ForcePeaks:
 
 
 def doubtful_peaks(found: Mapping[str, Mapping[str, Mapping[str, float]]], interval: float) -> Iterator[str]:
-    """Yield which largest forces belong to contacts that records do not resolve, one sentence a face.
+    """Yield the largest forces that belong to contacts that records do not resolve, one sentence a face.
 
     Args:
         found: As `force_peaks` returns them.

@@ -225,7 +225,7 @@ def evolve(residuals: Residuals, start: ParameterSearchFloatArray, budget: int, 
 
 
 def polish(residuals: Residuals, start: ParameterSearchFloatArray, difference: float) -> ParameterSearchFloatArray:
-    """Return where least squares leads from a place; its derivatives are central differences."""
+    """Return the result of least squares from a place; its derivatives are central differences."""
     first = residuals(start[None])[0]
     if not np.all(np.isfinite(first)):
         return start

@@ -81,7 +81,7 @@ class IdentificationResult(PrintedResult):
         ]
 
     def remark(self) -> str | None:
-        """Return why the exit status is not 0; None where it is."""
+        """Return the reason for an exit status other than 0, else None."""
         if self.found is None:
             return "no set of values passed in all experiments: nothing was identified"
         if not self.found.passed:

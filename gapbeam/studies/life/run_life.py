@@ -136,7 +136,7 @@ def run_life(
     overwrite: bool = False,
     progress: Callable[[int, int | None], None] | None = None,
 ) -> LifeResult:
-    """March the gaps of a case until a face is worn to `wear.depth_limit`; goes on where it was interrupted.
+    """March the gaps of a case until a face is worn to `wear.depth_limit`; resumes where it stopped.
 
     Args:
         case: Path of the case file.

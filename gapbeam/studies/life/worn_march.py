@@ -248,7 +248,7 @@ class _March:
         return 0.125 * h * np.sqrt(squares)  # an interval is two standard errors to either side
 
     def _reached(self, last: WornState, found: WornState) -> float | None:
-        """Return when the first face reaches the limit in a block, or just behind it, s."""
+        """Return the time at which the first face reaches the limit in a block, or just behind it, s."""
         h = found.time - last.time
         times = [
             _crossing(self.blocks.limit - depth, rate, (next_rate - rate) / h)

@@ -113,7 +113,7 @@ def print_page(page: Path, pdf: bool | None) -> list[Path]:
 
 
 def page_of(results: Sequence[Path]) -> Path:
-    """Return where the report on results goes by default."""
+    """Return the default page of the report on results."""
     if len(results) == 1:
         return results[0] / NAME
     names = [folder.resolve().name for folder in results]

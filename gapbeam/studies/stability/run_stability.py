@@ -66,7 +66,7 @@ def run_stability(
     workers: Workers | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> StabilityResult:
-    """Try a case at every point of a grid, and write tables and maps; goes on where it was interrupted.
+    """Try a case at every point of a grid, and write tables and maps; resumes where it stopped.
 
     Args:
         case: Path of the case file.

@@ -276,7 +276,7 @@ def nearest(levels: Sequence[Judged], grounds: Grounds) -> Judged | None:
 
 
 def doubts(one: Judged, tolerance: float, grounds: Grounds) -> list[str]:
-    """Return why a tolerance is not promised for a level; nothing where it is.
+    """Return the doubts on a tolerance for a level; empty where there are none.
 
     Args:
         one: The level.

@@ -194,7 +194,7 @@ def run_tradeoff(
 
 
 def tradeoff_folder(case: Path) -> Path:
-    """Return where the trade-off of a case is kept."""
+    """Return the folder of the trade-off of a case."""
     return Path("results") / f"{case.stem}-tradeoff"
 
 

@@ -83,7 +83,7 @@ def _largest(found: dict[str, Any]) -> list[Block]:
 
 
 def _where(maps: Mapping[str, WearMap], command: str) -> list[Block]:
-    """Return where the faces wear most, and charts along the beam and around it."""
+    """Return the places of largest wear, and charts along the beam and around it."""
     worn = {face: one for face, one in maps.items() if one.unevenness > 0.0}
     if not worn:
         return []

@@ -42,7 +42,7 @@ def run_verdicts(results: Results) -> list[Verdict]:
 
 
 def created_energy(summary: dict[str, Any]) -> str | None:
-    """Return that a run created more energy than its gates allow, though it was accepted; None where it did not."""
+    """Return the warning that a run created more energy than its gates allow, though it was accepted; else None."""
     energy, limits = summary.get("energy") or {}, (summary.get("gates") or {}).get("limits") or {}
     growth, allowed = energy.get("relative_growth"), limits.get("impact_growth")
     if growth is None or allowed is None or growth <= allowed:

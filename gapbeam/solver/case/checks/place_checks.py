@@ -44,7 +44,7 @@ def probes_lie_in_the_beam(beam: Beam, segment: Segments, mesh: Mesh, probe: Pro
 def outside(
     key: Key, point: float | Vector, beam: Beam, mesh: Mesh, segment: Segments = MappingProxyType({})
 ) -> list[Fault]:
-    """Return where a point leaves the beam, whose axis is y = 0 in 2D and y = z = 0 in 3D."""
+    """Return the faults of a point off the beam, whose axis is y = 0 in 2D and y = z = 0 in 3D."""
     x = point[0] if isinstance(point, tuple) else point
     # where two segments meet, a point of either one is in the beam
     near = [beam_at(beam, segment.values(), x + side * SNAP * beam.thickness) for side in (-1.0, 1.0)]
@@ -135,7 +135,7 @@ def probes_have_a_node(beam: Beam, mesh: Mesh, probe: Probes) -> Iterator[Fault]
 
 
 def _between_nodes(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterator[Fault]:
-    """Say where a point on the axis falls between the nodes of an odd number of linear cells."""
+    """Yield the fault of a point on the axis between the nodes of an odd number of linear cells."""
     on_axis = not isinstance(point, tuple) or not any(point[1:])
     if mesh.degree == 2 or mesh.file is not None or not on_axis or not beam.rectangular:
         return

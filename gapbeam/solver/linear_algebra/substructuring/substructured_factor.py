@@ -175,7 +175,7 @@ class SubstructuredFactor:
         return np.asarray(0.5 * (whole + whole.T))
 
     def _places(self, interface: Interface) -> tuple[Indices, Indices, Indices, Indices]:
-        """Return where the contact interface DOFs of this rank lie.
+        """Return the places of the contact interface DOFs of this rank.
 
         Slots of the inner ones and their numbers; slots of those among the interface unknowns and their numbers.
         """
@@ -187,7 +187,7 @@ class SubstructuredFactor:
         return interface.slots[loaded], inside[loaded], interface.slots[~loaded], on_border
 
     def _members(self, one: Subdomain, inside: Indices) -> Indices:
-        """Return which of some unknowns, given by their inner numbers, belong to a subdomain."""
+        """Return True for unknowns, given by their inner numbers, that belong to a subdomain."""
         return np.flatnonzero((inside >= one.rows.start) & (inside < one.rows.stop))
 
     def _on_interface(self, own: Array, load: Array) -> Array:

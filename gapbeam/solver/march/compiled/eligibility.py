@@ -11,7 +11,7 @@ from gapbeam.solver.system.semi_discrete import ContactOperator
 
 
 def why_not_compiled(plan: March) -> str | None:
-    """Return why the compiled loop cannot march a plan, in words; None where it can.
+    """Return the reason against the compiled loop for a plan, in words; None where it can march.
 
     It marches dense systems, whose gaps and forces are the same shapes, by schemes that have a kernel, with springs and
     dampers, in steps of one size.

@@ -99,7 +99,7 @@ class Resolution:
 
 
 def _closed_faces(contact: ContactOperator, law: ContactLaw, state: State) -> NDArray[np.bool_]:
-    """Return which faces are closed, (faces,); multipliers press where hardly anything penetrates."""
+    """Return True for closed faces, (faces,); multipliers press where hardly anything penetrates."""
     closed = (state.depth if law.augmented is None else state.pressure) > 0.0
     return np.bincount(contact.faces, weights=closed, minlength=len(contact.face_names)) > 0.0
 

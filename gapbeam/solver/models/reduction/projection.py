@@ -101,7 +101,7 @@ def _expanded(body: Body, basis: Basis) -> Array | ProductExpansion:
 
 
 def moved(body: Body, contact: ContactOperator, basis: Basis) -> Kept:
-    """Return which columns of a basis loads or contact can move, (r,): those that are symmetric. Collective."""
+    """Return True for columns of a basis that loads or contact can move, (r,): symmetric ones. Collective."""
     operators = body.operators
     trace = _trace(operators, contact.interface, basis)
     gaps = np.sqrt(contact.weights[:, None]) * (contact.gap_matrix @ trace)

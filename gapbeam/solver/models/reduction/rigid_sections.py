@@ -92,7 +92,7 @@ class RigidSections:
 
     @classmethod
     def of_body(cls, body: Body, stations: int) -> RigidSections:
-        """Return those of a body, so many along each support. Collective."""
+        """Return the rigid sections of a body, so many along each support. Collective."""
         meshed, case = body.meshed, body.case
         supported, rule = body.contact.support.faces, point_rule(case)
         return cls(body, ring_rows(meshed.space, meshed.faces, supported, rule, stations, case.follows_faces))

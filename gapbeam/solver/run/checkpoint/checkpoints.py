@@ -166,7 +166,7 @@ class Checkpoints:
 
 
 def last_checkpoint(folder: Path, case: Case, model: Model, comm: MPI.Comm, every: Mapping[str, int]) -> Left | None:
-    """Return where the run in a results folder was left; None where it has no checkpoint yet.
+    """Return the state of the last checkpoint in a results folder; None where it has none yet.
 
     Args:
         folder: Results folder.

@@ -65,7 +65,7 @@ class DofLayout:
         return ParallelTable(self.rows, x.reshape(*x.shape[:-1], -1, self.components), layered=x.ndim > 1)
 
     def found_in(self, contents: Contents | None) -> RankRows:
-        """Return where the nodes of this rank are in a checkpoint, which is there on rank 0.
+        """Return the places of this rank's nodes in a checkpoint, which is there on rank 0.
 
         Raises:
             ValueError: They are not the same places.
@@ -82,7 +82,7 @@ class DofLayout:
         return found_rows(self.comm, self.nodes, pieces)
 
     def points_in(self, contents: Contents) -> Indices:
-        """Return which contact points of a checkpoint are those here; on rank 0.
+        """Return the contact points of a checkpoint that match those here; on rank 0.
 
         Raises:
             ValueError: They are not the same places.
@@ -96,7 +96,7 @@ class DofLayout:
 
 
 def layout_of(model: Model, comm: MPI.Comm) -> DofLayout:
-    """Return where the DOFs of a model are. Collective."""
+    """Return the layout of the DOFs of a model. Collective."""
     space = model.space
     owned = space.dofmap.index_map.size_local
     nodes = np.ascontiguousarray(space.tabulate_dof_coordinates()[:owned])

@@ -35,7 +35,7 @@ def refuse_to_resume(case: Case) -> None:
 
 
 def find_left(folder: Path, case: Case, model: Model, comm: MPI.Comm) -> Left | dict[str, Any] | None:
-    """Return where the run in a results folder was left.
+    """Return the state in which the run in a results folder stopped.
 
     Args:
         folder: Results folder, held by this run.

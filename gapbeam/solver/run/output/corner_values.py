@@ -32,7 +32,7 @@ class CornerValues:
 
     @classmethod
     def of_model(cls, model: Model, linear: Any) -> CornerValues:
-        """Return that of a model.
+        """Return the corner values of a model.
 
         Args:
             model: The model.

@@ -77,7 +77,7 @@ def write_curve(folder: Path, key: str, unit: str, periods: int, found: Branches
 
 
 def coverage(found: Branches) -> dict[str, Any]:
-    """Return why the first branch ends, and where no branch, or none with a stable response, was found."""
+    """Return the reason for which the first branch ends, and intervals without a branch, or a stable response."""
     return {
         "endings": list(found.curves[0].endings),
         "branches": len(found.curves),

@@ -209,7 +209,7 @@ class FieldWriter:
         self._grids = [self._grid(number) for number in range(count)]
 
     def _found_rows(self, points: Array) -> RankRows:
-        """Return where the nodes of this rank are in fields before, whose order comes from the number of ranks."""
+        """Return the places of this rank's nodes in earlier fields, whose order comes from the number of ranks."""
         source = self._folder / FIELDS_DATA_FILE
 
         def pieces() -> Iterator[Array]:

@@ -75,7 +75,7 @@ class ParallelTable:
         return (*self.values.shape[:axis], self.rows.count, *self.values.shape[axis + 1 :])
 
     def part(self, layer: int, begin: int, end: int) -> tuple[Indices, Values]:
-        """Return those of this rank among some rows of the whole, and which they are."""
+        """Return the rows of this rank among some rows of the whole, and their numbers."""
         values = self.values[layer] if self.layered else self.values
         here = np.flatnonzero((self.rows.places >= begin) & (self.rows.places < end))
         return np.asarray(self.rows.places[here] - begin), np.ascontiguousarray(values[here])
@@ -157,7 +157,7 @@ def broadcast(comm: MPI.Comm, pieces: Callable[[], Iterator[Values]]) -> Iterato
 
 
 def found_rows(comm: MPI.Comm, places: Array, pieces: Callable[[], Iterator[Values]]) -> RankRows:
-    """Return where the rows of this rank are in a table of places that rank 0 reads.
+    """Return the places of this rank's rows in a table of places that rank 0 reads.
 
     Args:
         comm: The ranks.

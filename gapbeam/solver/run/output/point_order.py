@@ -11,7 +11,7 @@ SAME_PLACE = 1.0e-9  # of the extent of all places
 
 
 def matching(places: Array, wanted: Array) -> Indices:
-    """Return which of some places are the wanted ones, (n,), so that `places[matching(places, wanted)]` is `wanted`.
+    """Return the numbers of the wanted places, (n,), so that `places[matching(places, wanted)]` is `wanted`.
 
     Args:
         places: (n, d), m.

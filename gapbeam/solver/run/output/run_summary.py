@@ -59,7 +59,7 @@ def describe_smoothing(case: Case) -> dict[str, Any]:
 
 
 def describe_supports(case: Case) -> list[dict[str, Any]]:
-    """Return where the supports are, how far their planes stand from the undeformed beam, m, their contact and body.
+    """Return the places of the supports, their gaps to the undeformed beam, m, their contact and body.
 
     Supports of a beam with steps also say how thick it is there.
     """
@@ -90,7 +90,7 @@ def describe_supports(case: Case) -> list[dict[str, Any]]:
 
 
 def _side(face: Face) -> str:
-    """Return where a face is, seen from the beam."""
+    """Return the side of a face, seen from the beam."""
     return "around" if face.around else "below" if face.side > 0.0 else "above"
 
 

@@ -31,7 +31,7 @@ class StressFields:
 
     @classmethod
     def of_model(cls, model: Model, linear: Any) -> StressFields | None:
-        """Return that of a model, where its case asks for stress; on the corners of a linear space. Collective."""
+        """Return the stress fields of a model whose case asks for them, at corners of a linear space. Collective."""
         if not model.case.output.stress:
             return None
         return cls(

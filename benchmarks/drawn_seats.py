@@ -49,7 +49,7 @@ class Judged:
     Attributes:
         tables: The case.
         verdict: "seated", "refused" or "edge": the center of the loads lies at the edge of a support.
-        fault: What is wrong; empty: nothing.
+        fault: The fault; empty: none.
         seconds: Wall time of the seat.
     """
 

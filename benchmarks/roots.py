@@ -36,7 +36,7 @@ class Agreement:
     """Largest deviations of compared roots.
 
     Attributes:
-        roots: How many were compared, those that are zero included.
+        roots: Number of compared roots, zeros included.
         worst: The largest deviation, relative, and absolute for roots below 1.
         of_first_three: The same of the first three.
         missed: Pairs of springs for which the number of roots below the last one differs.

@@ -58,7 +58,7 @@ def slepc_modes(
     Args:
         factor: Products with A and its preconditioner.
         multiply_mass: M on blocks of columns.
-        count: How many.
+        count: Their number.
         residual: Tolerance of SLEPc: norm of A x - s M x over s.
     """
     for guards in GUARDS[:-1]:

@@ -43,7 +43,7 @@ class StationaryCase:
     """A case with an exact law.
 
     Attributes:
-        name: What it is.
+        name: Its name.
         tables: The case.
         free: Whether nothing but contact holds the body.
     """

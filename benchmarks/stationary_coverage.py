@@ -39,7 +39,7 @@ class Row:
     """A parameter set.
 
     Attributes:
-        name: What it is.
+        name: Its name.
         exact: Exact figures, by name.
         statistics: Those of a march with a seed.
         missed: Part of the impacts that steps could not see, mean over the faces, of each march so far.

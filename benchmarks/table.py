@@ -24,7 +24,7 @@ class Table:
 
     Attributes:
         name: Of the files.
-        title: What was measured.
+        title: The measured quantity.
         columns: Headings, with units.
         rows: Cells in the order of the columns.
         notes: Conditions, verdicts and what is missing.

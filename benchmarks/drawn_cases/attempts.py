@@ -70,7 +70,7 @@ class Attempt:
         number: Of the scene.
         kind: Its model, or rigid sections.
         stiffness: Of the contact: "given" or "auto".
-        choices: What else was chosen.
+        choices: Other choices.
         status: Of the run.
         message: Of the run.
         horizon: Up to where its motion can be predicted, s; None: to the end.

@@ -69,7 +69,7 @@ class Scene:
         kind: Its model, or rigid sections.
         automatic: Whether the contact stiffness is computed.
         motion: "settled", many periods of a load, or "start-up", a few.
-        choices: What else was chosen, by name.
+        choices: Other choices, by name.
     """
 
     tables: dict[str, Any]

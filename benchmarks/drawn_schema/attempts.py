@@ -72,7 +72,7 @@ def _way(chance: random.Random, case: Case, whole: bool) -> Way:
     """Draw another way, more often one that has the same answer: no errors are estimated for that, which takes long.
 
     Args:
-        chance: What draws.
+        chance: Random number generator.
         case: The case.
         whole: Whether the run that the case starts from reached its end; from elsewhere no other way starts.
     """

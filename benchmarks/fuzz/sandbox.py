@@ -47,7 +47,7 @@ class Outcome:
         status: Exit status; negative for a signal.
         seconds: It took.
         memory: Peak resident memory, bytes.
-        printed: What it printed.
+        printed: Its output.
     """
 
     kind: Kind

@@ -21,7 +21,7 @@ class SimilarCase:
         end: Of the short run, s.
         to_the_last_bit: Whether all histories are the same at sizes that are powers of four: so wherever K of the law
             scales by a power of two.
-        within: How far histories may be apart otherwise, over their largest values.
+        within: Otherwise allowed difference of histories, over their largest values.
         fast: Whether the fast tests have it.
     """
 

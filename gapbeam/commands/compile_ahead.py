@@ -21,7 +21,7 @@ class Work(NamedTuple):
     """Something to compile.
 
     Attributes:
-        words: What it is.
+        words: Its name.
         case: Shipped case that needs it.
         overrides: Changes of that case.
         use: Uses it.

@@ -76,7 +76,7 @@ def sweep(
     Raises:
         CaseError: The case has faults at every point.
         UserError: An argument is out of its range, or the folder holds another sweep or cannot be written.
-        ResultsError: What an earlier sweep left cannot be read.
+        ResultsError: Results of an earlier sweep cannot be read.
     """
     refuse_ranks("sweep")
     crew = as_workers(workers)
@@ -191,7 +191,7 @@ def identify(
     A script that is run as a file calls this below `if __name__ == "__main__":`, as the processes import it again.
 
     Args:
-        file: What is unknown and what was measured, TOML.
+        file: TOML file of unknowns and measurements.
         overrides: Keys of the case to replace.
         leave_one_out: Predict each fitted measurement from the others too.
         output: Folder; by default results/<file>.
@@ -202,7 +202,7 @@ def identify(
     Raises:
         CaseError: The file or its case has faults.
         UserError: The folder holds another identification or cannot be written.
-        ResultsError: What an earlier search left cannot be read.
+        ResultsError: Results of an earlier search cannot be read.
     """
     refuse_ranks("identify")
     crew = as_workers(workers)
@@ -245,7 +245,7 @@ def life(
         CaseError: The case has faults.
         UserError: The case has no limit or no wear, or the folder holds another life or cannot be written.
         RunError: A run on worn gaps did not pass.
-        ResultsError: What an earlier life left cannot be read.
+        ResultsError: Results of an earlier life cannot be read.
     """
     refuse_ranks("life")
     from gapbeam.studies.life.run_life import run_life

@@ -24,7 +24,7 @@ class Template:
 
     Attributes:
         name: Its file without the suffix.
-        title: What it shows, one line.
+        title: Title in one line.
         text: Its file.
     """
 

@@ -10,9 +10,9 @@ class ResultsError(Exception):
 
     Attributes:
         where: The file or folder.
-        found: What is there.
-        expected: What should be there.
-        remedy: What to try.
+        found: The finding.
+        expected: The expectation.
+        remedy: Advice.
     """
 
     exit_status = 2

@@ -9,7 +9,7 @@ class RunError(Exception):
     Attributes:
         exit_status: Of the command.
         reason: In a few words, for `summary.json`: several reasons may share a status.
-        run_status: How far the run came, for `summary.json`: "failed", "interrupted" or "completed".
+        run_status: End of the run, for `summary.json`: "failed", "interrupted" or "completed".
     """
 
     run_status = "failed"

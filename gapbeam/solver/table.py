@@ -59,7 +59,7 @@ def placed_along(base: type[Placed], name: str, what: str, ends: tuple[float, fl
     Args:
         base: The other keys of the table.
         name: Name of the class and of the module's variable that holds it.
-        what: What begins and ends there.
+        what: Name of the part.
         ends: Examples of both, m.
         meaning: Its docstring.
     """

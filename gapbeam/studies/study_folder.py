@@ -77,7 +77,7 @@ def checked(found: Any, kind: type[Kind], path: Path) -> dict[str, Any]:
     """Return a record as it was read, after making sure that it is one.
 
     Args:
-        found: What the file holds.
+        found: Contents of the file.
         kind: Of record that it must be.
         path: The file, for the message.
 
@@ -126,7 +126,7 @@ def differing(before: dict[str, Any], now: dict[str, Any], words: Mapping[str, s
     Args:
         before: One plan.
         now: The other.
-        words: What keys are called in a message, where that is not their name.
+        words: Names of keys in messages, where that is not their name.
     """
     words = words or {}
     keys = [key for key in {**before, **now} if before.get(key) != now.get(key)]

@@ -54,7 +54,7 @@ def all_there(comm: MPI.Comm, patience: float = PATIENCE) -> bool:
 
     Args:
         comm: Communicator of the ranks, a duplicate that is used for nothing else.
-        patience: How long to wait, s.
+        patience: Time to wait, s.
 
     Collective, or else False.
     """

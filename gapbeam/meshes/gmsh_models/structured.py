@@ -44,7 +44,7 @@ def extrude_beam(section: Entities, along: Positions, edges: Sequence[float], un
         section: Its entities.
         along: Layer boundaries along x, in m.
         edges: Those of them where bodies end, in m.
-        unit: What one unit of the gmsh model stands for, in m.
+        unit: Length of one unit of the gmsh model, m.
 
     Returns:
         The bodies between each two edges, in the order of the section.
@@ -86,7 +86,7 @@ def draw_structured(geometry: BeamGeometry, layers: list[Positions], unit: float
     Args:
         geometry: The beam, in m.
         layers: Layer boundaries along each axis, in m.
-        unit: What one unit of the gmsh model stands for, in m.
+        unit: Length of one unit of the gmsh model, m.
 
     Returns:
         The bodies between each two edges of the beam, in the order of `bands`.
@@ -128,7 +128,7 @@ def name_faces(geometry: BeamGeometry, unit: float) -> None:
 
     Args:
         geometry: The beam that was drawn, in m.
-        unit: What one unit of the gmsh model stands for, in m.
+        unit: Length of one unit of the gmsh model, m.
     """
     dimension = geometry.dimension
     groups = groups_of(geometry)
@@ -198,7 +198,7 @@ def draw_section(patches: SectionPatches, along: Positions, edges: Sequence[floa
         patches: The section, in m.
         along: Layer boundaries along x, in m.
         edges: Those of them between which the beam is one volume a patch, in m.
-        unit: What one unit of the gmsh model stands for, in m.
+        unit: Length of one unit of the gmsh model, m.
 
     Returns:
         The volumes between each two edges, in the order of the patches.

@@ -19,7 +19,7 @@ def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: flo
     Args:
         geometry: The beam, in m.
         cell_length: Wanted length of edges, in m.
-        unit: What one unit of the gmsh model stands for, in m.
+        unit: Length of one unit of the gmsh model, m.
     """
     kernel = gmsh.model.occ
     ends = [0.0, *(edge / unit for edge in geometry.edges), geometry.length / unit]

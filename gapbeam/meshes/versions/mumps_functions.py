@@ -37,7 +37,7 @@ def error_words(code: int) -> str:
     petsc4py keeps them as well: for all functions until 3.24, since then only for those that it calls itself.
 
     Args:
-        code: What the function returned.
+        code: Return value of the function.
     """
     general, special = ctypes.c_char_p(), ctypes.c_char_p()
     _library().PetscErrorMessage(code, ctypes.byref(general), ctypes.byref(special))

@@ -90,7 +90,7 @@ def draw_comparison(comparison: RunComparison, path: Path) -> Path:
     """Draw waveforms over each other, and their harmonics.
 
     Args:
-        comparison: What to draw.
+        comparison: The comparison to draw.
         path: File to write; its suffix gives the format.
     """
     waves = [one for one in comparison.overlays if not is_raw(one.name)][:SHOWN_SIGNALS]

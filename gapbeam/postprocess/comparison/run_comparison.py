@@ -56,7 +56,7 @@ class ComparedFigure:
         b: Of the second run.
         scatter: Standard deviations over the windows, of both.
         difference: |a - b| relative to the larger (harmonics: to the largest of the probe).
-        allowed: What is allowed beyond the tolerance, for the standard errors of the means; same measure.
+        allowed: Allowance beyond the tolerance, for the standard errors of the means; same measure.
         decides: Whether the verdict depends on it.
     """
 
@@ -77,7 +77,7 @@ class RunComparison:
     Attributes:
         a: The first run.
         b: The second.
-        steady: What both do over their windows.
+        steady: Figures of both over their windows.
         rows: Their figures.
         overlays: Their waveforms; for different branches of several cycles side by side.
         phases: By probe, the phase of A minus that of B of every harmonic, rad.
@@ -86,7 +86,7 @@ class RunComparison:
         agree: Whether they agree within the tolerance.
         verdict: The finding in one sentence.
         tolerance: Largest difference that counts as agreement.
-        notes: What to read with care.
+        notes: Warnings.
     """
 
     a: Results

@@ -39,7 +39,7 @@ def draw_mode_shapes(modes: Mapping[str, Any], path: Path) -> Path:
     """Draw the motion of the axis in the first bending modes, the largest 1 and upward at the tip.
 
     Args:
-        modes: What `modes.json` holds.
+        modes: Contents of `modes.json`.
         path: Of the picture, PNG.
 
     Returns:

@@ -102,10 +102,10 @@ def draw_orbits(
 
     Args:
         history: `Results.history`, with displacements in space.
-        start: What is drawn before this time is gray, s.
+        start: Time before which curves are gray, s.
         rooms: Corners of the region that the support around a probe leaves to it, m: its orbit does not leave that but
             by penetration and by the tilt of the beam.
-        shifts: How far the support around a probe has moved, (times, 2), m: its orbit is that in the support.
+        shifts: Displacement of the support around a probe, (times, 2), m: its orbit is that in the support.
     """
     names = [str(name) for name in history["probe"].values]
     rows = -(-len(names) // IN_A_ROW)

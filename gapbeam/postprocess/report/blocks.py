@@ -68,7 +68,7 @@ class Listing:
     """A text shown as it is, such as a case file, folded away until it is asked for.
 
     Attributes:
-        caption: What it is.
+        caption: Description.
         text: Any.
     """
 
@@ -82,7 +82,7 @@ class Picture:
 
     Attributes:
         path: PNG, JPEG, SVG or GIF.
-        caption: What it shows; also what is read to those who cannot see it.
+        caption: Description, also read to those who cannot see it.
         command: That makes it.
     """
 
@@ -96,7 +96,7 @@ class TableBlock:
     """Numbers and words in rows.
 
     Attributes:
-        caption: What it shows.
+        caption: Description.
         columns: Heads, with the unit in parentheses.
         rows: A cell a column: words, numbers (shown to `digits` significant digits, integers whole) or None.
         notes: Below the table.
@@ -129,7 +129,7 @@ class Compared:
         reference: Printed or measured elsewhere, in `unit`; None where there is none.
         here: Computed here, in `unit`; None where it was not.
         unit: Of both; empty where there is none.
-        note: What to know of this row.
+        note: Remark on this row.
         uncertainty: Of `here`, in `unit`.
     """
 
@@ -154,10 +154,10 @@ class ComparisonBlock:
     """Numbers beside those of a paper or another reference, with the deviation of each.
 
     Attributes:
-        caption: What it shows.
+        caption: Description.
         rows: One a number.
-        reference: What the other numbers are: "paper", "measured", "closed form".
-        here: What ours are called.
+        reference: Origin of the other numbers: "paper", "measured", "closed form".
+        here: Name of ours.
         notes: Below the table.
         digits: Significant digits.
         command: That makes our numbers.
@@ -217,7 +217,7 @@ class Report:
         title: Of the page.
         subtitle: Below it; may be empty.
         sections: In reading order.
-        meta: What the report was made from and with: names and values, at its end.
+        meta: Sources and programs of the report: names and values, at its end.
 
     Raises:
         BlockError: Two sections with one anchor.

@@ -64,7 +64,7 @@ class Chart:
     """Curves over one pair of axes.
 
     Attributes:
-        caption: What it shows.
+        caption: Description.
         x: Name of the horizontal axis with its unit in parentheses.
         y: Name of the vertical axis with its unit in parentheses.
         curves: Drawn in this order.
@@ -73,7 +73,7 @@ class Chart:
         log_y: Whether the vertical axis is logarithmic.
         choices: Names of buttons in their order, such as clearances: pressed, one shows its curves and those without
             a choice; the first is pressed at the start. On paper there is one panel a choice.
-        choice: What is chosen, with its unit: "clearance (mm)".
+        choice: Chosen quantity with its unit: "clearance (mm)".
         x_range: Ends of the horizontal axis; None: of the curves.
         y_range: Ends of the vertical axis; None: of the curves.
         equal: Whether a unit is as long on both axes.
@@ -108,7 +108,7 @@ class Surface:
     """Heights over a grid: turned with a finger where the browser has WebGL, a picture elsewhere and on paper.
 
     Attributes:
-        caption: What it shows.
+        caption: Description.
         x: Name of the first axis with its unit in parentheses.
         y: Name of the second axis.
         z: Name of the heights.

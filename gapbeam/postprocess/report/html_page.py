@@ -43,7 +43,7 @@ def html_of(report: Report) -> str:
     the page forbids the browser every request to a network.
 
     Args:
-        report: What to show.
+        report: The report.
 
     Raises:
         ResultsError: A picture that is not there, or of a format that browsers do not show.
@@ -90,7 +90,7 @@ def write_html(report: Report, path: Path) -> Path:
     """Write a report as a page; a file that is there is replaced only by a whole one.
 
     Args:
-        report: What to show.
+        report: The report.
         path: File to write; its folder is made.
 
     Returns:

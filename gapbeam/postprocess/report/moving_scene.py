@@ -139,10 +139,10 @@ class MovingScene:
     """A structure that moves in its supports; the charts of the page follow its time.
 
     Attributes:
-        caption: What it shows.
+        caption: Description.
         times: Of the frames, (frames,), s.
-        beam: What moves.
-        walls: What it moves in.
+        beam: The moving beam.
+        walls: The walls around it.
         magnification: Of displacements and gaps at the start.
         opening: Number of the frame that is shown first, and on paper.
         command: That makes it.

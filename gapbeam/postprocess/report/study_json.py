@@ -18,7 +18,7 @@ def read_object(path: Path, keys: Sequence[str] = (), remedy: str = _REMEDY) -> 
     Args:
         path: The file.
         keys: That it must have.
-        remedy: What to try where it cannot be read.
+        remedy: Advice where it cannot be read.
 
     Raises:
         ResultsError: It cannot be read, is no object, or lacks a key.

@@ -23,8 +23,8 @@ def read_plain(path: Path, expected: str, remedy: str, largest: int = LARGEST) -
 
     Args:
         path: The file.
-        expected: What it should be, for the message.
-        remedy: What to try where it is something else.
+        expected: Expectation, for the message.
+        remedy: Advice where it is something else.
         largest: Bytes that it may have.
 
     Raises:
@@ -50,7 +50,7 @@ def read_json(path: Path, remedy: str) -> Any:
 
     Args:
         path: The file.
-        remedy: What to try where it cannot be read.
+        remedy: Advice where it cannot be read.
 
     Returns:
         Its contents, in whose texts control characters are written out.

@@ -29,7 +29,7 @@ def means_by_place(places: np.ndarray, sums: np.ndarray, areas: np.ndarray) -> t
 
     Args:
         places: Of the points, (m,), m or degrees.
-        sums: What each point has, (m,).
+        sums: Values of the points, (m,).
         areas: That belong to them, (m,), m^2.
     """
     found, owners = np.unique(np.round(places, _DIGITS), return_inverse=True)
@@ -45,8 +45,8 @@ def rows_by_face(path: Path, columns: int, contents: str, may_lack: int = 0) -> 
     Args:
         path: Of the file.
         columns: Behind the face.
-        contents: What the file should hold, for messages.
-        may_lack: How many of the last cells may be empty, which are read as not-a-number.
+        contents: Expected contents, for messages.
+        may_lack: Number of last cells that may be empty, which are read as not-a-number.
 
     Raises:
         ResultsError: The file cannot be read.
@@ -176,9 +176,9 @@ class _Table:
     Attributes:
         file: Its name.
         columns: Behind the face, with their units.
-        contents: What it holds, for messages.
-        may_lack: How many of the last cells may be empty.
-        asked: What makes a run write it.
+        contents: Its contents, for messages.
+        may_lack: Number of last cells that may be empty.
+        asked: Key that makes a run write it.
     """
 
     file: str

@@ -17,11 +17,11 @@ class RunFace(NamedTuple):
         below: Whether it is a plane below the beam.
         gap: Distance from the undeformed beam, or from the beam in the middle of a hole, m.
         around: Whether it is a hole around the beam.
-        offset: How far the middle of a hole lies above the axis of the beam, m.
-        lateral: How far it lies beside that axis, toward +y, m.
+        offset: Height of the middle of a hole above the axis of the beam, m.
+        lateral: Distance from that axis toward +y, m.
         tilt: By how much the face rises along the beam, no unit.
         angles: Directions in which `recesses` hold, degrees from straight down, positive toward +y; none: all alike.
-        recesses: How much farther away than the gap the wall is there, m.
+        recesses: Distance of the wall beyond the gap there, m.
         flat: Whether it is made of flat walls in these directions, and not of a curve through them.
         moves: By how much gap, offset and lateral change with a unit of each of the `wall_motions`, by name.
     """
@@ -74,7 +74,7 @@ class RunSupport(NamedTuple):
         start: Where it begins along the beam, m.
         end: Where it ends, m.
         clearance: m.
-        faces: What the beam touches.
+        faces: Faces that the beam touches.
         thickness: Of the beam there, m; None: the same all along the beam.
     """
 

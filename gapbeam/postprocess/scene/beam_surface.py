@@ -50,7 +50,7 @@ class BeamSurface:
     Attributes:
         skin: Its outer surface but for `faces`.
         edges: Its outline.
-        faces: What faces a support.
+        faces: Parts that face a support.
         touching: Numbers of the mesh points on each face of the supports.
     """
 

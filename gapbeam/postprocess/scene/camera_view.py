@@ -43,10 +43,10 @@ class View:
         Args:
             body: Moved by `picture`.
             support: Drawn with its clearance times `scale`.
-            window: What to see.
+            window: Window of the view.
             size: Width and height of the picture in pixels.
             scale: Factor of displacements and clearance.
-            color: What the surface is colored by.
+            color: Color of the surface.
             direction: From what is seen to the camera.
             meshed: Whether the cells of the mesh are drawn.
         """

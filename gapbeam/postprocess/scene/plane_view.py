@@ -54,10 +54,10 @@ class PlaneView:
         Args:
             body: The beam.
             support: Drawn with its clearance times `scale`.
-            window: What to see.
+            window: Window of the view.
             size: Width and height of the picture in pixels.
             scale: Factor of displacements and clearance.
-            color: What the beam is colored by.
+            color: Color of the beam.
             meshed: Whether the cells of the mesh are drawn.
         """
         self._body, self._support, self._scale, self._color = body, support, scale, color
@@ -191,7 +191,7 @@ class Shot(NamedTuple):
     """Settings of one view.
 
     Attributes:
-        window: What to see.
+        window: Window of the view.
         size: Width and height of the picture in pixels.
         scale: Factor of displacements and clearance.
         direction: From what is seen to the camera, of a solid.
@@ -212,7 +212,7 @@ def views_of(
         mesh: The fields of a run, or a mesh.
         support: Beam and support of the same run.
         shots: One for each view.
-        color: What the beam is colored by.
+        color: Color of the beam.
         meshed: Whether the cells of the mesh are drawn.
 
     Returns:

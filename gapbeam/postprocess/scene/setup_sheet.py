@@ -112,7 +112,7 @@ def picture_of(set_up: SetUp, size: tuple[int, int]) -> tuple[np.ndarray, float]
     """Draw a set-up.
 
     Args:
-        set_up: What to draw.
+        set_up: The set-up to draw.
         size: Width and height, pixels.
 
     Returns:

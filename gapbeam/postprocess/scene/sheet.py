@@ -112,9 +112,9 @@ class Sheet:
                 near; largest pressure, Pa.
             traces: Time signals.
             caption: Texts.
-            windows: What the pictures of the whole beam and of the support show.
+            windows: Windows of the pictures of the whole beam and of the support.
             marks: Joints, masses and fluids on the undeformed beam.
-            color: What the surface is colored by; None: contact pressure.
+            color: Color of the surface; None: contact pressure.
         """
         self._size, self._caption, self._traces = size, caption, traces
         self._large = size[1] / _DESIGNED_FOR

@@ -19,9 +19,9 @@ def enlarged_span(time: np.ndarray, values: np.ndarray, frequency: float | None,
 
     Args:
         time: Of the record, (n,), s.
-        values: What happens, (n,), in any unit.
+        values: Measure of the activity, (n,), in any unit.
         frequency: Of the forcing, Hz; None without forcing.
-        periods: How many forcing periods.
+        periods: Number of forcing periods.
     """
     first, last = float(time[0]), float(time[-1])
     if frequency is not None:

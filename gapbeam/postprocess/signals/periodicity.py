@@ -48,7 +48,7 @@ class Periodicity:
             could be.
         remaining: Estimated distance from the cycle, same fraction: residual q/(1-q), where the residual
             shrinks by q from cycle to cycle.
-        repeats: How often the cycle repeated in a row up to the end.
+        repeats: Repetitions of the cycle in a row up to the end.
         transient: s, where the cycle starts; None without a cycle.
         longest: Longest cycle that the record could show.
         tolerance: Limit of residual and remaining.
@@ -223,7 +223,7 @@ def last_periods(signal: Signal, frequency: float, periods: int) -> FloatArray:
     Args:
         signal: Evenly sampled.
         frequency: Of the forcing, Hz.
-        periods: How many; the signal must last as long.
+        periods: Number of periods; the signal must last as long.
 
     Raises:
         SignalError: Fewer than four values in a period.

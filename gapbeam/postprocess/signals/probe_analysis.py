@@ -99,7 +99,7 @@ class Analysis:
         smoothed: The acceleration after the moving average.
         periodicity: From displacement and velocity.
         section: Their Poincaré section.
-        warnings: What to read with care, every text once.
+        warnings: Warnings, every text once.
     """
 
     probe: str | None
@@ -150,7 +150,7 @@ def analyze(results: Results, options: Options | None = None, history: xr.Datase
 
     Args:
         results: Of a run, finished or not.
-        options: What to pick and how; see `Options`.
+        options: See `Options`.
         history: Records to take in place of those of the results, such as those of a period that is repeated.
 
     Raises:

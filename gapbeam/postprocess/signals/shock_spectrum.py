@@ -158,10 +158,10 @@ class PowerDensity:
         frequency: (k,), Hz, from one over the length of a window to half the sampling rate.
         densities: (k,) by the labels of the column, without those that do not change.
         rms: Of each column, about its mean, in the unit.
-        windows: How many were averaged.
+        windows: Number of averaged windows.
         least: Factor on a density to the lower end of its 95 % interval.
         most: Factor to the upper end.
-        notes: What to read with care.
+        notes: Warnings.
     """
 
     record: str

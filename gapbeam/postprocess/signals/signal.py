@@ -35,7 +35,7 @@ class Signal:
         time: (n,), s, strictly increasing: the middle of the time that each value stands for.
         values: (n,), finite, in `unit`.
         unit: SI unit.
-        name: What it is, in one or two words.
+        name: Name, in one or two words.
         width: Time in s over which each value is a mean; 0 for values at an instant.
 
     Raises:

@@ -41,7 +41,7 @@ class Spectrum:
         periods: Whole forcing periods in the span; None where the forcing has no period.
         start: s, where the span starts.
         end: s, where it ends.
-        warnings: What to read with care.
+        warnings: Warnings.
     """
 
     frequency: FloatArray
@@ -75,7 +75,7 @@ def spectrum(
     Args:
         signal: Evenly sampled. Means over an interval h show lines times |sin(pi f h)/(pi f h)|.
         forcing_frequency: Hz; None takes the whole record, without periods.
-        periods: How many of the last periods; by default `default_periods` of what follows `after`.
+        periods: Number of last periods; by default `default_periods` of what follows `after`.
         window: Default rectangular over whole periods, hann without.
         after: s, where the transient ends; -inf where that is not known.
 

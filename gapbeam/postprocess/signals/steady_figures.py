@@ -208,7 +208,7 @@ class Steady:
         quantities: Figures by name: "<probe> peak-to-peak displacement" and so on, see `steady`.
         harmonics: Of the displacement, by probe: complex amplitudes A exp(i phase) of A sin(2 pi n f t + phase) for
             n = 1 ... 5, (k, 5), m.
-        notes: What to read with care.
+        notes: Warnings.
     """
 
     frequency: float

@@ -24,7 +24,7 @@ class MapQuantity:
 
     Attributes:
         key: Name of the figure in a record.
-        label: What the color bar says.
+        label: Label of the color bar.
         norm: Range and scale of the colors.
         colors: Color map.
     """

@@ -46,7 +46,7 @@ def draw_pareto(places: Sequence[Place], uncertainty: float, tolerance: float, p
     Args:
         places: The fidelity levels.
         uncertainty: Of the reference, relative: errors below it say nothing.
-        tolerance: What was asked for.
+        tolerance: The requested tolerance.
         path: File to write; its suffix gives the format.
     """
     used: dict[str, Line2D] = {}

@@ -25,7 +25,7 @@ def value_in_cells(mesh: Mesh, profile: BeamProfile, value: Callable[[BeamPiece]
     Args:
         mesh: Its cells lie in one piece each.
         profile: The beam along x.
-        value: What is taken of a piece.
+        value: Value of a piece.
 
     Collective.
     """
@@ -42,7 +42,7 @@ def in_cells(mesh: Mesh, profile: BeamProfile, value: Callable[[BeamPiece], floa
     Args:
         mesh: Its cells lie in one piece each.
         profile: The beam along x.
-        value: What is taken of a piece.
+        value: Value of a piece.
     """
     middles = mesh.geometry.x[coordinate_dofs(mesh), 0].mean(axis=1)
     values = np.array([value(piece) for piece in profile.pieces])

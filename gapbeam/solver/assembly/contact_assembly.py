@@ -46,7 +46,7 @@ class NitscheContact:
     Attributes:
         operator: G_N, H_N, w, g0.
         gamma: Nitsche's parameter at each point, (m,), Pa/m.
-        correction: What is added to K.
+        correction: Matrix added to K.
     """
 
     operator: ContactOperator

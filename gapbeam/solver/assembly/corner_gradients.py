@@ -29,7 +29,7 @@ class CornerGradients:
         slopes: Gradients of the basis functions in the reference cell at its corners, (d, c, k).
         inverse: Of the Jacobians at the corners, (cells, c, d, d).
         linear: Linear space, whose nodes are the corners.
-        counts: How many cells of all ranks meet at each corner that this rank owns, (n,).
+        counts: Number of cells of all ranks that meet at each corner that this rank owns, (n,).
     """
 
     nodes: Indices

@@ -99,7 +99,7 @@ def face_points(space: Any, facets: Indices, rule: PointRule, width: float, face
         facets: Local numbers of exterior facets.
         rule: Where the points of a facet lie.
         width: Factor of the weights.
-        face: What the facets meet; None: a plane.
+        face: The face that the facets meet; None: a plane.
 
     Not collective; facets of ghost cells are left out, so every facet counts on one rank only.
     """
@@ -250,7 +250,7 @@ def body_points(space: Any, places: Sequence[tuple[str, Array]]) -> tuple[FacePo
 
     Args:
         space: Blocked vector Lagrange space.
-        places: What to call each point in an error, and the point, (3,), m.
+        places: Name of each point in errors, and the point, (3,), m.
 
     Returns:
         A point for each cell, and the number of the place that it belongs to, ascending.

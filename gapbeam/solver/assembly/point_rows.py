@@ -69,8 +69,8 @@ class PointFinder:
 
         Args:
             point: (3,), m.
-            name: What to call the point in an error.
-            beyond: How far a point may lie outside of a curved cell, over the size of the cell: coarse cells do not
+            name: Name of the point in errors.
+            beyond: Allowed distance of a point from a curved cell, over the size of the cell: coarse cells do not
                 follow an arc exactly.
 
         Raises:

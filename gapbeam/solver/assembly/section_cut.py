@@ -78,7 +78,7 @@ class SectionCutter:
 
         Args:
             place: m.
-            name: What to call the section in an error.
+            name: Name of the section in errors.
 
         Raises:
             UserError: The mesh has no cells there; on all ranks.
@@ -191,7 +191,7 @@ def _pieces(corners: Array, levels: Array, ends: bool) -> Iterator[tuple[Indices
 
     Args:
         corners: Of the simplices of the reference cell, (s, dimension + 1, dimension).
-        levels: How far beyond the plane they are, cell by cell, (cells, s, dimension + 1).
+        levels: Distances beyond the plane, cell by cell, (cells, s, dimension + 1).
         ends: Whether a corner on the plane lies beyond it.
     """
     dimension = corners.shape[-1]

@@ -86,7 +86,7 @@ class SectionRows:
 
         Args:
             x: The place, m.
-            name: What to call the point in an error.
+            name: Name of the point in errors.
 
         Raises:
             UserError: The mesh has no section there; on all ranks.
@@ -121,7 +121,7 @@ def row_at(sections: SectionRows, point: float | tuple[float, ...], name: str) -
     Args:
         sections: Of the mesh.
         point: x on the axis, or all coordinates, m.
-        name: What to call the point in an error.
+        name: Name of the point in errors.
 
     Raises:
         UserError: The point, or the section, lies outside the mesh; on all ranks.

@@ -30,7 +30,7 @@ class SurfaceRows:
     Attributes:
         interface: These DOFs.
         places: The points, (k, 3), m.
-        on_faces: How many of them lie on base and gland; they come first.
+        on_faces: Number of them on base and gland; they come first.
         displacement: (k d, interface.size), component by component of each point.
         gradient: (k d d, interface.size), du_i / dx_j, j running first.
         cell_middles: Where along the beam the cell is in which the gradient is taken, (k,), m.
@@ -68,7 +68,7 @@ def rows_at(space: Any, points: FacePoints, on_faces: int = 0) -> SurfaceRows:
     Args:
         space: Blocked vector Lagrange space.
         points: The points.
-        on_faces: How many of them, the first ones, lie on base and gland.
+        on_faces: Number of them on base and gland, which come first.
 
     Collective.
     """

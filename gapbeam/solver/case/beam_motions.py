@@ -70,7 +70,7 @@ def with_given(needed: Reasons, given: Literal["auto"] | Sequence[BeamMotion]) -
     """Return the motions that a case calls for with those that its model is given, in the order of `SECTION_MOTIONS`.
 
     Args:
-        needed: What the case calls for.
+        needed: Motions that the case calls for.
         given: `model.motions`.
     """
     asked: Reasons = {} if given == "auto" else dict.fromkeys(given, "given in the case")
@@ -113,7 +113,7 @@ def needed_motions(
         joints: The joints.
         masses: The masses.
         contact: With or without friction.
-        analysis: What is computed, from which start.
+        analysis: Table [analysis] of the case.
     """
     dimension, rubs = mesh.dimension, contact.rubs is not None
     fixtures: list[Fixture] = [*joints, *masses]

@@ -24,7 +24,7 @@ class BeamPiece:
         start: Where it begins along the beam, m.
         end: Where it ends, m.
         beam: A beam that is all along as this piece is, of the length of the whole beam.
-        material: What the piece is made of.
+        material: Material of the piece.
     """
 
     start: float

@@ -25,7 +25,7 @@ class SceneFigures(NamedTuple):
     """Figures of a scene by which models are chosen.
 
     Attributes:
-        wanted: What the results are for.
+        wanted: Results of interest.
         driven: Highest frequency of loads and of contacts, Hz; infinite where the contact is as stiff as the mesh.
         first_bending: First bending frequency, Hz.
         highest: Highest frequency of interest, Hz.

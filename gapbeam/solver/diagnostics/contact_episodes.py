@@ -75,7 +75,7 @@ def after_look(
         closed: Whether anything presses it now.
         created: Energy created since t = 0, J.
         energy: Kinetic and strain energy, J.
-        round_off: What the balance cannot resolve, J.
+        round_off: Energy that the balance cannot resolve, J.
     """
     now = CLOSED if closed else OPEN
     if before.face == OPEN and now == CLOSED:

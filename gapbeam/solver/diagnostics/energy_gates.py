@@ -54,7 +54,7 @@ class EnergyGates:
         violations: Impacts outside the gates.
         open_faces: Whether each face was open when last seen.
         entries: Energy created, and kinetic and strain energy, when faces closed whose impact has not ended, J.
-        remedy: What helps where energy is created, in a sentence.
+        remedy: Advice where energy is created, in a sentence.
     """
 
     limits: Gates
@@ -132,7 +132,7 @@ class EnergyGates:
         Args:
             scheme: Its name.
             ledger: At the end.
-            otherwise: What helps beside a smaller step.
+            otherwise: Advice besides a smaller step.
 
         Raises:
             EnergyLost: The scheme took more of the energy than the gates allow.

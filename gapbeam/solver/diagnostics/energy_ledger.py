@@ -177,10 +177,10 @@ class Ledger:
         contact_loss: Loss in contact damping.
         friction_loss: Loss in friction.
         algorithmic: Loss by the scheme; negative: created.
-        exchanged: What created energy is measured against: the sum of |work of the loads that are not static|
+        exchanged: Energy that created energy is compared with: the sum of |work of the loads that are not static|
             over all steps, plus the largest kinetic energy so far.
-        contact_gain: What steps took out of contact damping and friction, which only lose energy: created.
-        round_off: What the balance cannot resolve: round-off in u K u and in the contact solve, and its tolerance.
+        contact_gain: Energy gained from contact damping and friction, which only lose energy: created.
+        round_off: Energy that the balance cannot resolve: round-off in u K u and the contact solve, and its tolerance.
     """
 
     kinetic: float

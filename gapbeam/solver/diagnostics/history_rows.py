@@ -234,7 +234,7 @@ class Recorder:
         Args:
             time: Time of the state, s.
             velocity: Its velocity, (n,).
-            share: How far velocities may be apart, over the largest.
+            share: Allowed difference of velocities, over the largest.
 
         Collective.
         """

@@ -25,7 +25,7 @@ class ImpactList:
     """Impacts in the order in which they ended.
 
     Attributes:
-        count: How many there were.
+        count: Their number.
         every: Every so many of them is kept: 1, 2, 4, ...
     """
 

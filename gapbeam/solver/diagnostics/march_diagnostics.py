@@ -39,7 +39,7 @@ class ContactTimes:
         contact: To distinguish the faces.
         by_depth: Whether penetration shows contact.
         time: Time in contact, (faces,), s.
-        closings: How often it closed, (faces,).
+        closings: Number of closings, (faces,).
         closed: 1 where it was in contact when last seen, else 0, (faces,).
     """
 
@@ -90,7 +90,7 @@ class Impacts:
         begun: Impulse when the face was open last, (faces,), N s.
         speed: Approach speed of the contact that has not ended, (faces,), m/s.
         duration: Its duration so far, (faces,), s.
-        rate: How fast the gap closed in the last step, (faces,), m/s; where contact leaves no penetration, that is the
+        rate: Closing speed of the gap in the last step, (faces,), m/s; where contact leaves no penetration, that is the
             approach speed of an impact in the next one.
         ended: The impacts of each face.
     """
@@ -165,9 +165,9 @@ class Accounts:
         gates: Watches it.
         episodes: Contact episodes.
         peaks: Impulse and peaks of the faces.
-        times: How long and how often they were in contact.
+        times: Contact times and closings.
         impacts: Their impacts.
-        tally: What the march cost.
+        tally: Cost of the march.
         sliding: The work of sliding.
         time: End of the last accepted step, s.
     """

@@ -33,7 +33,7 @@ class Instants(NamedTuple):
         approach: Sum of the approach speeds of all closings, (times, faces), m/s.
         force_square: Square of the contact force integrated over time, (times, faces), N^2 s.
         friction_force: (times, faces, tangents), N; None: nothing has rubbed.
-        joint_contact: What contact adds to the forces of joints, (times, r), N and N m; None: there are no joints.
+        joint_contact: Contact's part of the forces of joints, (times, r), N and N m; None: there are no joints.
         sliding_work: (times, faces), J; None: not measured.
         work_by_mode: Its parts, (times, faces, 3), J.
         point_work: That of each point, (times, m), J; None: not asked for.
@@ -46,7 +46,7 @@ class Instants(NamedTuple):
         contact_loss: Loss in contact damping.
         friction_loss: Loss in friction.
         algorithmic: Loss by the scheme.
-        residual: What is left of the balance.
+        residual: Residual of the balance.
         iterations: Contact iterations since the instant before, (times,).
     """
 

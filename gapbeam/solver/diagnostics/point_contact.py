@@ -244,7 +244,7 @@ class SlidingWork:
         contact: To distinguish the faces; its `measures_sliding` says whether anything is measured.
         work: W at each point, (m,), J; (0,) where nothing is measured.
         parts: Its parts by `SLIP_MODES`, (3, m), J.
-        pressed_for: How long each face has been pressed, (faces,), s; infinite: since the march began; 0 where nothing
+        pressed_for: Time that each face has been pressed, (faces,), s; infinite: since the march began; 0 where nothing
             is measured.
     """
 

@@ -44,7 +44,7 @@ def image_of_solution(
         right_side: r, with what `hold` added, (n,), overwritten.
         forces: Change of the point forces f = w p from those held, (m,), N.
         friction: Those of friction, h = w t, (m, k), N; None: without friction.
-        response: What the change does to the body, where that is known.
+        response: Response of the body to the change, where known.
 
     Collective.
     """

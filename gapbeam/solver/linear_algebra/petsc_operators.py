@@ -37,10 +37,10 @@ class PetscOperators:
     Args:
         forms: The UFL forms.
         space: The vector space they live on.
-        correction: What a contact formulation adds to K.
+        correction: Contribution of a contact formulation to K.
         lumped: Make M diagonal.
         extrapolation: E, which moves mass from the contact nodes into the body (`assembly.mass_redistribution`).
-        solver: How effective operators are solved with.
+        solver: Choice of the solver for effective operators.
 
     Attributes:
         solver: As given.

@@ -50,9 +50,9 @@ def linear_solver(
 
     Args:
         settings: The table [solver] of the case.
-        needs: What the model needs.
+        needs: Memory that the model needs.
         free: Memory that is free over all machines, bytes.
-        needs_factor: What of the case cannot do without a factor, or None.
+        needs_factor: Part of the case that needs a factor, or None.
     """
     room = settings.memory * GIGABYTE if settings.memory is not None else USED * free
     left = room - needs.matrices - needs.factor

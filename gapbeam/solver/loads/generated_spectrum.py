@@ -133,7 +133,7 @@ def compared_cross_spectrum(signal: RandomSignal, other: RandomSignal, shared: S
     Args:
         signal: Of the load with the cross-spectrum, without its smooth start.
         other: Signal of the load that it names, of the same rate.
-        shared: What was asked for.
+        shared: The requested correlation.
         end: s.
 
     Returns:

@@ -152,7 +152,7 @@ class RandomSignal:
         seed: Of the noise.
         name: Of the load; loads of other names are independent.
         ramp: Duration of the smooth start, s.
-        shared: What it shares with another signal of the same rate and filter length.
+        shared: Correlation with another signal of the same rate and filter length.
     """
 
     spectrum: PowerSpectrum

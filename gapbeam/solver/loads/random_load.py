@@ -165,7 +165,7 @@ class PairedNoiseLoad(NoiseLoad):
 
         Args:
             signal: Of its own.
-            part: What is behind the names of both loads in the names of their signals.
+            part: Suffix to the names of both loads in the names of their signals.
         """
         cross = self.cross_spectrum
         return signal if cross is None else replace(signal, shared=cross.shared(self.seed, part))

@@ -97,7 +97,7 @@ def read_record(file: str, time_column: Column, value_column: Column, kind: RowK
         file: Its path.
         time_column: Number from 1, or name.
         value_column: Likewise.
-        kind: What the columns hold.
+        kind: Contents of the columns.
 
     Raises:
         RecordError: There is no such file or column, it is too large, or it holds something else than finite numbers
@@ -189,7 +189,7 @@ class RowReader:
 
     Attributes:
         file: The text.
-        layout: How it is written.
+        layout: Its layout.
         line: Number of the last line that was read.
         text: That line.
     """

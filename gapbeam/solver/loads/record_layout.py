@@ -27,7 +27,7 @@ class RecordLayout:
 
     Attributes:
         leading: Number of lines above the first row.
-        delimiter: What separates columns; None: blanks.
+        delimiter: Separator of columns; None: blanks.
         columns: Columns of a row.
         names: Names of the columns by each line above the rows that has as many, the last line first.
     """

@@ -245,10 +245,10 @@ class RecordedSignal:
         name: Of the load.
         curve: x, of time from the first row.
         shift: Time from the first row at which the run starts, s.
-        scale: What x is multiplied by.
-        constant: What is added to that, the mean taken off.
+        scale: Factor of x.
+        constant: Offset added to that, less the mean.
         ramp: Duration of the smooth start, s.
-        beyond: What acts before the first row and after the last.
+        beyond: Load before the first row and after the last.
         derivative: Of q, that is s.
     """
 

@@ -107,9 +107,9 @@ class SweptSine:
         first: f0, Hz.
         last: f1, Hz.
         duration: T, of one way, s.
-        spacing: How f goes from one to the other.
+        spacing: Change of f from one to the other.
         back: Whether f goes back to f0 in another T.
-        after: What acts behind the sweep; "stop" lets the amplitude fall to 0 at its end over the ramp.
+        after: Load behind the sweep; "stop" lets the amplitude fall to 0 at its end over the ramp.
         ramp: Duration of the smooth start, s.
     """
 

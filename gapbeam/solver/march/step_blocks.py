@@ -80,7 +80,7 @@ class OpenBlock:
     """A block to which whole steps are added one by one.
 
     Args:
-        accounts: What is kept of every step.
+        accounts: Accounts of every step.
         recorder: Makes the records.
 
     Attributes:
@@ -176,7 +176,7 @@ def marched(
         start: Its start, or where it was left.
         accounts: Brought up to date before each block is yielded.
         recorder: Makes the records.
-        wanted: What is asked of the blocks.
+        wanted: Request for the blocks.
         comm: The ranks that march.
 
     Raises:
@@ -206,10 +206,10 @@ def step_blocks_of(
 
     Args:
         steps: The steps.
-        count: How many whole ones there are, with those before `start`.
+        count: Number of whole ones, with those before `start`.
         accounts: As in `marched`, like the next two.
         recorder: Makes the records.
-        wanted: What is asked of the blocks.
+        wanted: Request for the blocks.
         start: Where a march was left that the steps continue.
         agreed: Makes all ranks agree on the number of steps of a block.
 

@@ -27,7 +27,7 @@ class MemoryNeeds:
     Attributes:
         matrices: Mesh, M, K and an effective operator.
         factor: The Cholesky factor of an effective operator.
-        preconditioner: What conjugate gradients keep in its place.
+        preconditioner: Preconditioner of conjugate gradients instead.
     """
 
     matrices: float

@@ -51,7 +51,7 @@ def out_of_memory_reported(doing: str) -> Iterator[None]:
     """Turn errors that say that memory was used up into one that says what to try.
 
     Args:
-        doing: What is done meanwhile, in words.
+        doing: Work meanwhile, in words.
 
     Raises:
         OutOfMemory: Memory was used up on this rank.

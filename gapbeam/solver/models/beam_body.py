@@ -50,7 +50,7 @@ class BeamOfParts:
 
     Attributes:
         bending: In the bending plane.
-        others: What else the case asks for.
+        others: Other motions that the case asks for.
         motions: The names of all.
         dimension: Of displacements, 2 or 3.
     """

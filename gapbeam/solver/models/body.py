@@ -101,7 +101,7 @@ class Body:
         operators: M and K.
         contact: G, H, w and g0 with the clearance of that case.
         patterns: Forces of each load per unit factor, (n,), N, and after them the rows of `attached_motions`.
-        probes: What evaluates the probes, by name.
+        probes: Rows of the probes, by name.
         rigid: M times the six `gapbeam.solver.case.rigid_motion.unit_motions`, (6, n), N s^2 of each; 0 of those that
             the model has not.
         gamma: Nitsche's parameter at each point, (m,), Pa/m; None for other formulations.
@@ -109,7 +109,7 @@ class Body:
         expansion: From the DOFs marched to those of the mesh that this rank owns; None: they are the same.
         basis: Size and error of the reduced basis; None for other models.
         holding: What gives the forces of joints that hold motions the basis has not; None: there are none.
-        bending: What round-off and locking leave of the bending stiffness of a mesh.
+        bending: Accuracy of the bending stiffness of a mesh.
         seconds: Wall time of each part of the set-up.
     """
 

@@ -46,8 +46,8 @@ class ContactSetting:
         defaults: Values that were computed, with their reasons.
         face_stiffness: K of all points of the stiffest face together, compared as the law of [contact], N/m^n.
         damping: c of the law kelvin-voigt: one number, or one of each point, (m,).
-        areas: What K and c are divided by, (m,), m^2; 1 where they are per area.
-        nominal: What a yield force of whole supports is divided by: one number, or one of each point, (m,), m^2.
+        areas: Divisors of K and c, (m,), m^2; 1 where they are per area.
+        nominal: Divisor of a yield force of whole supports: one number, or one of each point, (m,), m^2.
     """
 
     stiffness: float | Array

@@ -37,7 +37,7 @@ class SteppedBeam:
     Attributes:
         parts: The prismatic beams; the last node of each is the first one of the next.
         starts: Where they begin, m.
-        neutral: How far above the axis the centroid is, where bending gives no axial strain, m.
+        neutral: Height of the centroid above the axis, where bending gives no axial strain, m.
     """
 
     parts: tuple[TimoshenkoBeam, ...]
@@ -50,7 +50,7 @@ class SteppedBeam:
 
         Args:
             case: The case.
-            elements: How many there are in all; each piece of the beam has its share, and one at least.
+            elements: Their number in all; each piece of the beam has its share, and one at least.
             lateral: Whether it bends across the bending plane.
             graded: Whether elements are shorter in supports than between them; else those of a piece are equal.
         """

@@ -186,7 +186,7 @@ class HeldModes:
         points: Contact points.
         frequencies: Of all modes that were found, ascending, (k,), Hz.
         shapes: Theirs, on the DOFs of the model that this rank owns, (n, k).
-        motions: What their sections do, (k,).
+        motions: Motions of their sections, (k,).
         places: Where these are, (slices,), m.
         masses: Theirs, (slices,), kg.
         length: Of the beam, m.
@@ -213,8 +213,8 @@ def held_modes(model: Model, count: int, more: int = 0) -> tuple[HeldModes, Held
 
     Args:
         model: The model; its contact has to be symmetric (H = G).
-        count: How many bending modes are wanted of each; of the free beam two more, which are rigid.
-        more: How many are returned where the model has so many.
+        count: Number of bending modes of each; of the free beam two more, which are rigid.
+        more: Number returned where the model has so many.
 
     Raises:
         UserError: The contact is not symmetric, or the model has fewer bending modes.

@@ -228,7 +228,7 @@ class _Found:
 
     Attributes:
         point: The point.
-        weights: What makes its scaled state a vector of length 1, (2n,).
+        weights: Factors that make its scaled state a vector of length 1, (2n,).
         tangent: Unit tangent of (weights x, value / range), (2n + 1,).
         sign: Sign of the determinant of the Jacobian bordered by it.
     """

@@ -247,7 +247,7 @@ class Judgment:
 
     Attributes:
         stability: The multipliers that are reported, where they are known.
-        error: How far the largest one may be off: the largest difference between two ways.
+        error: Error of the largest one: the largest difference between two ways.
         doubts: Why the multipliers are not known, one clause each; none where they are.
     """
 

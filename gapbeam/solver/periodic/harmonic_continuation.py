@@ -30,7 +30,7 @@ class HarmonicStage:
     Attributes:
         harmonics: H.
         unknowns: Number of unknowns.
-        residual: What was left, relative.
+        residual: Residual, relative.
         iterations: Newton iterations, softer contacts included.
         softened: Number of softer contacts that were solved on the way.
         converged: Whether it converged.

@@ -148,7 +148,7 @@ class MarchedOrbit:
     Attributes:
         state: State at the start of a period, t = 0.
         stability: Leading multipliers.
-        multiplier_error: How far the largest may be off.
+        multiplier_error: Error of the largest.
         residuals: |P(x) - x| / |x| of every iteration, norms of energy.
         products: Marches of disturbances.
     """

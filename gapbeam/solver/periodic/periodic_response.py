@@ -42,8 +42,8 @@ class PeriodicResponse:
         steady: The model under steady forcing.
         start: State at t = 0.
         steps: Steps of one period from there.
-        figures: What the summary reports.
-        remarks: What a user has to know, one sentence each.
+        figures: Figures for the summary.
+        remarks: Remarks for the user, one sentence each.
         x: State at t = 0 in modal coordinates; None for models that are not dense.
     """
 
@@ -63,7 +63,7 @@ def find_response(
     Args:
         model: The model.
         seat: Its static seat.
-        analysis: What the case asks for.
+        analysis: Table [analysis] of the case.
         asked: Whether to stop. Collective.
         talk: Called with the time of the march before the search, s, and the steps since the last call.
 

@@ -27,7 +27,7 @@ def stopped_words(case: Case, stopped: Interrupted, going_on: bool) -> str:
 
     Args:
         case: The case.
-        stopped: What stopped it.
+        stopped: Reason for the stop.
         going_on: Whether it was about to continue from a checkpoint.
     """
     if going_on:
@@ -45,7 +45,7 @@ def left_behind(
         case: The case.
         folder: Results folder.
         comm: The ranks.
-        stopped: What stopped it.
+        stopped: Reason for the stop.
         resume: Whether it was to go on with earlier results.
         started: Reading of `time.perf_counter` at its start, s.
 

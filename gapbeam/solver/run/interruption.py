@@ -79,7 +79,7 @@ class Signals:
     Attributes:
         started: When the run started, by `time.perf_counter`, s.
         deadline: When to stop; None: never.
-        heard: What came.
+        heard: The request that came.
         marching: Whether there is something to keep.
     """
 
@@ -195,7 +195,7 @@ class Interruption:
 
     Args:
         comm: The ranks that agree.
-        signals: What this rank hears, and the deadline on rank 0.
+        signals: Requests to this rank, and the deadline on rank 0.
     """
 
     def __init__(self, comm: MPI.Comm, signals: Signals) -> None:

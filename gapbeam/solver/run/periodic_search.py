@@ -45,7 +45,7 @@ def search(
     Args:
         model: The model of the case.
         seat: Its static seat.
-        analysis: What the case asks for.
+        analysis: Table [analysis] of the case.
         folder: Results folder, for the curve.
         comm: The ranks.
         summary: Takes what is found, under "periodic" and "warnings".

@@ -73,7 +73,7 @@ def run_case(
     """Run a case into a results folder, or go on with a run that was left there.
 
     Args:
-        case: What to run.
+        case: The case to run.
         folder: Where results go.
         comm: The ranks that share the work.
         overwrite: Replace the results of an earlier run.

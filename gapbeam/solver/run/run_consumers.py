@@ -73,7 +73,7 @@ class RunConsumers:
         accounts: Ledger, gates, episodes, peaks and counts.
         fields: Where fields go.
         rule: As given.
-        plastic_set: How far contact points have yielded for good, (m,), m; None: nothing yields.
+        plastic_set: Plastic set of contact points, (m,), m; None: nothing yields.
         met: Whether the interval that the rule asks for is narrow enough.
 
     Raises:
@@ -122,7 +122,7 @@ class RunConsumers:
             steps: Its steps; None: march it, compiled where that is possible.
             period: Period of the forcing, s, for the progress shown.
             interruption: Whether to stop.
-            checkpoints: What writes them; None: the march cannot be resumed.
+            checkpoints: Their writer; None: the march cannot be resumed.
 
         Raises:
             RunError: The march failed, created energy, was interrupted or could not be written; what was computed up

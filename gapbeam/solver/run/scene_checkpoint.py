@@ -53,8 +53,8 @@ class SceneCheckpoint:
     Attributes:
         mark: Fingerprint of the run.
         marcher: The march.
-        accounts: What it counts.
-        records: What it records.
+        accounts: Accounts of the march.
+        records: Records of the march.
     """
 
     mark: str

@@ -107,7 +107,7 @@ class SceneRecords:
         Args:
             count: Steps before.
             times: After each step, s.
-            kept: What the march left.
+            kept: Records of the march.
             contacts: The contacts.
             energies: The energies.
             sums: As `SceneAccounts.take` returns them.

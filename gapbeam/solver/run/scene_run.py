@@ -50,7 +50,7 @@ class SceneRun:
     """Request for a run of a scene.
 
     Attributes:
-        scene: What moves.
+        scene: The scene.
         step: s.
         end: Time of the last step, s.
         start: State at the start; None: at rest, undeformed.
@@ -133,7 +133,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
     """March a scene into a results folder.
 
     Args:
-        asked: What to run.
+        asked: The request.
         folder: Where results go.
         overwrite: Replace the results of an earlier run.
         resume: Continue from its last checkpoint, to the same bits; from the start where it has none yet.

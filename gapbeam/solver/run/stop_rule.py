@@ -110,7 +110,7 @@ def refuse_not_met(found: dict[str, Any] | None) -> None:
     """Pass a run whose interval is narrow enough.
 
     Args:
-        found: What `StopRule.judge` returned; None: nothing was asked for.
+        found: Result of `StopRule.judge`; None: there is no rule.
 
     Raises:
         IntervalNotMet: It is not.

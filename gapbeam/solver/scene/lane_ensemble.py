@@ -43,13 +43,13 @@ def ensemble(
     alone, which costs some eight times more each.
 
     Args:
-        scene: What all members share.
-        values: What they differ in: arrays (members,) by path, as in `scene.with_`; an offset of two motions:
+        scene: The scene that all members share.
+        values: Their differences: arrays (members,) by path, as in `scene.with_`; an offset of two motions:
             (members, 2).
         step: s; a number, or one for each member, such as the period of its load over a number of steps.
         end: s; likewise; all members take as many steps.
         start: One state for all, or lanes of one for each member.
-        members: How many, where neither values nor start say so.
+        members: Their number, where neither values nor start say so.
         threads: Blocks of 64 members side by side; default the processors of this process.
         scheme: Of the time integration.
         settle: Time from which features count, s; default the start.

@@ -45,8 +45,8 @@ class LaneFeatures:
     """Sums, peaks and counts of the lanes of one march.
 
     Args:
-        scene: What moves.
-        plan: What is asked for.
+        scene: The scene.
+        plan: The requested features.
         lanes: Members side by side.
         h: Step, s.
         t0: Time of the start, s.

@@ -42,7 +42,7 @@ class LimitCycle(PeriodicOrbit):
     Attributes:
         state: On the cycle.
         multipliers: Of small disturbances across the cycle over a period, complex.
-        residual: What a period leaves, over the size of the motion.
+        residual: Change over a period, over the size of the motion.
         passes: Of Newton's method.
         period: s.
         steps: In a period.

@@ -26,7 +26,7 @@ class Marcher:
     """A scene with a step, a scheme and a state; it advances in blocks, members in lanes.
 
     Args:
-        scene: What moves.
+        scene: The scene.
         step: s.
         start: State at the start; default at rest, undeformed.
         lanes: Members side by side.
@@ -98,7 +98,7 @@ class Marcher:
         """March so many steps.
 
         Args:
-            steps: How many.
+            steps: Number of steps.
             record: Whether to record displacements and contact forces of each step.
             energies: Whether to record speeds, places and energies, too.
 

@@ -25,7 +25,7 @@ class PeriodicOrbit:
     Attributes:
         state: At the start of a period: a march from it repeats.
         multipliers: Of small disturbances over a period, (2 n + states,), complex.
-        residual: What a period leaves, over the size of the motion.
+        residual: Change over a period, over the size of the motion.
         passes: Of Newton's method.
     """
 

@@ -31,7 +31,7 @@ def reduced_at_points(structure: Structure, modes: int, points: Iterable[str] | 
     """Return a structure in its first modes and the static responses to unit forces at its points.
 
     Args:
-        structure: What is reduced; sparse matrices stay sparse.
+        structure: The structure to reduce; sparse matrices stay sparse.
         modes: First modes that are kept.
         points: Points whose flexibility is kept; default all.
 

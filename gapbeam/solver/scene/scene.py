@@ -62,7 +62,7 @@ class Scene:
     Args:
         structures: The linear bodies.
         contacts: Where they may touch the frame or each other.
-        loads: What drives them.
+        loads: Loads on them.
         feedbacks: Linear forces that follow the motion.
         joints: Springs and dampers between points.
         masses: Point masses, (point, kg) each: they move with all motions of the point, and weigh.

@@ -21,7 +21,7 @@ class Load:
     """A pattern of forces on a structure times a value.
 
     Args:
-        structure: What the load acts on.
+        structure: The structure that the load acts on.
         pattern: Generalized forces of a value of 1, (DOFs,).
         value: A number; a function of time, of arrays if it can; or (times, values), straight between. A number may be
             set between steps: `load.value = 3.0`.
@@ -170,7 +170,7 @@ class BaseMotion(_InertiaLoad):
     """A motion of the frame; displacements of the structure are then relative to the frame.
 
     Args:
-        structure: What the frame carries.
+        structure: The structure on the frame.
         acceleration: Of the frame, m/s^2; as the value of a `Load`.
         direction: Motion of all DOFs when the frame moves by 1, (DOFs,); default: the inertia of the structure says.
             A structure in space takes the direction (x, y, z), whose length does not count.
@@ -198,7 +198,7 @@ def weight(structure: Structure, gravity: float, direction: ArrayLike | None = N
     """Return the weight of a structure: gravity, m/s^2, along its motion with the frame; negative: against it.
 
     Args:
-        structure: What weighs.
+        structure: The structure that weighs.
         gravity: m/s^2.
         direction: As of `BaseMotion`; (0, 0, 1) for a structure in space whose weight acts along z.
         name: See `Load`.

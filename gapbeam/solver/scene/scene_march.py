@@ -96,7 +96,7 @@ def march(
     """Yield the scene after each step; between two of them a program may set `load.value` of loads.
 
     Args:
-        scene: What moves.
+        scene: The scene.
         step: s.
         end: Time of the last step, s: a whole number of steps from the start.
         start: State at the start, as of `seat`, `scene.state` or `step.state`; default at rest, undeformed.

@@ -58,7 +58,7 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
     structure is factored once: its rigid motions and static responses hold the equilibrium of all of its DOFs.
 
     Args:
-        scene: What rests.
+        scene: The scene.
         t: Time at which loads and walls are taken, s.
 
     Raises:

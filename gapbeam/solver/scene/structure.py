@@ -34,7 +34,7 @@ class StructurePoint:
     """Named motions of a structure.
 
     Attributes:
-        structure: What moves.
+        structure: The structure.
         rows: (motions, DOFs): the motions are rows @ u.
         name: As in the structure's table of points.
     """

@@ -34,7 +34,7 @@ def write_structure(
     (Nastran) ten digits.
 
     Args:
-        structure: What is written.
+        structure: The structure to write.
         stem: Path without a suffix: "out/rack" gives out/rack-stiffness.mtx, out/rack-mass.mtx and, with damping,
             out/rack-damping.mtx.
         format: "mtx", "npz", "coordinate", "matrix-input" or "dmig".

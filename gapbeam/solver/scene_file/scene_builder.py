@@ -86,8 +86,8 @@ def built_scene(case: SceneCase, source: str, put: Callable[[list[Fault]], list[
     """Return the scene of a file.
 
     Args:
-        case: What the file says.
-        source: How it is called in messages.
+        case: Contents of the file.
+        source: Its name in messages.
         put: Returns faults with their places in the file.
 
     Raises:

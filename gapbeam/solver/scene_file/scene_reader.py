@@ -27,8 +27,8 @@ class ReadScene:
     """A file of several structures, and its scene.
 
     Attributes:
-        case: What the file says.
-        scene: What it makes.
+        case: Contents of the file.
+        scene: Its scene.
         name: Of the file, without folder and suffix.
     """
 

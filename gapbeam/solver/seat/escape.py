@@ -83,7 +83,7 @@ class Escape:
 
     Attributes:
         motion: The motion; the largest displacement of the axis, or of twist times length, is about 1 m.
-        work: What the static loads do along it, J.
+        work: Work of the static loads along it, J.
         length: Of the beam, m.
     """
 

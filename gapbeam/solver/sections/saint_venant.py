@@ -54,7 +54,7 @@ class SaintVenantFigures:
     Attributes:
         torsion_constant: J, m^4.
         shear_center: y and z from the axis of the beam, m.
-        upright: What 2 (1 + nu) I / kappa is for a force along z: at nu = 0, and its slope by nu, m^4.
+        upright: 2 (1 + nu) I / kappa for a force along z: at nu = 0, and its slope by nu, m^4.
         sideways: The same for a force along y.
         error: Estimate of their largest relative error, half of the change from the last mesh but one.
     """

@@ -253,7 +253,7 @@ def thin_walled_shear(m: float, more: float, poisson_ratio: float) -> float:
 
     Args:
         m: Area of both flanges over the area of the webs.
-        more: What the width of the flanges adds to the denominator.
+        more: Contribution of the flange width to the denominator.
         poisson_ratio: nu.
     """
     nu = poisson_ratio

@@ -70,8 +70,8 @@ class Face:
 
         Args:
             x: Place along the beam, m.
-            lateral: How far the axis is moved toward +y, m.
-            height: How far the axis is moved along the bending direction, m.
+            lateral: Offset of the axis toward +y, m.
+            height: Offset of the axis along the bending direction, m.
         """
         del lateral
         return self.gap + self.side * (height - self.tilt * (x - self.middle))

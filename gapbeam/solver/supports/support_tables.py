@@ -232,7 +232,7 @@ class Play:
         height: Where its middle is along the bending direction, from the axis of the undeformed beam, m; in the middle
             of the support, where this is tilted.
         lateral: Where it is toward +y, m; None: the support does not bound the beam sideways.
-        half: How far the beam can move from there before it touches, in the nearest direction, m; negative for an
+        half: Distance that the beam can move from there before it touches, in the nearest direction, m; negative for an
             interference fit.
         support: The support.
     """

@@ -34,7 +34,7 @@ class Circles:
         radii: Outer radius of each section, (k,), m.
         middles: Where the middle of each hole is, y and z from the axis of the undeformed beam, (k, 2), m.
         clearances: c, (k,), m.
-        shifts: What a unit of each motion of walls adds to the middle and the clearance of each hole, (walls, k, 3).
+        shifts: Shifts of middle and clearance of each hole by a unit of each motion of walls, (walls, k, 3).
     """
 
     points: Indices
@@ -50,7 +50,7 @@ class Circles:
         """Return the stations with their holes elsewhere.
 
         Args:
-            walls: How far each motion of walls has gone, (walls,).
+            walls: Displacement of each motion of walls, (walls,).
         """
         if len(self.shifts) == 0:
             return self

@@ -101,7 +101,7 @@ class DenseOperators:
     Args:
         mass: M, (n, n), kg.
         stiffness: K without the restraint, (n, n), N/m.
-        restraint: What a weak restraint adds to K, (n, n), N/m.
+        restraint: Stiffness of a weak restraint, (n, n), N/m.
     """
 
     def __init__(self, mass: Array, stiffness: Array, restraint: Array | None = None) -> None:
@@ -257,7 +257,7 @@ class SparseOperators:
     Args:
         mass: M, (n, n), kg.
         stiffness: K without the restraint, (n, n), N/m.
-        restraint: What a weak restraint adds to K, (n, n), N/m.
+        restraint: Stiffness of a weak restraint, (n, n), N/m.
     """
 
     def __init__(self, mass: csr_matrix, stiffness: csr_matrix, restraint: csr_matrix | None = None) -> None:
@@ -314,7 +314,7 @@ class SparseOperators:
         Args:
             shift: sigma > 0, 1/s^2.
             count: k, fewer than n.
-            factor: What solves with K + sigma M.
+            factor: Solver for K + sigma M.
 
         Raises:
             RunError: They did not converge.

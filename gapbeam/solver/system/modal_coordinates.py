@@ -32,7 +32,7 @@ class ModalSystem:
         gaps: Phi, (m, n).
         loads: L_k = X^T f_k, (loads, n).
         dashpots: beta_j = X^T b_j and c_j, (k, n) and (k,); k = 0 without dashpots.
-        modal_damping: What dashpots add that damp one mode each, (n,), 1/s; they are not among `dashpots`.
+        modal_damping: Damping by dashpots that damp one mode each, (n,), 1/s; they are not among `dashpots`.
     """
 
     system: SemiDiscreteSystem

@@ -75,7 +75,7 @@ class IterativeFactor(Factor, Protocol):
 
         Args:
             right_side: b, (n,).
-            springs: What is added to A, positive semi-definite; None: nothing.
+            springs: Matrix added to A, positive semi-definite; None: none.
             size: sqrt(x^T A x) that the error is compared with; None: the solution's own.
             start: A guess at the solution, (n,).
 
@@ -285,7 +285,7 @@ class Reactions:
         loads: F, (r, loads).
         pressure: P, (r, m).
         friction: T, (r, m k).
-        turning: What forces along y and z at the stations in round holes add, (r, 2k); P is 0 there.
+        turning: Effect of forces along y and z at the stations in round holes, (r, 2k); P is 0 there.
     """
 
     displacement: Array | csr_matrix

@@ -60,7 +60,7 @@ class ContactOperator:
         frictionless: Whether T only measures motion, and no force acts along it.
         measures_sliding: Whether the work of sliding is measured.
         maps_sliding: Whether records have this work of each point, too.
-        slip_modes: What separates impact, sliding and sticking in this work.
+        slip_modes: Limits between impact, sliding and sticking in this work.
     """
 
     interface: Interface
@@ -315,7 +315,7 @@ class State:
         depth: Penetration at the contact points, (m,), m.
         pressure: Contact pressure that acted last, (m,), Pa.
         traction: Tangential traction of friction on the beam that acted last, (m, k), Pa; None: none has acted.
-        plastic_set: How far each contact point has yielded for good, (m,), m, for the laws that yield.
+        plastic_set: Plastic set of each contact point, (m,), m, for the laws that yield.
         slip: Slip velocity in the balance before, (m, k), m/s, for static friction.
         slides: 1 where a contact point slides, 0 where it sticks, (m,), for static friction.
         closed_since: When each face closed, (faces,), s, infinite while it is open, for adaptive marches.

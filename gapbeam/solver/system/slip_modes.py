@@ -55,7 +55,7 @@ def pressed_span(pressed_for: float, before: float, depth: float, dt: float) -> 
     """Return the time that a face is pressed in a step in which a force acts on it, s; half of a step if unknown.
 
     Args:
-        pressed_for: How long the face has been pressed at the start of the step, s.
+        pressed_for: Time that the face has been pressed at the start of the step, s.
         before: Penetration at the start of the step of the point that is deepest at its end, m.
         depth: That at the end, m.
         dt: Size of the step, s.
@@ -70,9 +70,9 @@ def impact_share(pressed_for: float, span: float, modes: SlipModes) -> float:
     """Return the share of the work in a step that belongs to the impact with which a contact of a face begins.
 
     Args:
-        pressed_for: How long the face has been pressed at the start of the step, s; infinite: since the march began.
-        span: How long it is pressed in the step, s, more than 0.
-        modes: What separates the modes.
+        pressed_for: Time that the face has been pressed at the start of the step, s; infinite: since the march began.
+        span: Time that it is pressed in the step, s, more than 0.
+        modes: Limits between the modes.
     """
     return min(max((modes.impact_time - pressed_for) / span, 0.0), 1.0)
 
@@ -85,7 +85,7 @@ def by_mode(work: float, speed: float, share: float, modes: SlipModes) -> tuple[
         work: Of the point in the step, J.
         speed: Mean of |v_t| in it, m/s.
         share: Of `impact_share`.
-        modes: What separates the modes.
+        modes: Limits between the modes.
     """
     struck = share * work
     if speed <= modes.sticking_speed:

@@ -29,7 +29,7 @@ def exceeds(value: float, limit: float, scale: float = 0.0, round_off: float = R
     Args:
         value: The value.
         limit: The limit.
-        scale: What both are differences of, such as the coordinates of the ends of a length.
+        scale: Size of the numbers that both are differences of, such as the coordinates of the ends of a length.
         round_off: Relative difference that is none.
     """
     return value - limit > round_off * max(abs(value), abs(limit) if abs(limit) < inf else 0.0, abs(scale))
@@ -40,7 +40,7 @@ def apart(value: float, limit: float, round_off: float = ROUND_OFF) -> tuple[str
 
     Args:
         value: The value.
-        limit: What it is compared with.
+        limit: The limit.
         round_off: Relative difference that is none.
     """
     if not (isfinite(value) and isfinite(limit)):

@@ -16,7 +16,7 @@ def growth(strobe: StrobeMap, points: Array, X: Array, periods: int) -> tuple[Ar
     The second lane starts 1e-7 of the motion away, and is brought back to that distance after each period.
 
     Args:
-        strobe: What moves.
+        strobe: The march by periods.
         points: Parameter point of each member.
         X: States, (2 n + states, members).
         periods: As many as ten batches.

@@ -21,7 +21,7 @@ class StrobeMap:
     """The motion of a scene from one period to the next, for members with values of their own.
 
     Attributes:
-        scene: What moves.
+        scene: The scene.
         values: By path, (parameter points,).
         period: (parameter points,), s.
         steps: In a period.

@@ -26,7 +26,7 @@ def drawn_starts(
     potential (kinetic) energy.
 
     Args:
-        scene: What starts.
+        scene: The scene.
         count: Starts.
         displacement: By point of one motion, (lowest, highest), m, from `rest`.
         velocity: Likewise, m/s.
@@ -58,7 +58,7 @@ def gridded_starts(
     """Return starts at all combinations of values, the last one fastest: what a picture of basins needs.
 
     Args:
-        scene: What starts.
+        scene: The scene.
         displacement: By point of one motion, values, m, from `rest`.
         velocity: Likewise, m/s.
         rest: See `drawn_starts`.

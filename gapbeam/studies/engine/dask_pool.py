@@ -29,7 +29,7 @@ class JobWatch:
 
     Args:
         cluster: Of jobs.
-        plan: How many there shall be.
+        plan: Their number.
     """
 
     def __init__(self, cluster: Any, plan: PoolPlan) -> None:

@@ -36,7 +36,7 @@ class Engine:
     Args:
         workers: Where.
         points: Points of the largest batch, at most; no more workers than that are started.
-        memory: What one worker is predicted to take, bytes; None: not known. A worker that takes `MARGIN` times as
+        memory: Predicted memory of one worker, bytes; None: not known. A worker that takes `MARGIN` times as
             much is ended and counts as lost; this machine starts only as many workers as it has free memory for.
         folder: Of the study, which workers on other machines must see.
 
@@ -95,7 +95,7 @@ class Engine:
 
         Args:
             task: A function of a module, which workers import.
-            works: What it is called with; picklable.
+            works: Its arguments; picklable.
             tick: Called about once a second while waiting, maybe from another thread.
             lost: Returns the result of a point that ended several workers, with what happened in words; None: that is
                 an error.

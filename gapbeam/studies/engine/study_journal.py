@@ -22,7 +22,7 @@ class StudyJournal:
 
     Args:
         path: The file.
-        plan: What the results depend on.
+        plan: Inputs of the results.
 
     Attributes:
         kept: Results that are there already, by the place of their point.

@@ -243,7 +243,7 @@ def in_fresh_process(task: Callable[[Work], Result], work: Work) -> Result:
 
     Args:
         task: A function of a module, which the process imports.
-        work: What it is called with; picklable.
+        work: Its argument; picklable.
     """
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_end_with_parent) as process:
         return process.submit(task, work).result()

@@ -39,7 +39,7 @@ class CompanionMotion:
         motion: Its motion; None: it has none, for the reason in `failure`.
         dofs: DOFs marched.
         step: s.
-        steps: How many it marched.
+        steps: Number of marched steps.
         seconds: Wall time, s.
         failure: Why it was refused, found no seat or did not converge; "": it was not.
     """

@@ -39,7 +39,7 @@ class Companion:
     Attributes:
         name: One of those above.
         changes: Keys of the case that it replaces.
-        steps: How many it marches, over those of the run.
+        steps: Number of its steps over those of the run.
     """
 
     name: str

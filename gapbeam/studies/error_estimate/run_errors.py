@@ -106,7 +106,7 @@ def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
 
     Args:
         case: The case of the run.
-        outcome: How it ended.
+        outcome: Its end.
         comm: The ranks of the run; the first one works, the others wait.
 
     Collective.
@@ -246,7 +246,7 @@ def with_bending(found: RunErrors, share: float) -> RunErrors:
 
     Args:
         found: Errors of the companions, whose meshes have the same trouble.
-        share: How far a figure may be off, over its value.
+        share: Error of a figure, over its value.
     """
     if share < LEAST_BENDING:
         return found
@@ -293,7 +293,7 @@ def errors_of(
     Args:
         case: The case of the run.
         run: Its motion.
-        found: What the companions did.
+        found: Motions of the companions.
         plan: The companions.
         step: Time step of the run, s; None: its records are its steps.
     """

@@ -36,7 +36,7 @@ class Neighborhood(NamedTuple):
     Attributes:
         figures: Of all measurements, (m,), SI.
         slopes: Their derivatives by the coordinates, (m, n).
-        known: What the fitted ones determine.
+        known: Unknowns that the fitted ones determine.
         drowned: Unknowns by which the derivatives are within the scatter of the responses.
     """
 

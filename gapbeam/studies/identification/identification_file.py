@@ -93,8 +93,8 @@ class Experiment:
     """Run shared by all measurements with the same settings.
 
     Attributes:
-        settings: What differs from the case, by key.
-        figures: What its measurements ask for.
+        settings: Changes to the case, by key.
+        figures: Figures of its measurements.
     """
 
     settings: Mapping[str, Any]

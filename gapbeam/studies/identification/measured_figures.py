@@ -55,7 +55,7 @@ def steps_between_records(figures: Iterable[MotionFigure | ForceFigure], step: f
     impulse is a running total; everything else is taken from the records of the case as they are.
 
     Args:
-        figures: What is taken of the response.
+        figures: Figures of the response.
         step: Time step, s.
         interval: `output.history_interval` of the case.
     """

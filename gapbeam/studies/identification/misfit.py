@@ -86,14 +86,14 @@ class Misfit:
 
     Attributes:
         problem: The identification.
-        evaluations: What computes them.
+        evaluations: Their source.
         scales: Of all measurements.
         fitted: Numbers of those that take part.
         tried: Sets of values so far, each counted once.
 
     Args:
         problem: The identification.
-        evaluations: What computes them.
+        evaluations: Their source.
         fitted: Numbers of the measurements that take part; default: as in the file.
         budget: Largest number of sets of values; default: as in the file.
     """

@@ -129,7 +129,7 @@ def run_identification(
 
     Raises:
         UserError: The folder holds another identification or cannot be written.
-        ResultsError: What an earlier search left cannot be read.
+        ResultsError: Results of an earlier search cannot be read.
     """
     if isinstance(problem.base.model, FullModel):
         LOG.warning('model "full" marches all DOFs of the mesh in every experiment; try "reduced" or "beam" in [set]')

@@ -56,7 +56,7 @@ class CaseRates:
 
     Attributes:
         case: Not worn, with [wear], and an area of every face that wears.
-        body: What the runs share.
+        body: Body that the runs share.
     """
 
     case: Case

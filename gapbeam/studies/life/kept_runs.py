@@ -26,10 +26,10 @@ class KeptRuns:
 
     Attributes:
         path: Of the file.
-        rate_at: What runs the case.
+        rate_at: Function that runs the case.
         seen: Called with the number of runs so far.
         records: Of the runs, one after the other.
-        taken: How many of them were on disk already.
+        taken: Number of runs found on disk.
     """
 
     path: Path
@@ -46,14 +46,14 @@ class KeptRuns:
 
         Args:
             folder: Of the study.
-            plan: What the runs depend on.
-            rate_at: What runs the case.
+            plan: Inputs of the runs.
+            rate_at: Function that runs the case.
             seen: Called with the number of runs so far.
             overwrite: Forget what is there.
 
         Raises:
             UserError: The folder holds the life of another case.
-            ResultsError: What it holds cannot be read.
+            ResultsError: Its contents cannot be read.
         """
         path, runs = folder / PLAN_FILE, folder / RUNS_FILE
         if path.exists() and not overwrite:

@@ -48,8 +48,8 @@ class LifeResult(PrintedResult):
         case: Not worn.
         limits: Depth at which the life of each face ends, (faces,), m.
         faces: Names of the faces.
-        worn: What was found.
-        kept: How many of the runs were on disk already.
+        worn: Result of the march.
+        kept: Number of runs found on disk.
         profiles: Depths of all contact points, where each grows by itself; depths of faces are then the deepest.
     """
 

@@ -158,9 +158,9 @@ def wear_down(rate_at: RateAt, faces: int, blocks: Blocks) -> Worn:
     """March faces from no wear to the limit.
 
     Args:
-        rate_at: What gives the rates.
+        rate_at: Function that gives the rates.
         faces: Their number.
-        blocks: How.
+        blocks: Settings of the march.
     """
     start = np.zeros(faces)
     march = _March(rate_at, blocks, [WornState(0.0, start, rate_at(start, 0), np.zeros(faces))])
@@ -315,9 +315,9 @@ def wear_to_limits(rate_at: RateAt, limits: Array, blocks: Blocks) -> Worn:
     A depth over its limit is 1 where the life of the face ends; so is the limit of `wear_down` here.
 
     Args:
-        rate_at: What gives the rates, m/s, at depths in m.
+        rate_at: Function that gives the rates, m/s, at depths in m.
         limits: Depth at which the life of each face ends, (faces,), m.
-        blocks: How; its limit is 1.
+        blocks: Settings of the march; the limit is 1.
     """
     worn = wear_down(lambda shares, number: _times(rate_at(shares * limits, number), 1.0 / limits), len(limits), blocks)
     return replace(worn, states=tuple(_in_meters(state, limits) for state in worn.states))

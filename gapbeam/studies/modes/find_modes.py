@@ -37,7 +37,7 @@ class ModesResult(PrintedResult):
     Attributes:
         folder: Where the files are.
         comparison: The modes of the seated, free and closed body, those of the theory, and the end springs.
-        remarks: What to read with care.
+        remarks: Warnings.
         paths: modes.json, the picture and the shapes.
     """
 

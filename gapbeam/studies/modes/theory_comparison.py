@@ -55,7 +55,7 @@ def matched_modes(
         body: Modes of a body.
         beam: Theory; its free end is the tip of the body, where its springs are follows from its length.
         springs: k1, N/m, and k2, N m/rad, in [0, inf].
-        count: How many modes.
+        count: Number of modes.
     """
     numbers = np.arange(1, count + 1)
     found = beam.roots(numbers, *springs)
@@ -113,7 +113,7 @@ class ModesComparison:
     """Everything that `gapbeam modes` reports.
 
     Attributes:
-        count: How many bending modes.
+        count: Number of bending modes.
         states: The body seated, free and closed.
         clamped: Modes of the overhang clamped at the edge of the base, matched with the seated body; with [[support]]
             there are none.
@@ -166,7 +166,7 @@ def compare_modes(
     Args:
         case: Its case.
         states: The body seated, free and closed, with at least `FITTED` bending modes each.
-        count: How many bending modes are compared.
+        count: Number of compared bending modes.
         measured: Measured frequencies by mode, Hz; empty: none.
         accuracy: Standard deviation of a frequency, relative.
         section: Section of a mesh file; None: the section of the case.

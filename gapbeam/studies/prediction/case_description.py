@@ -42,7 +42,7 @@ class CaseDescription(PrintedResult):
     Attributes:
         title: Of the case.
         sections: Rows of name, value and explanation under each heading.
-        warnings: What to read with care.
+        warnings: Warnings.
         cost: Predicted times and memory.
     """
 

@@ -58,14 +58,14 @@ class Prediction:
 
     Attributes:
         setup: Wall time of each part before the march, s.
-        once: What only the first steps take, s.
+        once: Extra time of the first steps, s.
         steps: Steps of the run.
         per_step: Mean wall time of a step with its records, s.
         back_substitution: Its back-substitution, s.
         fields: Fields that the run writes.
         per_field: Time to write one, s.
         memory: Peak of resident memory over all ranks together, bytes.
-        basis: What the figures stand on, in words.
+        basis: Basis of the figures, in words.
         scaled: Whether they are those of coarser meshes, scaled.
     """
 

@@ -70,7 +70,7 @@ def run_stability(
 
     Args:
         case: Path of the case file.
-        axes: What varies; "time.scheme" must be among the keys.
+        axes: Axes of the study; "time.scheme" must be among the keys.
         folder: Where the files go.
         fixed: Overrides of every point, KEY=VALUE.
         workers: Where; by default one a core of this machine.

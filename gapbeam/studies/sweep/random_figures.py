@@ -82,7 +82,7 @@ def with_intervals(data: dict[str, Any], found: Mapping[str, Any]) -> dict[str, 
 
     Args:
         data: With `figures`.
-        found: What the statistics of the response describe; empty: there are none.
+        found: Described statistics of the response; empty: there are none.
     """
     if not found:
         return data

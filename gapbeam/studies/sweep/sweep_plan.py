@@ -37,7 +37,7 @@ class Sweep:
     Attributes:
         case: Path of the case file.
         fixed: Overrides of every point, KEY=VALUE.
-        axes: What varies.
+        axes: Axes of the study.
         zipped: Lists side by side instead of a grid.
         carry: Whether points along the last axis start from the end of the one before them.
         both: Whether they are carried downward too.
@@ -170,7 +170,7 @@ def prepare(sweep: Sweep, folder: Path, cases: Sequence[Case], overwrite: bool) 
     """Make the folder of a sweep, or go on with the one that is there.
 
     Args:
-        sweep: What to do.
+        sweep: The sweep.
         folder: Its folder.
         cases: The case at the points, as far as it has no faults.
         overwrite: Remove what an earlier sweep left.
@@ -180,7 +180,7 @@ def prepare(sweep: Sweep, folder: Path, cases: Sequence[Case], overwrite: bool) 
 
     Raises:
         UserError: The folder holds another sweep: which key differs, and how; or it holds links.
-        ResultsError: What an earlier sweep left cannot be read.
+        ResultsError: Results of an earlier sweep cannot be read.
     """
     plan, path = _plan(sweep, cases), folder / PLAN_FILE
     refuse_links(folder, folder / POINTS)

@@ -243,7 +243,7 @@ def run_sweep(
         CaseError: Every point has faults; those of the first are reported.
         UserError: The case is no march, a state cannot be carried along the last key, or the folder holds another
             sweep or cannot be written.
-        ResultsError: What an earlier sweep left cannot be read.
+        ResultsError: Results of an earlier sweep cannot be read.
         NotWritten: A response could not be written.
     """
     cases = [entry for entry in read_points(wanted).values() if isinstance(entry, Case)]

@@ -58,7 +58,7 @@ class LevelPlan:
         steps: The same with twice and four times the step.
         basis: The same with the usual basis.
         levels: The others, from cheap to dear.
-        notes: What is reported before the study.
+        notes: Notes before the study.
     """
 
     fixed: Mapping[str, Any]
@@ -80,7 +80,7 @@ def plan_levels(case: Case, coarser: float = 1.0) -> LevelPlan:
 
     Args:
         case: The case; the finest fidelity levels have its dimension.
-        coarser: How much coarser the meshes of the reference are than they could be.
+        coarser: Factor by which the meshes of the reference are coarser than they could be.
 
     Raises:
         UserError: A mesh file, which cannot be refined, or a formulation that reduced models cannot do.

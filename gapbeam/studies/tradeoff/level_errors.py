@@ -48,7 +48,7 @@ class Judged:
         statistics: Largest difference of the long means beyond 2 standard errors; None without long marches.
         seconds: Predicted wall time of the whole case on it: set-up and march, s.
         covered: Time from the seat that the errors cover, s.
-        means: What the long means may differ by at most: by what they do, and 2 standard errors; None likewise.
+        means: Largest difference of the long means: by what they do, and 2 standard errors; None likewise.
     """
 
     level: Level
@@ -74,8 +74,8 @@ def judged(level: Level, measured: MeasuredLevel, reference: MeasuredLevel, peri
 
     Args:
         level: The fidelity level.
-        measured: What it answered.
-        reference: What the reference answered.
+        measured: Its figures.
+        reference: Figures of the reference.
         periods: Forcing periods from the seat over which they are compared where one has no windows over the span.
         end: Simulated time of the case, s.
     """
@@ -281,7 +281,7 @@ def doubts(one: Judged, tolerance: float, grounds: Grounds) -> list[str]:
     Args:
         one: The level.
         tolerance: Largest error that will do, as a fraction.
-        grounds: What is known of all levels.
+        grounds: Facts about all levels.
     """
     found = []
     if not one.inside(tolerance):

@@ -43,7 +43,7 @@ class Taken:
     Attributes:
         name: Of the level.
         changes: Keys that it replaces.
-        tolerance: What was asked for, as a fraction.
+        tolerance: The requested tolerance, as a fraction.
         errors: Of the level against the reference, by group of figures.
         uncertainty: Of the reference, likewise.
         covered: Time from the start that the errors cover, s.
@@ -71,7 +71,7 @@ def stored_choice(folder: Path, case: Case, tolerance: float) -> Taken | None:
 
     Args:
         folder: Of the study.
-        case: What shall be run.
+        case: The case to run.
         tolerance: Largest error that will do.
 
     Returns:
@@ -264,7 +264,7 @@ def with_promise(outcome: Outcome, taken: Taken, comm: MPI.Comm) -> Outcome:
     A run that failed is returned as it is.
 
     Args:
-        outcome: How the run ended.
+        outcome: End of the run.
         taken: The fidelity level that it took.
         comm: The ranks of the run.
 

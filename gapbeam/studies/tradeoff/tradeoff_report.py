@@ -25,7 +25,7 @@ def write_study(folder: Path, study: TradeoffStudy, key: Mapping[str, Any]) -> l
     Args:
         folder: Made if it is not there.
         study: The trade-off.
-        key: What the study depends on, see `gapbeam.studies.tradeoff.run_tradeoff.study_key`.
+        key: Inputs of the study, see `gapbeam.studies.tradeoff.run_tradeoff.study_key`.
 
     Returns:
         The files.

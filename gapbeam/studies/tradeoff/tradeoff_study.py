@@ -50,7 +50,7 @@ class TradeoffStudy:
 
     Attributes:
         case: The case.
-        plan: What was run of it.
+        plan: Levels that were run.
         found: Measurements of the reference family, by name.
         levels: The fidelity levels and their errors.
         reference: The reference, compared with itself, and the check of it by full finite elements.
@@ -58,11 +58,11 @@ class TradeoffStudy:
             not affordable.
         grounds: Span, uncertainty of the reference and kind of motion.
         periods: Forcing periods from the seat over which figures were compared where not over the span.
-        tolerance: What was asked for.
+        tolerance: The requested tolerance.
         chosen: The cheapest fidelity level inside it, or None.
         skipped: Fidelity levels that were too dear, with their predicted time, s.
         seconds: Wall time of the study, s.
-        notes: What was reported before the study.
+        notes: Notes before the study.
     """
 
     case: Case

@@ -30,7 +30,7 @@ def read_axis(text: str, spacing: Spacing = "log", prefix: str = "`vary=` ") -> 
     Args:
         text: As typed.
         spacing: Of a range that does not say.
-        prefix: What stands before it on the command line.
+        prefix: Option before it on the command line.
 
     Raises:
         UserError: Neither of the two.
@@ -60,7 +60,7 @@ def points_of(axes: Sequence[Axis], zipped: bool = False) -> list[tuple[str, ...
     """Return the values of every point in the order of the axes; the last axis varies fastest.
 
     Args:
-        axes: What varies.
+        axes: Axes of the study.
         zipped: Take the first values together, the second ones, and so on; by default every value with every other.
 
     Raises:

@@ -67,7 +67,7 @@ class TrialResponse:
         most_iterations: The most in a step.
         steps: Accepted steps.
         seconds: Wall time of the march, s.
-        findings: How close it came to the limits of the assumptions, where they were watched.
+        findings: Findings on the assumptions, where they were watched.
         statistics: Of the motion, where they were asked for.
     """
 

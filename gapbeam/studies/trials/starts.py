@@ -135,7 +135,7 @@ class Start:
     Attributes:
         state: The state.
         word: "seat", "undeformed", "centered", "kick 3" or "carried".
-        notes: What was changed to carry it, and what does not fit.
+        notes: Changes to carry it, and parts that do not fit.
     """
 
     state: State
@@ -260,7 +260,7 @@ class KeptBody:
     The body is that of `body_key(case)`, so that a model has the same bits whatever case came before it.
 
     Attributes:
-        seconds: What the body that is kept has cost, s.
+        seconds: Cost of the kept body, s.
     """
 
     def __init__(self, body: Body | None = None) -> None:

@@ -17,7 +17,7 @@ def chart_along(caption: str, y: str, lines: Mapping[str, tuple[np.ndarray, np.n
     """Return a chart of values of faces along the beam.
 
     Args:
-        caption: What it shows.
+        caption: Description.
         y: Name of the vertical axis.
         lines: Places along the beam, m, increasing, and values, by face; at least one.
         command: That makes it.

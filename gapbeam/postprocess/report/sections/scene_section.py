@@ -114,7 +114,7 @@ def magnification_of(beam: SceneBeam, gaps: Sequence[float] = ()) -> float:
     of it, where the motion stays a small part of the length.
 
     Args:
-        beam: What moves.
+        beam: The moving beam.
         gaps: Of the walls, m.
     """
     gap = max(gaps, default=0.0)

@@ -60,7 +60,7 @@ def read_case_text(text: str, overrides: Overrides = (), name: str = "case") -> 
     Args:
         text: TOML.
         overrides: As in `read_case`.
-        name: What the case is called in messages.
+        name: Name of the case in messages.
 
     Raises:
         CaseError: As in `read_case`.
@@ -74,7 +74,7 @@ def read_case_tables(tables: Mapping[str, object], overrides: Overrides = (), na
     Args:
         tables: {"title": ..., "beam": {...}, "load": [{...}]}; numbers of NumPy, tuples and paths may stand in them.
         overrides: As in `read_case`.
-        name: What the case is called in messages.
+        name: Name of the case in messages.
 
     Raises:
         CaseError: As in `read_case`.

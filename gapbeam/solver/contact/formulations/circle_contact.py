@@ -290,7 +290,7 @@ class CircleOperator(ContactOperator):
         """Return effects of forces along y and z at stations, (..., 2k), from those of forces at points, (..., m).
 
         Args:
-            columns: What unit forces do at the points of `around`, along the directions that open their gaps.
+            columns: Responses to unit forces at the points of `around`, along the directions that open their gaps.
         """
         pairs = [np.linalg.lstsq(self.around.across[one], columns[..., one].T)[0] for one in self.circles.members]
         return np.asarray(np.concatenate(pairs, axis=0).T)

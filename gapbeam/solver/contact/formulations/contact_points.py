@@ -108,7 +108,7 @@ class StationOperator(ContactOperator):
     """G, w and g0 at points around sections that keep their shape: a rule along supports that is coarser than a mesh.
 
     Attributes:
-        shares: How a force on each is shared among the quadrature points of the faces, (m, q); rows add up to 1.
+        shares: Shares of a force on each among the quadrature points of the faces, (m, q); rows add up to 1.
     """
 
     shares: csr_matrix

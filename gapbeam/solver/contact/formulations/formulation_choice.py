@@ -38,7 +38,7 @@ class ChosenFormulation(Table):
         takes_stiffness: contact.stiffness may be given.
         holds_points: Points are held like constraints: not more of them than DOFs that they constrain.
         takes_impulses: Impulses may replace the law.
-        computed_stiffness: What the stiffness is, beside E/h; None: it follows from load, clearance and scheme.
+        computed_stiffness: Stiffness over E/h; None: it follows from load, clearance and scheme.
     """
 
     type: str

@@ -53,7 +53,7 @@ class CondensedOperator:
         stiffness: c_k.
         dashpots: c_d.
         springs: Added to A.
-        factor: What solves with A, where it is there already.
+        factor: Solver for A, where it exists already.
         factored_in: Wall time that it took then, s.
         seldom: Whether it is used a few times only, and quickly made rather than quick.
 

@@ -28,7 +28,7 @@ class MatrixFreeOperator:
 
     Args:
         system: The system.
-        factor: What solves with A.
+        factor: Solver for A.
         mass: c_m.
         stiffness: c_k.
         dashpots: c_d.

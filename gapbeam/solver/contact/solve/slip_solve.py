@@ -57,7 +57,7 @@ def solve_slip(
         limits: b = mu <f>, (m,), N.
         free_slip: v_free, (m, k), m/s.
         compliance: S / scale, (m k, m k).
-        scale: What turns it into m/s per N.
+        scale: Factor to m/s per N.
         start: Friction forces to start from, (m, k), N.
         max_iterations: Limit.
 

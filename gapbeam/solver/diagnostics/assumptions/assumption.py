@@ -20,11 +20,11 @@ class Assumption:
 
     Attributes:
         name: In a few words.
-        quantity: What is watched.
+        quantity: The watched quantity.
         unit: Its SI unit, "1" where there is none.
         limit: Beyond it, the run warns.
         failure: Beyond it, the run ends with status 4; None: it only warns.
-        meaning: What it means where the limit is passed, and what to try.
+        meaning: Consequence where the limit is passed, and advice.
     """
 
     name: str
@@ -54,9 +54,9 @@ class Finding:
         closest: The largest value of its quantity.
         time: When, s; None: it is not of one instant.
         place: Where, (3,), m; None: it is not of one point.
-        estimate: How far figures are off by it, relative; None: not known.
-        detail: What else belongs to the value, in words.
-        of: What the estimate is of.
+        estimate: Relative error of figures by it; None: not known.
+        detail: Details of the value, in words.
+        of: The figure that the estimate belongs to.
     """
 
     assumption: Assumption

@@ -45,13 +45,13 @@ class PoseScales:
     Attributes:
         shear_modulus: mu, Pa, of a beam of one material; of several ones that at each point, (k,).
         poisson_ratio: nu, likewise.
-        thin: How the strain is completed across plane or beam: by -nu/(1-nu) of the sum (plane stress: "plane"),
+        thin: Rule that completes the strain across plane or beam: by -nu/(1-nu) of the sum (plane stress: "plane"),
             by -nu of that along the beam (beam models: "beam"), or not ("").
         support_length: m.
         width: m.
         radius: Of a beam in supports that are met along its radii; 0: there is none, m.
         span: Of the run, s.
-        strength: What the watched stress is taken over: 1, or the yield stress at each point, (k,), Pa.
+        strength: Divisor of the watched stress: 1, or the yield stress at each point, (k,), Pa.
     """
 
     shear_modulus: float | Array
@@ -74,15 +74,15 @@ class PoseWatch:
     """Keeps the largest rotation, strain, stress, travel and motion across the beam of a run.
 
     Attributes:
-        rows: What gives a pose.
-        scales: What it is measured against.
+        rows: Rows of a pose.
+        scales: Its scales.
         moved: By how much the supports of the points on faces have moved at a time, with marched DOFs (n,),
             (on_faces, d) or 0, m: travel and motion across are those in them.
         closest: Row by row of ROTATION, STRAIN, STRESS, TRAVEL, ASIDE: value, time and place, (5, 5).
         due: When the next look is due, s.
         highest: Largest strain energy looked at, J.
         at_start: Rotation at the first look, rad.
-        looks: How many there were.
+        looks: Number of looks.
     """
 
     rows: PoseRows

@@ -240,7 +240,7 @@ def verdict_on(series: Array, rare: bool = False, relaxation: float | None = Non
     empty of rare events.
 
     Args:
-        series: What is left behind the burn-in, (n,).
+        series: Values behind the burn-in, (n,).
         rare: Whether most values may be 0, such as forces of impacts.
         relaxation: Relaxation time of the slowest series of the record, in values; None: that of this one.
     """

@@ -39,7 +39,7 @@ def pooled_figures(members: Sequence[Described]) -> list[dict[str, Any]]:
     """Return the figures that all members have, but percentiles, with the interval of all of them together.
 
     Args:
-        members: What the statistics of each member describe, with `seconds`, `burn_in` and `figures`.
+        members: Described statistics of each member, with `seconds`, `burn_in` and `figures`.
     """
     if len(members) < FEWEST or not all(one["figures"] for one in members):
         return []

@@ -113,7 +113,7 @@ class ConjugateGradients:
 
         Args:
             right_side: b, (n,).
-            springs: What is added to A, positive semi-definite; None: nothing.
+            springs: Matrix added to A, positive semi-definite; None: none.
             size: sqrt(x^T A x) that the error is compared with; None: the solution's own.
             start: A guess at the solution, (n,).
 

@@ -46,7 +46,7 @@ class Smoother:
 
     Args:
         matrix: In the precision that is computed in.
-        added: What is added to it, on blocks of columns; None: nothing.
+        added: Operator added to it, on blocks of columns; None: none.
         diagonal: D, (nodes, b, b).
         dots: x_j^T y_j over all ranks, (n, k), (n, k) -> (k,).
 
@@ -104,7 +104,7 @@ def largest_eigenvalue(inverse: Part, multiply: Part, dots: Dots, noise: Array) 
         inverse: D^-1.
         multiply: A.
         dots: As in `Smoother`.
-        noise: What to start from, (n, 1).
+        noise: Start vector, (n, 1).
 
     Collective. Source: Golub and Van Loan, Matrix Computations, section on Lanczos and conjugate gradients.
     """
@@ -144,7 +144,7 @@ class Aggregation:
         matrix: The assembled part of A, symmetric positive definite, in rows; it is taken over.
         space: The space of its DOFs.
         prefix: Prefix of PETSc's options.
-        added: What is added to the matrix, as a product on blocks of columns; None: nothing.
+        added: Operator added to the matrix, as a product on blocks of columns; None: none.
 
     Collective to make and to use.
     """

@@ -37,7 +37,7 @@ class AroundPoints(NamedTuple):
         least_gap: The smallest g0 of each section, (k / 2,), m.
         faces: Face of each section, (k / 2,).
         near: The points that may touch in the step, the first `chosen` entries, (m,).
-        chosen: How many they are, (1,).
+        chosen: Their number, (1,).
         forces: Room for forces on the rows of R, (k,), N.
         motions: Room for motions of the rows of R, (k,).
         place: s of the state, (k,), m.
@@ -45,7 +45,7 @@ class AroundPoints(NamedTuple):
         guess: Change of s up to the guess of the scheme, (k,), m.
         rate: Its rate, (k,), m/s.
         free: What the step adds to the guess as long as the contact forces stay, (k,), m.
-        bound: How far each section may move in the step, (k / 2,), m.
+        bound: Largest motion of each section in the step, (k / 2,), m.
         pressed: 1 for sections with a point under pressure, else 0, (k / 2,).
         turning: Points that are stations in round holes, (t,).
         holes: Middle m and clearance c of the hole of each station at the start of the step, the radius of its section,

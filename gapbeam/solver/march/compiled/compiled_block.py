@@ -26,8 +26,8 @@ class CompiledBlock:
         origin: Time at its start, in steps.
         first: Number of the first step since the start of the march.
         steps: Number of steps.
-        records: What was recorded, one row a record.
-        carried: What the loop carries on from there.
+        records: Records, one row each.
+        carried: State from which the loop continues.
     """
 
     plan: March

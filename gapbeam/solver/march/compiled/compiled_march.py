@@ -52,7 +52,7 @@ class Passage:
 
     Attributes:
         times: Times of the records, (records,), s.
-        probes: What the probe rows read of the displacement, (records, rows).
+        probes: Displacements of the probes, (records, rows).
         probe_rates: And of the velocity, (records, rows).
         forces: Contact force of each face at the records, (records, faces), N.
         end: The state at the end.

@@ -94,7 +94,7 @@ class WallRows(NamedTuple):
         places: w - w(0) at the start of the first step and at the end of each, (steps + 1, k).
         speeds: w' at the same times, (steps + 1, k).
         holes: Middle and clearance of the hole of each station at t = 0, (t, 3), m.
-        shifts: What a unit of each motion adds to these, (k, t, 3); S is 0 at stations.
+        shifts: Shifts of these by a unit of each motion, (k, t, 3); S is 0 at stations.
     """
 
     loads: Indices
@@ -143,8 +143,8 @@ class SlidingArrays(NamedTuple):
         surface: Rows that give the motion of the surface at each station in a round hole, (t, 4, n).
         work: Work at each point, changed in place, (m,), J.
         parts: Its parts, changed in place, (3, m), J.
-        pressed_for: How long each face has been pressed, changed in place, (faces,), s.
-        modes: What separates the parts.
+        pressed_for: Time that each face has been pressed, changed in place, (faces,), s.
+        modes: Limits between the parts.
         rows: Work of each face at the records, (rows, faces), J.
         part_rows: Its parts, (rows, faces, 3), J.
         point_rows: Work of each point at the records, (rows, m), J; (rows, 0): not asked for.

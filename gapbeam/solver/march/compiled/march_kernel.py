@@ -53,7 +53,7 @@ def march_steps(
         law: The contact law; coefficients that follow from touch speeds are changed in place.
         motion: The state, changed in place.
         room: Room.
-        ledgers: What is kept of every step, changed in place.
+        ledgers: Ledger arrays, changed in place.
         limits: The gates.
         records: Room for the records of these steps.
         factors: s_k in the balance of each step, (steps, loads).

@@ -147,7 +147,7 @@ def record_turning(
 
     Args:
         around: The stations.
-        levers: What forces along y and z there add, (t, 2, r).
+        levers: Contributions of forces along y and z there, (t, 2, r).
         across: Directions of all points, (m, 2).
         weights: w, (m,), m^2.
         pressure: (m,), Pa.

@@ -137,9 +137,9 @@ class March:
         operators: Its effective operators.
         dt: Whole step, s.
         steps: Number of whole steps.
-        max_halvings: How often a step is halved that does not converge, and how often one that does not resolve.
+        max_halvings: Most halvings of a step that does not converge, or does not resolve.
         max_iterations: Limit of one contact solve.
-        resolution: What steps must resolve, or None.
+        resolution: Resolution that steps need, or None.
     """
 
     system: SemiDiscreteSystem
@@ -195,7 +195,7 @@ def whole_step(plan: March, state: State, dt: float, failures: int = 0, refineme
         plan: The march.
         state: Its start, as a march carries it along.
         dt: Its size, s.
-        failures: How often it was halved already because it did not converge.
+        failures: Halvings so far because it did not converge.
         refinements: And because it did not resolve the contact.
 
     Raises:

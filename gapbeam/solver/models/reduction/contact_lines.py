@@ -260,7 +260,7 @@ class PointsAround:
         gaps: Of the undeformed beam, (m,), m.
         faces: Index of the face of each, (m,).
         stations: Number of the station of each, (m,).
-        shares: How a force on each is shared among the points of the mesh, (m, points).
+        shares: Shares of a force on each among the points of the mesh, (m, points).
     """
 
     positions: Array

@@ -49,7 +49,7 @@ class FoundBasis:
         modes: Vibration modes in it, rigid ones included.
         highest_mode: The highest of their frequencies, Hz.
         left: The largest error of the modes that round-off left.
-        neglected: What the basis neglects of the static flexibility.
+        neglected: Static flexibility that the basis neglects.
     """
 
     floating: Basis

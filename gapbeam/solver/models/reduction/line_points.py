@@ -53,7 +53,7 @@ def refuse_other_faces(case: Case, contact: ContactOperator, interface_values: A
         case: The case.
         contact: The contact operator of the model.
         interface_values: The pose, (interface.size,), m.
-        pose: What to call it.
+        pose: Its name.
 
     Raises:
         UserError: The deepest points of a face differ by more than a tenth of the clearance and 1e-4 of the thickness.

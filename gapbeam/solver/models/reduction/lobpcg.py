@@ -52,9 +52,9 @@ def lowest_shapes(
     """Return (s + sigma), ascending, (count,), shapes, (n, count), with x^T M x = 1, and their largest error.
 
     Args:
-        factor: What multiplies with A = K + sigma M and preconditions it.
+        factor: Products with A = K + sigma M, and its preconditioner.
         multiply_mass: M on blocks of columns.
-        count: How many.
+        count: Their number.
         tolerance: Error of a shape, in the energy norm. Where round-off leaves more, up to 1e-4, that has to do.
         start: Shapes to start from, (n, k); None: rigid motions. The rest is noise.
 

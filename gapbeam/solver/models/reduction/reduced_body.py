@@ -61,7 +61,7 @@ def fixed_interface_vectors(
         contact: The contact points.
         free: Modes with free faces, of which the motions of the rigid body are taken.
         shapes: Shapes on the faces, (m, shapes); None: every interface DOF.
-        settings: How many modes.
+        settings: Number of modes.
         shift: sigma, 1/s^2.
 
     Collective.
@@ -109,7 +109,7 @@ class DeformableSections:
 
     Attributes:
         body: The body.
-        settings: What is kept of them.
+        settings: Shapes to keep.
     """
 
     body: Body

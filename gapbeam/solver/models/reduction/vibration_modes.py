@@ -40,7 +40,7 @@ class Modes:
     Attributes:
         squares: Squares of the angular frequencies, ascending, (k,), 1/s^2.
         shapes: Mode shapes on the DOFs of this rank, (n, k), with x^T M x = 1.
-        factor: What solves with K + sigma M.
+        factor: Solver for K + sigma M.
         left: Error of the shapes in the energy norm, where round-off left more than was asked for; else 0.
     """
 
@@ -84,9 +84,9 @@ def lowest_modes(
     Args:
         mass: M, in rows or as a product.
         stiffness: K, likewise, positive semi-definite.
-        factor: What solves with K + sigma M.
+        factor: Solver for K + sigma M.
         shift: sigma, 1/s^2.
-        count: How many, if `below` is not given; at least one is found.
+        count: Their number, if `below` is not given; at least one is found.
         below: All below this frequency, Hz.
         massless: Whether M may be singular. One more solve for each shape then takes out what M does not see.
 

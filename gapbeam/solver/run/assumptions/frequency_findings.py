@@ -70,9 +70,9 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
 
     Args:
         model: The model.
-        content: What carries the energy of the probes.
+        content: Energy content of the probes.
         ledger: The energies of the run.
-        contacts: How often a face opened again.
+        contacts: Number of contacts that ended.
 
     Collective.
     """
@@ -122,7 +122,7 @@ def of_step(model: Model, content: FrequencyContent, error: float, detail: str) 
 
     Args:
         model: The model.
-        content: What carries the energy of the probes.
+        content: Energy content of the probes.
         error: Mean error of all periods.
         detail: The content in words.
     """

@@ -54,7 +54,7 @@ class Left:
         model: The model that was marched.
         paused: The march.
         exact: Whether it goes on to the same bits.
-        header: What else the checkpoint holds.
+        header: Other contents of the checkpoint.
     """
 
     model: Model
@@ -89,12 +89,12 @@ class Checkpoints:
         folder: Results folder.
         model: The model.
         comm: Its ranks.
-        kept: What else a checkpoint shall hold, for JSON.
+        kept: Other contents of a checkpoint, for JSON.
         interval: Wall time between them, s; 0: none but those that are asked for.
 
     Attributes:
         kept_steps: Steps after which the run keeps its state.
-        count: How many were written.
+        count: Number written.
         seconds: Wall time that they took, s.
 
     Collective to make and to write.
@@ -128,8 +128,8 @@ class Checkpoints:
 
         Args:
             paused: The march.
-            accounts: What is kept of its steps.
-            recorder: What is kept for its records.
+            accounts: Accounts of its steps.
+            recorder: Its records.
             history: The history, on rank 0.
             fields: The fields.
 

@@ -70,7 +70,7 @@ def taken_up(body: Body, matrices: Mapping[str, NDArray[Any]], expansion: Array 
 
     Args:
         body: The body as it was found anew.
-        matrices: What `matrices_of` returned.
+        matrices: Result of `matrices_of`.
         expansion: From the DOFs marched to those of the mesh that this rank owns; None: as it was found.
 
     Raises:

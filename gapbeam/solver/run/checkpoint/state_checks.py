@@ -41,7 +41,7 @@ def refuse_implausible(paused: Paused, header: dict[str, Any], model: Model, com
 
     Args:
         paused: The march, on the DOFs of this rank.
-        header: What else the checkpoint holds.
+        header: Other contents of the checkpoint.
         model: The model.
         comm: Its ranks.
 

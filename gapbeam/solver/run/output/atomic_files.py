@@ -116,7 +116,7 @@ class Sink:
         new: Whether to make it; it is there otherwise.
 
     Attributes:
-        trouble: What went wrong first.
+        trouble: The first error.
     """
 
     def __init__(self, path: Path, new: bool) -> None:

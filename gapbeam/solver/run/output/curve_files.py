@@ -62,7 +62,7 @@ def write_curve(folder: Path, key: str, unit: str, periods: int, found: Branches
 
     Args:
         folder: Results folder.
-        key: What varies.
+        key: The parameter.
         unit: Its unit.
         periods: Forcing periods in a period of the response.
         found: The branches.

@@ -25,7 +25,7 @@ class FieldPieces:
 
     Args:
         folder: Results folder.
-        grid: What all fields have in common.
+        grid: Common parts of all fields.
     """
 
     def __init__(self, folder: Path, grid: FieldGrid) -> None:

@@ -57,7 +57,7 @@ class GrowingSeries:
 
         Args:
             grids: All.
-            count: How many of them are new.
+            count: Number of new ones.
 
         Raises:
             OSError: It could not be written; the document is as it was.

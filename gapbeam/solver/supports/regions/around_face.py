@@ -75,8 +75,8 @@ class AroundFace(Face):
     """The inside of a support around the beam.
 
     Attributes:
-        offset: How far its middle lies above the axis of the beam, m.
-        lateral: How far it lies beside that axis, toward +y, m.
+        offset: Height of its middle above the axis of the beam, m.
+        lateral: Distance from that axis toward +y, m.
     """
 
     offset: float = 0.0
@@ -245,7 +245,7 @@ class WallsFace(AroundFace):
 
     Attributes:
         angles: Where the walls are, degrees from straight down, positive toward +y.
-        recesses: How much farther away than the clearance each wall is, m.
+        recesses: Distance of each wall beyond the clearance, m.
     """
 
     angles: tuple[float, ...] = ()

@@ -104,6 +104,6 @@ class Material(Table):
     density: Positive = Field(description="mass density, kg/m^3", examples=[7919.0])
     yield_stress: Positive | None = Field(
         default=None,
-        description="stress beyond which a run warns that the material is not elastic, Pa; default none",
+        description="stress beyond which a run warns, Pa; default none",
         examples=[3.55e8],
     )

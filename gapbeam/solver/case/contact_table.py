@@ -26,8 +26,7 @@ class Friction(Table):
     )
     slip_velocity: Literal["auto"] | Positive = Field(
         default="auto",
-        description="velocity v0 at which the friction has 71 % of its limit, m/s; "
-        "auto: 1 % of what the faces slide at when the beam rocks through its clearance",
+        description="velocity v0 at which friction has 71 % of its limit, m/s; auto: 1 % of the speed of rocking",
     )
 
     def at_support(self, friction: float | None, static_friction: float | None) -> tuple[float, float]:
@@ -55,8 +54,8 @@ class Contact(Table):
     )
     stiffness: Literal["auto"] | Positive = Field(
         default="auto",
-        description="penalty stiffness K per area (of each of contact.points in N/m; Pa/m^n or N/m^n in laws with an "
-        "exponent n), Pa/m; auto: from the load, the clearance and the modulus",
+        description="penalty stiffness K per area (of each of contact.points in N/m; with an exponent n "
+        "/m^n), Pa/m; auto: from load, clearance and modulus",
     )
     damping: NonNegative = Field(
         default=0.0,
@@ -65,7 +64,7 @@ class Contact(Table):
     points: tuple[Number | tuple[Number, Number], ...] | None = Field(
         default=None,
         max_length=1000,
-        description="places of resultant springs, the same at base and gland, each x (over the whole width) or [x, y] "
+        description="places of resultant springs at base and gland, each x (over the whole width) or [x, y] "
         "(3D), m; default contact all over the faces",
         examples=[[0.0, 0.05]],
     )
@@ -93,8 +92,8 @@ class Contact(Table):
     )
     touch_depth: Literal["auto"] | Positive = Field(
         default="auto",
-        description="depth over which the damped law is switched on (Newmark and generalized-alpha), m; "
-        "auto: 1e-6 of the thickness, at most 1e-4 of the clearance",
+        description="depth over which damping sets in (Newmark, generalized-alpha), m; auto: 1e-6 of the "
+        "thickness, at most 1e-4 of the clearance",
     )
 
     @property

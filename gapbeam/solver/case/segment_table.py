@@ -44,8 +44,7 @@ class Segment(AlongBeam):
     )
     yield_stress: Positive | None = Field(
         default=None,
-        description="stress beyond which a run warns that the material is not elastic there, Pa; default that of "
-        "[material] where the segment gives nothing else of a material",
+        description="stress beyond which a run warns there, Pa; default that of [material] if it gives no material",
     )
 
     @property

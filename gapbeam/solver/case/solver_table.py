@@ -24,8 +24,8 @@ class SolverTable(Table):
     )
     columns: Literal["auto", "keep", "drop"] = Field(
         default="auto",
-        description="responses of the whole body to forces at the contact faces beside a factor: kept, a step takes "
-        "one back-substitution; dropped, two; auto: kept as long as they fit in memory",
+        description="responses of the body to forces at the faces: kept, a step takes one back-substitution; "
+        "dropped, two; auto: kept as long as they fit",
     )
     memory: Positive | None = Field(
         default=None, description="memory that auto counts on, over all ranks, GB; default 90 % of what is free"

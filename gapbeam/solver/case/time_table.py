@@ -19,8 +19,8 @@ class Time(Table):
     )
     frequency: Positive | None = Field(
         default=None,
-        description="highest frequency of interest, Hz; default the larger of 5 times the highest forcing frequency "
-        "and the second bending frequency of the overhang",
+        description="highest frequency of interest, Hz; default 5 times the highest of the loads, or the "
+        "second bending frequency of the overhang if larger",
     )
     scheme: Annotated[Scheme, BeforeValidator(named)] = Field(
         default=USUAL,

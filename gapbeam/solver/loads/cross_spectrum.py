@@ -31,8 +31,8 @@ class CrossSpectrum(Table):
         description="name of the other load of the same type, which has no cross_spectrum", examples=["drag"]
     )
     coherence: Number | Rows = Field(
-        description="absolute value of the cross-spectral density over the root of the product of both densities, from "
-        "0 to 1: one number, or one for each of `frequencies`, no unit; its square is what signal analyzers show",
+        description="abs(S12) / sqrt(S11 S22), 0 to 1, whose square signal analyzers show: one number, or one"
+        " for each of `frequencies`, no unit",
         examples=[0.6],
     )
     phase: Number | Rows = Field(

@@ -27,8 +27,8 @@ class SupportBody(Table):
     damping: NonNegative = Field(default=0.0, description="damping c of the damper beside it, N s/m", examples=[10.0])
     displacement: Literal["rest"] | Number = Field(
         default=0.0,
-        description='displacement at t = 0 along the bending axis, upward, m; "rest": where the body rests under its '
-        "own weight without the beam; a run that starts at the seat adds it to the seat's displacement",
+        description='displacement at t = 0, upward, from the seat or from relaxed springs, m; "rest": where '
+        "the body rests without the beam",
         examples=[-1.0e-3],
     )
     velocity: Number = Field(

@@ -37,8 +37,7 @@ class SpectrumTable(Table, ABC):
     scale: Positive = Field(default=1.0, description="factor of all densities, 96.17 for densities in g^2/Hz, no unit")
     sides: Literal["one", "two"] = Field(
         default="one",
-        description="whether the density holds all of the mean square in positive frequencies, or half of it, the "
-        "other half in negative ones",
+        description="one: positive frequencies hold all of the mean square; two: half of it",
     )
 
     def spectrum(self) -> PowerSpectrum:

@@ -9,9 +9,8 @@ from docs.gallery.gallery_scenes import FOLDER, Scene, scenes
 PAGE = FOLDER.parent / "gallery.md"
 OPENING = """# What can gapbeam show?
 
-Each scene is a shipped case: its command computes it, and `gapbeam render` or `gapbeam plot` draws it. `make gallery`
-draws all pictures anew from `docs/gallery/scenes.toml`, and a test computes the largest contact force of a short run of
-every scene.
+Each scene is a shipped case: its command computes it, and `gapbeam render` or `gapbeam plot` draws it. A test computes
+the largest contact force of a short run of every scene.
 """
 
 
@@ -23,7 +22,7 @@ def title(scene: Scene) -> str:
 def section(scene: Scene) -> str:
     """Return heading, picture, text and command of a scene."""
     return (
-        f"## {title(scene)}\n\n{scene.text}\n\n![{title(scene)}](gallery/scenes/{scene.file.name})\n\n"
+        f"## {title(scene)}\n\n{scene.text}\n\n![{scene.name}](gallery/scenes/{scene.file.name})\n\n"
         f"    environment/run {scene.command}\n"
     )
 

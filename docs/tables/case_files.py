@@ -66,7 +66,7 @@ def reference(name: str) -> str:
     root = PAGES[name]
     loose = [_row(root, key) for key, field in root.model_fields.items() if not models_in(field.annotation)]
     there = {} if name == FIRST else sections(PAGES[FIRST])
-    parts = ["### Above all tables", "", *_table([(row, ("",)) for row in loose], 1), ""]
+    parts = ["### Above all tables", "", *_table([(row, ("",)) for row in loose], ("",)), ""]
     for section, headers in sections(root).items():
         parts += [f"### {_heading(headers)}", ""]
         if section in there:
@@ -76,7 +76,7 @@ def reference(name: str) -> str:
             continue
         kinds = section.purposes
         parts += [f"* `{kind}`: {words}" for kind, words in kinds] if kinds[0][0] else [kinds[0][1]]
-        parts += ["", *_table(section.rows, len(kinds)), ""] if section.rows else [""]
+        parts += ["", *_table(section.rows, tuple(kind for kind, _ in kinds)), ""] if section.rows else [""]
     return "\n".join(parts)
 
 
@@ -84,14 +84,24 @@ def _heading(headers: Iterable[str]) -> str:
     return ", ".join(f"`{header}`" for header in headers)
 
 
-def _table(rows: Iterable[tuple[Row, tuple[str, ...]]], kinds: int) -> Iterator[str]:
+def _types(types: tuple[str, ...], kinds: tuple[str, ...]) -> str:
+    """Return the types that have a row: all, all with the same beginning, or their names."""
+    if types == kinds:
+        return "all"
+    first = types[0].partition("_")[0] + "_"
+    return (
+        f"{first}*" if len(types) > 1 and types == tuple(k for k in kinds if k.startswith(first)) else ", ".join(types)
+    )
+
+
+def _table(rows: Iterable[tuple[Row, tuple[str, ...]]], kinds: tuple[str, ...]) -> Iterator[str]:
     """Yield a Markdown table, with a column for the types where there are several."""
-    of = ["types"] if kinds > 1 else []
+    of = ["types"] if len(kinds) > 1 else []
     head = ["key", *of, "value", "meaning"]
     yield f"| {' | '.join(head)} |"
     yield "|---" * len(head) + "|"
     for (key, value, meaning), types in rows:
-        named = ["all" if len(types) == kinds else ", ".join(types)] if of else []
+        named = [_types(types, kinds)] if of else []
         yield f"| {' | '.join([f'`{key}`', *named, value, meaning])} |"
 
 

@@ -17,24 +17,21 @@ class Transient(Table):
     type: Literal["transient"] = Field(default="transient", description="kind of analysis")
     start: Literal["seat", "undeformed", "centered"] = Field(
         default="seat",
-        description="state at t = 0, at rest: the static seat; the undeformed pose, flat on the base, from which "
-        "the static loads let it fall, as multibody programs start; or the undeformed beam in the middle of the play "
-        "of its supports",
+        description="state at t = 0, at rest: the static seat; undeformed, flat on the base, from which the "
+        "beam falls; or undeformed in the middle of the play",
     )
 
     state: str | None = Field(
         default=None,
         min_length=1,
         max_length=1000,
-        description="results folder of an earlier run of the same model, relative to the case file, whose last "
-        "checkpoint is the state at t = 0 instead of start; that run had output.keep_checkpoint = true, or was "
-        "stopped; default none",
+        description="results folder of an earlier run of the same model, relative to the case file, whose "
+        "kept state is the start; default none",
         examples=["results/settled"],
     )
     state_time: Positive | None = Field(
         default=None,
-        description="time of that run, to half a step, whose state is taken instead of its last one, s; that run "
-        "had the time in output.keep_states; default the last",
+        description="time of that run, one of its output.keep_states, s; default the last",
         examples=[0.1],
     )
     motion: StartMotion | None = Field(

@@ -49,8 +49,8 @@ class Damping(Table):
     ratio: NonNegative | None = Field(
         default=None,
         lt=1,
-        description="fraction of critical damping of every vibration mode of the beam free of contact, beside Rayleigh "
-        "damping; for reduced, beam and rigid models, no unit; default none",
+        description="fraction of critical damping of every mode free of contact, added to Rayleigh damping; "
+        "not for full models, no unit; default none",
         examples=[0.01],
     )
 
@@ -63,8 +63,8 @@ class Restraint(Table):
 
     axial: Literal["auto"] | Positive = Field(
         default="auto",
-        description="total stiffness along x, N/m; auto: 0 where joints hold the beam, else 1e-6 E A / L or less, too "
-        "soft to turn the beam back in its play, and 1e-11 E A / L under friction",
+        description="total stiffness along x, N/m; auto: 0 where joints hold the beam, else at most 1e-6 E A "
+        "/ L, under friction 1e-11 E A / L",
     )
     lateral: Literal["auto"] | Positive = Field(
         default="auto",
@@ -120,13 +120,12 @@ class Output(Table):
     fields_interval: Positive | None = Field(default=None, description="time between XDMF fields, s; default end/100")
     stress: Switch = Field(
         default=False,
-        description="write axial and von Mises stress among the fields, at the corners of the cells, means over those "
-        "that meet there",
+        description="write axial and von Mises stress among the fields, at the corners of the cells",
     )
     points: Switch = Field(
         default=False,
-        description="write what each contact point has met at the instants of the history records: first touch, share "
-        "of time in contact, largest penetration, and its part of the impulse of its face",
+        description="write first touch, contact share, largest penetration and impulse of each contact point,"
+        " seen at the history records",
     )
     checkpoint_interval: NonNegative = Field(
         default=300.0, description="wall time between checkpoints, from which a run resumes, s; 0: none"
@@ -153,8 +152,8 @@ class Output(Table):
     )
     errors: Literal["companions", "thorough", "none"] = Field(
         default="companions",
-        description="error estimate of a finished run: from companions with another step, mesh "
-        'and basis, which together march at most twice its steps; "thorough": up to seven times; or not at all',
+        description="error estimate of a finished run: from companions that march at most twice its steps; "
+        '"thorough": seven times; or none',
     )
 
 

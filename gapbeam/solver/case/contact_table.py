@@ -26,7 +26,8 @@ class Friction(Table):
     )
     slip_velocity: Literal["auto"] | Positive = Field(
         default="auto",
-        description="velocity v0 at which friction has 71 % of its limit, m/s; auto: 1 % of the speed of rocking",
+        description="velocity v0 at which friction has 71 % of its limit, m/s; auto: 1 % of the sliding of a "
+        "rocking beam",
     )
 
     def at_support(self, friction: float | None, static_friction: float | None) -> tuple[float, float]:

@@ -15,66 +15,64 @@ Bound = Positive | Literal["never"] | None
 class AssumptionLimits(Table):
     """Other limits of the assumptions that a run watches, by their names in the summary; "never" is no limit."""
 
-    small_rotation: Bound = Field(default=None, description="largest rotation, rad; default the usual limit")
-    small_strain: Bound = Field(
-        default=None, description="largest strain at the surface, no unit; default the usual limit"
-    )
+    small_rotation: Bound = Field(default=None, description="largest rotation, rad")
+    small_strain: Bound = Field(default=None, description="largest strain at the surface, no unit")
     inside_the_support: Bound = Field(
         default=None,
-        description="travel along the support over its length, no unit; default the usual limit",
+        description="travel along the support over its length, no unit",
     )
     radii_in_supports_around_the_beam: Bound = Field(
         default=None,
-        description="largest motion across the beam over its radius, no unit; default the usual limit",
+        description="largest motion across the beam over its radius, no unit",
     )
-    linear_seat: Bound = Field(default=None, description="largest rotation at the start, rad; default the usual limit")
+    linear_seat: Bound = Field(default=None, description="largest rotation at the start, rad")
     penetration_beside_the_thickness: Bound = Field(
         default=None,
-        description="largest penetration over the thickness, no unit; default the usual limit",
+        description="largest penetration over the thickness, no unit",
     )
     penetration_beside_the_clearance: Bound = Field(
         default=None,
-        description="largest penetration over the clearance, no unit; default the usual limit",
+        description="largest penetration over the clearance, no unit",
     )
     contacts_resolved_by_the_step: Bound = Field(
         default=None,
-        description="impulse in contacts of few steps over the whole, no unit; default the usual limit",
+        description="impulse in contacts of few steps over the whole, no unit",
     )
     weak_restraint: Bound = Field(
         default=None,
-        description="energy of the restraint over the energy of the beam, no unit; default the usual limit",
+        description="energy of the restraint over the energy of the beam, no unit",
     )
     step_beside_the_frequencies: Bound = Field(
         default=None,
-        description="mean error of periods by the scheme, no unit; default the usual limit",
+        description="mean error of periods by the scheme, no unit",
     )
     damping_of_the_scheme: Bound = Field(
         default=None,
-        description="share of the amplitude that the scheme takes, no unit; default the usual limit",
+        description="share of the amplitude that the scheme takes, no unit",
     )
     resonance_beside_the_scheme: Bound = Field(
         default=None,
-        description="share of a resonant amplitude that the scheme takes, no unit; default the usual limit",
+        description="share of a resonant amplitude that the scheme takes, no unit",
     )
     mesh_beside_the_wavelengths: Bound = Field(
         default=None,
-        description="distance of nodes over the bending wavelength, no unit; default the usual limit",
+        description="distance of nodes over the bending wavelength, no unit",
     )
     basis_beside_the_frequencies: Bound = Field(
         default=None,
-        description="highest frequency over the highest of the basis, no unit; default the usual limit",
+        description="highest frequency over the highest of the basis, no unit",
     )
     beam_model_beside_the_wavelengths: Bound = Field(
         default=None,
-        description="thickness over the bending wavelength, no unit; default the usual limit",
+        description="thickness over the bending wavelength, no unit",
     )
     rigid_model_beside_the_frequencies: Bound = Field(
         default=None,
-        description="highest frequency over the first of bending, no unit; default the usual limit",
+        description="highest frequency over the first of bending, no unit",
     )
     energy_under_noise_kept_by_the_scheme: Bound = Field(
         default=None,
-        description="energy that the scheme took or created, no unit; default the usual limit",
+        description="energy that the scheme took or created, no unit",
     )
 
     def of(self, assumption: str) -> float | None:

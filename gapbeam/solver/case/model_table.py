@@ -113,7 +113,7 @@ class ReducedModel(_AnyModel):
     type: Literal["reduced"] = Field(description="name of the model")
     interface: Literal["free", "fixed"] = Field(
         default="free",
-        description="modes of the body with free contact faces and residual flexibility, or with fixed ones and "
+        description="modes with free contact faces and residual flexibility, or with fixed faces and "
         "constraint modes (Craig and Bampton 1968)",
     )
     modes: Whole = Field(
@@ -132,13 +132,13 @@ class ReducedModel(_AnyModel):
     )
     points_across: Literal["all"] | Whole = Field(
         default=1,
-        description="contact points across the width for each place along it, four times as many where the motion is "
-        "not symmetric about the bending plane (3D); all: those of the mesh",
+        description="contact points across the width, four times as many where the motion is not symmetric "
+        "(3D); all: those of the mesh",
     )
     sections: Literal["deformable", "rigid"] = Field(
         default="deformable",
-        description="sections of a round solid in holes, V-blocks and other supports around it; rigid: they keep their "
-        "shape and move as the surface does on average, which is faster and leaves out that tubes get oval",
+        description="sections of a solid in supports around it; rigid: they keep their shape, which is faster"
+        " and leaves out that tubes get oval",
     )
     stations: Whole | None = Field(
         default=None,
@@ -190,8 +190,8 @@ class BeamModel(_AnyModel):
     )
     motions: Literal["auto"] | tuple[BeamMotion, ...] = Field(
         default="auto",
-        description="motions: bending in the bending plane, lateral bending across it, axial stretching, "
-        "torsion; auto: what supports, loads, joints, masses and friction call for",
+        description="motions: bending in the plane and across it, axial stretching, torsion; auto: what the "
+        "case calls for",
         examples=[["bending", "axial", "torsion"]],
     )
 
@@ -255,8 +255,7 @@ class AutoModel(_AnyModel):
     type: Literal["auto"] = Field(description="name of the model")
     wanted: Literal["auto"] | Wanted = Field(
         default="auto",
-        description="results of interest: motion of the beam, contact forces, pressures on the contact faces, or "
-        "stresses; auto: stresses where probes or fields have them, else motion",
+        description="results of interest; auto: stresses where probes or fields have them, else motion",
     )
 
     decided: ClassVar[bool] = False

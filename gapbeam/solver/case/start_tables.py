@@ -71,16 +71,15 @@ class StartMode(Table):
     number: Whole = Field(
         ge=1,
         le=1000,
-        description="bending mode, as `gapbeam modes` numbers the modes of the free model: of a beam that nothing "
-        "but play holds, 1 and 2 are rigid motions",
+        description="bending mode of the free model, as `gapbeam modes` numbers it; 1 and 2 of a beam without"
+        " joints are rigid motions",
         examples=[1],
     )
     amplitude: Number = Field(description="a, amplitude of the probe along the bending direction, m", examples=[1.0e-4])
     probe: Name = Field(description="name of the [[probe]] whose amplitude is meant", examples=["tip"])
     phase: Number = Field(
         default=0.0,
-        description="phase of the oscillation a cos(w t - phase) at t = 0: 0 starts at rest with the "
-        "amplitude, 90 in the pose without the mode with the velocity w a, degrees",
+        description="phase of a cos(w t - phase): 0 starts at rest with a, 90 with the velocity w a, degrees",
         examples=[90.0],
     )
 

@@ -33,6 +33,5 @@ class Wear(Table):
     )
     impact_time: Literal["auto"] | Positive = Field(
         default="auto",
-        description="duration of the impact at the start of each contact of a face, whose work is listed apart, s; "
-        "auto: half a period of the contact",
+        description="duration of the impact at the start of each contact, s; auto: half a period of the contact",
     )

@@ -254,8 +254,8 @@ class RecordedTable(LoadTable):
     ramp: NonNegative = Field(default=0.0, description="duration of the smooth start, s")
     beyond: Literal["refuse", "zero", "repeat"] = Field(
         default="refuse",
-        description="load before the first row and after the last: nothing, since the record must cover the run; "
-        "zero; or the record again, whose last row is then the first of the next round",
+        description="load outside the record: refused; zero; or the record again, whose last row is the first"
+        " of the next round",
     )
     interpolation: Literal["cubic", "monotone"] = Field(
         default="cubic",
@@ -264,8 +264,8 @@ class RecordedTable(LoadTable):
     )
     holes: Holes = Field(
         default="refuse",
-        description="load where rows are more than three median intervals apart: nothing, since a record has no "
-        "such holes; a straight line; the curve of `interpolation`; or 0 in the file",
+        description="load where rows are more than three median intervals apart: refused; a straight line; "
+        "the curve of `interpolation`; or 0",
     )
     direction: Vector | None = Field(
         default=None, description="vector of any length > 0, no unit; default upward, toward the gland"

@@ -216,8 +216,8 @@ class ClearanceChange(MovingSupport):
         description="times in ascending order, the first one 0, s", examples=[[0.0, 0.1, 0.2]]
     )
     changes: Annotated[tuple[Number, ...], Field(min_length=2, max_length=MOST)] = Field(
-        description="change of the clearance of the support at each of them, the first one 0; negative closes "
-        "it; a smooth curve in between, constant after the last, m",
+        description="change of the clearance at each of them, the first 0; negative closes it; smooth in "
+        "between, constant after the last, m",
         examples=[[0.0, -5.0e-5, -1.0e-4]],
     )
 

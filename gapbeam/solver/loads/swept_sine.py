@@ -38,8 +38,8 @@ class SweptSineLoad(PointOrSupportLoad):
     back: Switch = Field(default=False, description="go back to start_frequency in the same time")
     after: Literal["hold", "stop"] = Field(
         default="hold",
-        description="load after the end of the sweep: its last frequency, or nothing; the amplitude then falls to 0 "
-        "over the last `ramp` of the sweep",
+        description="load after the end of the sweep: its last frequency, or nothing, to which it falls over "
+        "the last `ramp`",
     )
 
     @property

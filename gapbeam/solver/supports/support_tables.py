@@ -115,8 +115,7 @@ class OneOfSeveral(AlongBeam):
     )
     stiffness: Positive | None = Field(
         default=None,
-        description="contact stiffness K of this support per area, instead of contact.stiffness (Pa/m^n in laws "
-        "with an exponent n), Pa/m",
+        description="contact stiffness K per area, instead of contact.stiffness (with an exponent n Pa/m^n), Pa/m",
         examples=[2.0e9],
     )
     damping: NonNegative | None = Field(
@@ -125,14 +124,13 @@ class OneOfSeveral(AlongBeam):
     )
     support_stiffness: Positive | None = Field(
         default=None,
-        description="contact stiffness k of the whole support, the force F = k d of a beam that lies on it along its "
-        "length, instead of stiffness, for every section (N/m^n in laws with an exponent n), N/m",
+        description="stiffness k of the whole support, F = k d of a beam that lies on its length, instead of "
+        "stiffness (with an exponent n N/m^n), N/m",
         examples=[5.0e6],
     )
     support_damping: NonNegative | None = Field(
         default=None,
-        description="damping of the law kelvin-voigt of the whole support, beside support_stiffness, instead of "
-        "damping, N s/m",
+        description="damping of the whole support in the law kelvin-voigt, instead of damping, N s/m",
     )
     friction: Number | None = Field(
         default=None,
@@ -144,8 +142,8 @@ class OneOfSeveral(AlongBeam):
         default=None,
         ge=0,
         le=100,
-        description="coefficient of friction of points of this support that stick, no unit; default friction where "
-        "that is given, else contact.friction.static_coefficient",
+        description="coefficient of friction of points that stick, no unit; default friction, else "
+        "contact.friction.static_coefficient",
     )
     wear: NonNegative | None = Field(
         default=None,

@@ -93,10 +93,9 @@ class Hole(AroundRegion):
     type: Literal["hole"] = Field(description="a round hole around a beam of round section")
     contact: Literal["auto", "points", "circle"] = Field(
         default="auto",
-        description="contact with the wall: at points around the section, each along its radius, or as a circle, at "
-        "one point of each station along the hole, along the line from the middle of the hole to the axis of the "
-        "section: for sections that keep their shape, quicker, and the angular momentum of an orbit is kept; auto: at "
-        "points, or as a circle with support_stiffness",
+        description="contact with the wall: at points around the section, or as a circle, at one point of "
+        "each station, for sections that keep their shape; auto: at points, or as a circle with "
+        "support_stiffness",
     )
 
     @property

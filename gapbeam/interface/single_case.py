@@ -16,6 +16,7 @@ from gapbeam.interface.case_source import (
     name_of,
     shared_case,
 )
+from gapbeam.meshes.versions.launcher_variables import rank_of_launcher
 from gapbeam.process.launcher import all_ranks
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.scene.argument_checks import checked
@@ -104,7 +105,7 @@ def _run_of_scene(
     scene: Scene, output: str | PathLike[str] | None, overwrite: bool, resume: bool, others: Mapping[str, Any],
     march: dict[str, Any],
 ) -> Outcome:  # fmt: skip
-    """Run a scene; arguments that are for cases are refused."""
+    """Run a scene, on rank 0 of several; arguments that are for cases are refused."""
     from gapbeam.solver.errors import UserError
     from gapbeam.solver.run.scene_run import SceneRun, run_scene
     from gapbeam.studies.error_estimate.scene_errors import with_scene_errors
@@ -116,7 +117,15 @@ def _run_of_scene(
     if lacking:
         raise UserError(f"run: a scene needs {' and '.join(f'`{name}=`' for name in lacking)}, s")
     asked = SceneRun(scene, **march)
-    return with_scene_errors(asked, run_scene(asked, folder_from(output, "scene"), overwrite, resume))
+
+    def work() -> Outcome:
+        return with_scene_errors(asked, run_scene(asked, folder_from(output, "scene"), overwrite, resume))
+
+    if rank_of_launcher() is None:
+        return work()
+    from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+
+    return on_rank_zero(all_ranks(), work)
 
 
 def _refuse(names: Collection[str], what: str) -> None:

@@ -13,6 +13,7 @@ import scipy.io
 import scipy.sparse as sp
 
 import gapbeam as gb
+from tests.shared.command import PROJECT, called, on_ranks
 
 NODES = 13
 STEEL = {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}
@@ -233,7 +234,8 @@ SLIPS: dict[str, tuple[Callable[[Tables, Path], None], str, str]] = {
     "weight without frame": (put("structure", 1, "frame", value=None), "load.*number", "no motion with the frame"),
     "too many modes": (put("structure", 1, "reduce", value={"modes": 500}), "rack.*reduce", "expected: 1 to 32"),
     "a reduced mass": (put("structure", 2, "reduce", value={"modes": 1}), "box.*reduce", "no reduction"),
-    "a step beyond the end": (put("time", "step", value=1.0), "time.*step", "longer than the run"),
+    "a step beyond the end": (put("time", "step", value=1.0), "time.*step", "longer than the whole run"),
+    "a step that jumps over the load": (put("time", "step", value=0.02), "time.*step", "half its period"),
     "an unknown table": (put("support", value={"clearance": 1e-4}), "support", "unknown table"),
     "an unknown load": (put("load", 0, "type", value="exciter"), '"shaker".*type', "harmonic_force"),
     "a wall without bore": (put("structure", 0, "model", "section", value={"type": "tube", "wall": 0.2}),
@@ -310,3 +312,18 @@ def test_studies_of_one_beam_refuse_scenes(tmp_path: Path) -> None:
     for call in (gb.read_case, gb.model, gb.modes):
         with pytest.raises(gb.CaseError, match="several structures"):
             call(given)  # type: ignore[operator]
+
+
+@pytest.mark.slow(minutes=0.3)
+def test_ranks_march_a_file_once(tmp_path: Path) -> None:
+    """Two ranks write the records of one; a fault ends both with status 2 and one message."""
+    file = PROJECT / "cases" / "scenes" / "rack.toml"
+    few = ("--set", "time.end=0.02")
+    one = called("run", file, *few, "--output", tmp_path / "one")
+    two = on_ranks(2, "run", file, *few, "--output", tmp_path / "two")
+    assert one.returncode == two.returncode == 0, two.stderr
+    first, second = (gb.open_results(tmp_path / name).history for name in ("one", "two"))
+    assert first.equals(second)
+    wrong = on_ranks(2, "run", file, "--set", "time.step=3", "--output", tmp_path / "three")
+    assert wrong.returncode == 2
+    assert wrong.stderr.count("longer than the whole run") == 1

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from gapbeam.solver.case.checks.time_checks import run_has_steps, step_follows_the_forcing
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.scene_load_choice import point_of, structure_of
 from gapbeam.solver.scene_file.nearest_pairs import nearest_faults
@@ -43,10 +44,8 @@ def scene_faults(tables: Mapping[str, Any]) -> list[Fault]:
     faults += _pairs(tables, known, by_name)
     faults += _loads(tables, known, by_name)
     time = tables.get("time")
-    if time is not None and time.step > time.end:
-        faults.append(
-            Fault(("time", "step"), f"{time.step:g} s, longer than the run", f"at most time.end, {time.end:g} s")
-        )
+    if time is not None:
+        faults += [*run_has_steps(time), *step_follows_the_forcing(time, tables.get("load", {}))]
     return faults
 
 

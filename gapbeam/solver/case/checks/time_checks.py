@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Protocol
 
 from gapbeam.solver.case.case import Output
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
+from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.wording.short_words import apart, exceeds
 
 MOST_STEPS = 1e9
@@ -15,9 +17,21 @@ MULTIPLE_TOLERANCE = 1e-6
 """Tolerance of intervals against a whole number of steps, in steps."""
 
 
-def run_has_steps(time: Time) -> Iterator[Fault]:
+class Span(Protocol):
+    """Step and end of a run, s, as the table [time] of cases and of files of several structures has them."""
+
+    @property
+    def step(self) -> float | str:
+        """Step, s; "auto" until it is chosen."""
+
+    @property
+    def end(self) -> float:
+        """End, s."""
+
+
+def run_has_steps(time: Span) -> Iterator[Fault]:
     """A run has at least one step, and not more than can ever be marched."""
-    if time.step == "auto":
+    if isinstance(time.step, str):
         return
     steps = time.end / time.step
     if steps < 1 - MULTIPLE_TOLERANCE:
@@ -39,9 +53,9 @@ def run_has_steps(time: Time) -> Iterator[Fault]:
         )
 
 
-def step_follows_the_forcing(time: Time, load: Loads) -> Iterator[Fault]:
+def step_follows_the_forcing(time: Span, load: Mapping[int, LoadTable]) -> Iterator[Fault]:
     """The step is far shorter than the period of every load."""
-    if time.step == "auto":
+    if isinstance(time.step, str):
         return
     for number, entry in load.items():
         frequency = entry.forcing_frequency

@@ -24,7 +24,7 @@ LENGTH, DIAMETER = 0.04, 0.04  # m
 
 
 def flight(contact: str) -> tuple[CompiledLoop, State]:
-    """Return a march of a tube that was thrown down in a hole beside it, and its state after some steps."""
+    """Return the march of a tube thrown down in a hole off its middle, and its state after some steps."""
     hole = {"name": "ring", "from": 0.0, "to": LENGTH, "clearance": 2.0e-4, "lateral": 1.0e-4}
     tables = {
         "beam": {

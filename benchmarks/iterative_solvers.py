@@ -1,4 +1,4 @@
-"""Conjugate gradients, multigrid and LOBPCG of gapbeam beside those of PETSc and SLEPc, on the same operator.
+"""Comparison of gapbeam's conjugate gradients, multigrid and LOBPCG with PETSc's and SLEPc's, on the same operator.
 
 The operator is K + sigma M of the solid beam of cases/li2013.toml, as a reduced basis needs it. One right side is the
 force of the shaker, the others are pressures on the contact faces. PETSc's solver is `benchmarks.petsc_multigrid`;

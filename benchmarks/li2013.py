@@ -93,7 +93,7 @@ def simulation() -> None:
 
 
 def roots() -> None:
-    """Print each printed root beside the correct one."""
+    """Print each printed root with the correct one."""
     print("printed root, root in the limit of the springs, root at the printed thresholds (l = 510 mm)")
     for printed, limit, threshold in plateaus():
         print(f"  {printed:6.3f} {limit:10.6f} {threshold:8.3f}")

@@ -1,4 +1,4 @@
-"""The figures of an error estimate, beside what a reference says."""
+"""Comparison of the figures of an error estimate with a reference."""
 
 from __future__ import annotations
 

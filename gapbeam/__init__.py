@@ -244,5 +244,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Return the names of the interface beside those that are loaded."""
+    """Return the names of the interface besides those that are loaded."""
     return sorted({*globals(), *__all__})

@@ -1,1 +1,1 @@
-"""Cases that hypothesis draws, with their error estimates, beside a second way."""
+"""Cases drawn by hypothesis: their error estimates against a second computation."""

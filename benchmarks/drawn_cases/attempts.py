@@ -1,4 +1,4 @@
-"""A drawn case, run as users run it, beside a second way: an eighth of the step, and a finer mesh or a richer basis.
+"""Drawn case, run as users run it, against a second computation: an eighth of the step, a finer mesh or richer basis.
 
     slices, any model     the reduced model with a quarter of the cell size, 40 modes and 19 shapes along each face
     those that rub        the reduced model with half of the cell size and every interface DOF
@@ -43,7 +43,7 @@ PARTS = {SETTLED: "settled", BEYOND_HORIZON: "beyond the horizon"}  # the others
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure of a drawn run beside the second way.
+    """Figure of a drawn run with its second computation.
 
     Attributes:
         part: "settled", "start-up" or "beyond the horizon".

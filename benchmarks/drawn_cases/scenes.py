@@ -191,7 +191,7 @@ def _supports(
 
 
 def _body(draw: some.DrawFn, mass: float, clearance: float) -> dict[str, Any]:
-    """Draw a support that gives way by a share of the clearance under the weight of the beam."""
+    """Draw a flexible support: its deflection under the weight of the beam is a share of the clearance."""
     own = mass * draw(some.floats(0.05, 1.0))
     spring = mass * GRAVITY / (clearance * draw(some.floats(0.1, 1.0)))
     return {"mass": own, "stiffness": spring, "damping": 0.1 * sqrt(spring * own)}

@@ -182,7 +182,7 @@ def _beam(draw: Draw, beam: dict[str, Any], mesh: dict[str, Any]) -> tuple[dict[
 
 
 def _region(support: dict[str, Any], beam: dict[str, Any]) -> dict[str, Any]:
-    """Limit regions around the beam to round sections, with play small beside the radius and the offset within it."""
+    """Limit regions around the beam to round sections, with play and offset small compared with the radius."""
     if support.get("region", {}).get("type") not in AROUND:
         return {key: value for key, value in support.items() if key != "lateral"}
     if beam.get("section", {"type": "rectangle"})["type"] not in ("round", "tube"):

@@ -1,4 +1,4 @@
-"""The motion of a case by another way, beside that of its run."""
+"""Motion of a case by an independent computation, for comparison with its run."""
 
 from __future__ import annotations
 

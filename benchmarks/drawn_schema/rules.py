@@ -100,7 +100,7 @@ def _thin(chance: random.Random, *sides: float) -> float:
 
 
 def _corners(chance: random.Random, scene: Scene) -> list[list[float]]:
-    """Draw a rectangle, or a T upside down: both fit beside rectangles."""
+    """Draw a rectangle, or a T upside down: both can be combined with rectangles."""
     y, z = 0.5 * scene.width, 0.5 * scene.thickness
     web, flange = chance.choice((1.0, 0.4)) * y, chance.uniform(-0.4, 0.4) * z
     right = [[y, -z], [y, flange], [web, flange], [web, z]] if web < y else [[y, -z], [y, z]]

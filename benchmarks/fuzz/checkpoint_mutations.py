@@ -43,7 +43,7 @@ def spoil_checkpoint(content: bytes, chance: random.Random) -> bytes:
 
 
 def spoil_kept_model(kept: Path, checkpoints: Sequence[Path], chance: random.Random) -> None:
-    """Spoil the matrices that reduced models go on with, and have the checkpoints ask for what is there then."""
+    """Spoil the matrices that reduced models resume with, and make the checkpoints ask for the spoiled ones."""
     text, block = _halves(kept.read_bytes())
     header = json.loads(text)
     block = chance.choice(_BLOCKS)(block, chance)

@@ -26,7 +26,7 @@ BESIDE = (
 
 
 def checkpoints(seeds: Path, folder: Path, chance: random.Random) -> Callable[[], int]:
-    """Spoil one or both checkpoints of a stopped run, and go on with it."""
+    """Spoil one or both checkpoints of a stopped run, and resume it."""
     run, copy = _copy(seeds, folder, chance)
     paths = sorted((copy / "checkpoint").glob("step-*"))
     kept = copy / "checkpoint" / "model.checkpoint"
@@ -45,7 +45,7 @@ def checkpoints(seeds: Path, folder: Path, chance: random.Random) -> Callable[[]
 
 
 def beside(seeds: Path, folder: Path, chance: random.Random) -> Callable[[], int]:
-    """Spoil what lies beside the checkpoints, and go on with the run."""
+    """Spoil the files next to the checkpoints, and resume the run."""
     run, copy = _copy(seeds, folder, chance)
     path = copy / chance.choice(BESIDE)
     draw = chance.random()

@@ -1,4 +1,4 @@
-"""Run the cases at full length at all sizes, and print what differs beside the size.
+"""Run the cases at full length at all sizes, and print differences other than the size.
 
 environment/run python3 -m benchmarks.similarity [name ...]
 """

@@ -1,4 +1,4 @@
-"""Two runs of one case at different sizes, and what differs between them beside the size."""
+"""Comparison of two runs of one case at different sizes, apart from the size."""
 
 from __future__ import annotations
 

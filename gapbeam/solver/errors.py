@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class RunError(Exception):
-    """A run that cannot be trusted or cannot go on; the message says when, where and what to try.
+    """Error of a run that cannot be trusted or continued; the message says when, where and what to try.
 
     Attributes:
         exit_status: Of the command.

@@ -169,7 +169,7 @@ def study_folder(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
 
 @contextmanager
 def study_written(path: Path) -> Iterator[None]:
-    """Turn what goes wrong while a study writes a file into an error that names the file and what to try.
+    """Turn an error while a study writes a file into one that names the file and what to try.
 
     Raises:
         NotWritten: By the operating system.

@@ -256,7 +256,7 @@ def _is_in(facet: Nodes, facets: Nodes) -> bool:
 
 
 def _check_unbroken(where: str, side: float, corners: Nodes, rest: Nodes, x: Coordinates) -> None:
-    """Refuse a face without some facets in its middle, where the surface goes on: contact would be missing there.
+    """Refuse a face without some facets in its middle, where the surface continues: contact would be missing there.
 
     A groove is none: its walls do not look at the support.
     """

@@ -94,7 +94,7 @@ def _check_ends(path: Path, where: str) -> None:
 
 
 def _others(path: Path) -> str:
-    """The mesh files that are beside the one that is not there."""
+    """Mesh files in the folder of the missing one."""
     try:
         names = sorted(other.name for other in path.parent.glob("*.msh"))[:5]
     except OSError:

@@ -122,7 +122,7 @@ class TableBlock:
 
 @dataclass(frozen=True)
 class Compared:
-    """One number beside the one it is held against.
+    """Number compared with a reference.
 
     Attributes:
         what: Name of the number.
@@ -151,7 +151,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class ComparisonBlock:
-    """Numbers beside those of a paper or another reference, with the deviation of each.
+    """Numbers compared with a paper or another reference, with the deviation of each.
 
     Attributes:
         caption: Description.

@@ -1,4 +1,4 @@
-"""The fields of a run, read one time after the other, also while the run goes on."""
+"""Fields of a run, read one time after the other, also during the run."""
 
 from __future__ import annotations
 

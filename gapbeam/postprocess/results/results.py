@@ -1,4 +1,4 @@
-"""The results folder of a run: opened lazily, checked when read, readable also while the run goes on."""
+"""Results folder of a run: opened lazily, checked when read, readable also during the run."""
 
 from __future__ import annotations
 

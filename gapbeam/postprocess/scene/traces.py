@@ -1,4 +1,4 @@
-"""The time signals shown beside the beam: contact forces, and the displacement of a probe or the free end."""
+"""Time signals next to the pictures: contact forces, and the displacement of a probe or the free end."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gapbeam.solver.record_table import HISTORY_FILE
 
 @dataclass(frozen=True)
 class Traces:
-    """Signals for the panels beside the pictures.
+    """Signals for the panels next to the pictures.
 
     Attributes:
         time: (n,), s, of the forces; empty without a history.

@@ -85,7 +85,7 @@ def section_motions(case: Case) -> tuple[MotionName, ...]:
 
 
 def motions_in_words(case: Case) -> list[tuple[str, str]]:
-    """Return the motions of a beam model beside bending, each with its reason; nothing for other models."""
+    """Return the motions of a beam model besides bending, each with its reason; nothing for other models."""
     if not isinstance(case.model, BeamModel):
         return []
     return [(name, why) for name, why in beam_motions(case).items() if name != "bending"]
@@ -153,7 +153,7 @@ def _along(loads: Sequence[Load]) -> Iterator[str]:
 
 
 def _beside(loads: Sequence[Load]) -> Iterator[str]:
-    """Yield the loads whose force passes beside the axis of the beam."""
+    """Yield the loads whose force does not pass through the axis of the beam."""
     for load in loads:
         along = (0.0, 0.0, 1.0) if load.direction is None else load.direction
         if load.place.point is None or len(along) != 3:

@@ -219,7 +219,7 @@ class BeamModel(_AnyModel):
         return self.model_copy(update={"elements": scene.graded, "spacing": "graded", "stations": stations})
 
     def doubts(self, scene: SceneFigures) -> Iterator[str]:
-        """Yield results of the section, squeezed ones, and waves that are not long beside the thickness."""
+        """Yield results of the section, squeezed sections, and waves that are short compared with the thickness."""
         yield from super().doubts(scene)
         if scene.squeezed:
             yield "an interference fit squeezes sections, and those of a beam keep their shape"

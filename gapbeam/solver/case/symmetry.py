@@ -34,7 +34,7 @@ def is_symmetric(case: Case) -> bool:
 
 
 def bends_in_two_planes(case: Case) -> bool:
-    """Return whether a hole, a load or mass beside it, or a start moves the beam out of its bending plane."""
+    """Return whether a hole, or a load or mass off its plane, or a start moves the beam out of its bending plane."""
     return moves_in_space(case.mesh.dimension, case.layout, case.load, case.mass, case.analysis)
 
 
@@ -51,7 +51,7 @@ def moves_in_space(
 
 
 def bends_sideways(load: Load) -> bool:
-    """Return whether a load in 3D acts sideways, or along the beam beside its bending plane."""
+    """Return whether a load in 3D acts sideways, or along the beam off its bending plane."""
     if load.direction is None:
         return False
     point = load.place.point

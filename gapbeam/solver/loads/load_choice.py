@@ -47,7 +47,7 @@ NO_LOADS: tuple[Load, ...] = ()
 
 
 def forcing_frequencies(loads: Iterable[Load]) -> list[float]:
-    """Return the frequencies at which loads repeat, Hz, each once, ascending; none beside a load that never repeats."""
+    """Return the frequencies at which loads repeat, Hz, each once, ascending; none with a load that never repeats."""
     loads = tuple(loads)
     if not all(load.repeats for load in loads):
         return []

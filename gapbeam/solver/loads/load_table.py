@@ -124,7 +124,7 @@ class LoadTable(Table, ABC):
 
     @property
     def static_force(self) -> StaticForce | None:
-        """A constant force beside s, at the same place and along the same direction; it is part of the seat."""
+        """Constant force in addition to s, at the same place and along the same direction; it is part of the seat."""
         return None
 
     @property
@@ -157,7 +157,7 @@ class LoadTable(Table, ABC):
         end: float,  # noqa: ARG002 - for those that override it
         loads: Sequence[LoadTable] = (),  # noqa: ARG002
     ) -> Mapping[str, Any] | None:
-        """Return the spectrum of a random signal up to a time, s, beside the one asked for; None for other loads.
+        """Return the generated and the requested spectrum of a random signal up to a time, s; None for other loads.
 
         Args:
             end: s.
@@ -201,7 +201,7 @@ class LoadTable(Table, ABC):
         yield from ()
 
     def unusual_values(self) -> Iterator[str]:
-        """Yield values that are probably not meant, in words that go on after the name of the load."""
+        """Yield unusual values, in words that continue after the name of the load."""
         yield from ()
 
     def unusual_in_run(self, end: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
@@ -213,11 +213,11 @@ class LoadTable(Table, ABC):
         yield from ()
 
     def unusual_steps(self, step: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
-        """Yield in what a time step, s, is too long for the load, in words that go on after the step."""
+        """Yield features that a time step, s, is too long for, in words that continue after the step."""
         yield from ()
 
     def unusual_records(self, interval: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
-        """Yield in what an interval between records, s, is too long for the load, in words that go on after it."""
+        """Yield features that an interval between records, s, is too long for, in words that continue after it."""
         yield from ()
 
 

@@ -268,7 +268,7 @@ class RandomLineLoad(PairedNoiseLoad):
         return self._with_shared(own, f" {number}")
 
     def generated(self, end: float, loads: Sequence[LoadTable] = ()) -> Mapping[str, Any]:
-        """Return spectrum and coherence of the load up to a time, s, beside those asked for."""
+        """Return generated and requested spectrum and coherence of the load up to a time, s."""
         full = self.at_full_amplitude()
         signals = [full._signal(number) for number in range(1, len(self.patterns) + 1)]
         weights = np.array([pattern.weights for pattern in self.patterns])

@@ -79,7 +79,7 @@ class NoiseLoad(UnrepeatedLoad):
         return self.model_copy(update={"spectrum": self.spectrum.with_checksum()})
 
     def generated(self, end: float, loads: Sequence[LoadTable] = ()) -> Mapping[str, Any]:  # noqa: ARG002
-        """Return the spectrum of the signal up to a time, s, beside the one asked for."""
+        """Return the generated and the requested spectrum of the signal up to a time, s."""
         return {
             "name": self.name,
             "unit": self.unit,
@@ -171,7 +171,7 @@ class PairedNoiseLoad(NoiseLoad):
         return signal if cross is None else replace(signal, shared=cross.shared(self.seed, part))
 
     def generated(self, end: float, loads: Sequence[LoadTable] = ()) -> Mapping[str, Any]:
-        """Return the spectrum up to a time, s, and what the load has in common with another one, beside those asked."""
+        """Return the generated and the requested spectrum and cross-spectrum up to a time, s."""
         found, cross = super().generated(end, loads), self.cross_spectrum
         if cross is None:
             return found

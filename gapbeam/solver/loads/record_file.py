@@ -249,7 +249,7 @@ def _is_number(text: str) -> bool:
 
 
 def _here(file: str) -> str:
-    """Return a hint at a file of the same name in the current folder, or at others beside the missing one."""
+    """Return a hint at a file of the same name in the current folder, or at others next to the missing one."""
     path = Path(file.replace("\0", ""))
     if Path(path.name).is_file():
         return f"{Path(path.name).absolute()} is a file: give that path"

@@ -317,7 +317,7 @@ class RecordedSignal:
         return np.asarray(np.clip(places, 0.0, span)), inside
 
     def _knots(self, first: float, last: float) -> Array:
-        """Return the times between two at which s goes from one polynomial to the next."""
+        """Return the times between two at which s changes from one polynomial to the next."""
         knots, span = self.curve.knots, self.curve.span
         if self.beyond == "repeat":
             rounds = np.arange(np.floor((first + self.shift) / span), np.floor((last + self.shift) / span) + 1.0)

@@ -165,7 +165,7 @@ FEW, ENOUGH = 20, 50
 
 
 def curve_warnings(load: RecordedTable, signal: RecordedSignal) -> Iterator[str]:
-    """Yield a record that is 0, or a curve that goes far beyond its rows."""
+    """Yield a record that is 0, or a curve that overshoots its rows."""
     if signal.peak == 0.0:
         yield "is 0 all the time: it does nothing"
     if signal.curve.overshoot > MOST_OVERSHOOT and load.interpolation == "cubic":

@@ -124,7 +124,7 @@ def _unit(load: Load, dimension: int) -> Placement:
 
 
 def _growth(support: OneSupport, unit: Placement, contact: ContactOperator) -> Array:
-    """Return by how much gaps grow when a support goes from no place to a unit of it, (m,)."""
+    """Return the growth of gaps by a unit of a support's motion, (m,)."""
     found = np.zeros(contact.size)
     for new, old in zip(support.faces_at(unit), support.faces_at(Placement(0.0)), strict=True):
         here = contact.faces == contact.face_names.index(new.name)

@@ -79,7 +79,7 @@ class SweptSineLoad(PointOrSupportLoad):
         )
 
     def faults(self, key: Key) -> Iterator[Fault]:
-        """Yield a sweep that goes nowhere, and ramps that overlap."""
+        """Yield a sweep without a range, and ramps that overlap."""
         yield from super().faults(key)
         if self.start_frequency == self.end_frequency:
             yield Fault(

@@ -10,7 +10,7 @@ from gapbeam.solver.system.semi_discrete import State
 
 @dataclass(frozen=True)
 class Paused:
-    """Everything of a march that its next step depends on, so that it goes on to the same bits.
+    """State of a march that its next step depends on, so that it continues to the same bits.
 
     Attributes:
         state: The state, as a march carries it along.

@@ -1,4 +1,4 @@
-"""Supports that give way: the motions of their bodies as further DOFs of a dense system.
+"""Flexible supports: the motions of their bodies as further DOFs of a dense system.
 
 With q the motions of the bodies along unit vectors e_j, and n_i what opens the gap of contact point i,
 

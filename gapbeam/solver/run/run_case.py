@@ -70,7 +70,7 @@ def run_case(
     resume: bool = False,
     rule: StopRule | None = None,
 ) -> Outcome:
-    """Run a case into a results folder, or go on with a run that was left there.
+    """Run a case into a results folder, or resume a run in it.
 
     Args:
         case: The case to run.

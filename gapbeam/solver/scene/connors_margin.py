@@ -1,4 +1,4 @@
-"""Connors' formula: a linear check of fluidelastic stability without gaps, beside eigenvalues."""
+"""Connors' formula: a linear check of fluidelastic stability without gaps, in addition to eigenvalues."""
 
 from __future__ import annotations
 

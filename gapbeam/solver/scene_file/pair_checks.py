@@ -1,4 +1,4 @@
-"""Checks of one pair beside its points: motions, friction, directions, and that nothing overlaps at the start."""
+"""Checks of one pair besides its points: motions, friction, directions, and that nothing overlaps at the start."""
 
 from __future__ import annotations
 

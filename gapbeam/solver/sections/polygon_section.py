@@ -150,7 +150,7 @@ def _poor_nesting(loops: Sequence[Loop], size: float) -> Iterator[Fault]:
 
 
 def _meetings(ones: Array, others: Array, near: float, same: bool) -> Iterator[tuple[int, int, Place]]:
-    """Yield sides that cross or come near to each other: their numbers, and where; of one loop those not beside."""
+    """Yield sides that cross or come near to each other: their numbers, and where; of one loop those not adjacent."""
     for number in range(len(ones)):
         first = number + 1 if same else 0
         for other in range(first, len(others)):

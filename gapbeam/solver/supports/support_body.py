@@ -1,4 +1,4 @@
-"""The body of a support that gives way: a mass on a spring and a damper, which stand on the frame.
+"""Body of a flexible support: a mass on a spring and a damper, which stand on the frame.
 
     m q'' + c q' + k q = f_contact + f_loads
 

@@ -198,7 +198,7 @@ AT_ONCE = 8192  # times, so that what is made of them stays in the cache
 
 
 class Alike(Protocol):
-    """A function of time that costs little beside others of its kind."""
+    """Function of time that costs little in addition to others of its kind."""
 
     @property
     def kind(self) -> Hashable:

@@ -1,4 +1,4 @@
-"""Growth of small differences: the largest Lyapunov exponent of members, from a second lane beside each."""
+"""Growth of small differences: the largest Lyapunov exponent of members, from a second lane for each."""
 
 from __future__ import annotations
 

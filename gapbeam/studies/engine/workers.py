@@ -236,7 +236,7 @@ Result = TypeVar("Result")
 
 
 def in_fresh_process(task: Callable[[Work], Result], work: Work) -> Result:
-    """Do a piece of work in a process that does nothing before or beside it, on one thread.
+    """Call a function in a process that does nothing else, on one thread.
 
     The process is spawned: a forked MPI process would share its parent's connections. It ends with this one, also where
     that is killed.

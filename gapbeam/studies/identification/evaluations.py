@@ -263,7 +263,7 @@ def _read_log(path: Path, problem: Problem) -> dict[Piece, Record]:
 
 
 def prepare(problem: Problem, folder: Path, overwrite: bool) -> None:
-    """Make the folder of an identification, or go on with the one that is there.
+    """Make the folder of an identification, or continue the one that is there.
 
     Raises:
         UserError: The folder holds another identification: which key differs, and how; or it cannot be written.

@@ -242,7 +242,7 @@ def polish(residuals: Residuals, start: ParameterSearchFloatArray, difference: f
 
 
 def jacobian(residuals: Residuals, z: ParameterSearchFloatArray, difference: float) -> ParameterSearchFloatArray:
-    """Return d residual / dz, (m, n), by central differences; one-sided at a bound or beside a run that failed.
+    """Return d residual / dz, (m, n), by central differences; one-sided at a bound or next to a run that failed.
 
     A column of zeros stands where both sides failed.
     """

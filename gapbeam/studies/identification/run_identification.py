@@ -117,7 +117,7 @@ def run_identification(
     overwrite: bool = False,
     progress: Progress | None = None,
 ) -> IdentificationResult:
-    """Search for the unknowns of an identification, or go on with the search in the folder.
+    """Search for the unknowns of an identification, or continue the search in the folder.
 
     Args:
         problem: The identification, as `identification_file.read_identification` reads it.

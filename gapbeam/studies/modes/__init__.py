@@ -1,1 +1,1 @@
-"""Modes of a case beside beam theory, and the end springs that reproduce them."""
+"""Comparison of the modes of a case with beam theory, and the end springs that reproduce them."""

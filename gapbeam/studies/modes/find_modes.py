@@ -32,7 +32,7 @@ NOT_REPRODUCED = 5
 
 @dataclass(frozen=True, repr=False)
 class ModesResult(PrintedResult):
-    """The modes of a case beside those of the theory.
+    """Modes of a case, compared with theory.
 
     Attributes:
         folder: Where the files are.

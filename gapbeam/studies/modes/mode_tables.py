@@ -25,7 +25,7 @@ WORDS = {
 
 
 def frequency_table(found: ModesComparison) -> Table:
-    """Return the frequencies of the body beside those of the theory, a bending mode a row."""
+    """Return the frequencies of the body and of the theory, a bending mode a row."""
     table = Table("n", title="Bending modes, Hz (in brackets: MAC)", title_justify="left", box=None, pad_edge=False)
     columns: list[tuple[str, list[str]]] = [
         (f"{name} model", _numbers(state, found.count)) for name, state in found.states.items() if name != FREE

@@ -1,4 +1,4 @@
-"""The page of a report, and its PDF, beside the results."""
+"""Page of a report, and its PDF, in the folder of the results."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _span(results: Sequence[Path], begin: float | None, end: float | None) -> Sp
 
 
 def print_page(page: Path, pdf: bool | None) -> list[Path]:
-    """Make the PDF of a page beside it.
+    """Make the PDF of a page in its folder.
 
     Args:
         page: A page that is written, *.html.

@@ -1,4 +1,4 @@
-"""Figures of a random or chaotic response of a sweep: statistics with 95 % intervals beside its peaks.
+"""Figures of a random or chaotic response of a sweep: statistics with 95 % intervals besides its peaks.
 
 A random response counts as settled where the rms of every probe is judged "good". One whose record is too short, or
 whose figures rise or fall, is "not settled": it cannot tell whether responses coexist.

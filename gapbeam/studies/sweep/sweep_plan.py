@@ -167,7 +167,7 @@ def _check_carry(sweep: Sweep, cases: Mapping[tuple[str, ...], Case | CaseError]
 
 
 def prepare(sweep: Sweep, folder: Path, cases: Sequence[Case], overwrite: bool) -> int:
-    """Make the folder of a sweep, or go on with the one that is there.
+    """Make the folder of a sweep, or continue the one that is there.
 
     Args:
         sweep: The sweep.

@@ -215,7 +215,7 @@ def _without_period(history: xr.Dataset, after: float | None, notes: list[str]) 
 
 
 def _keep(chain: Chain, task: Task, end: State) -> None:
-    """Put the end of a response on disk, for a sweep that goes on after an interruption."""
+    """Put the end of a response on disk, for a sweep that resumes after an interruption."""
     path, data = point_file(chain.folder, task, "npz"), io.BytesIO()
     np.savez(data, time=end.time, u=end.u[0], v=end.v[0], depth=end.depth, pressure=end.pressure)
     part = path.with_name(path.name + ".part")

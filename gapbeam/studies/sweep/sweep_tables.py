@@ -227,7 +227,7 @@ def run_sweep(
     workers: Workers | None = None,
     progress: Progress | None = None,
 ) -> SweepResult:
-    """Run a sweep, or go on with the one in the folder.
+    """Run a sweep, or resume the one in the folder.
 
     Args:
         wanted: The sweep.

@@ -179,7 +179,7 @@ def richardson(finest: float, middle: float, coarsest: float, ratio: float, most
 
 
 def front(levels: Sequence[Judged]) -> list[Judged]:
-    """Return the fidelity levels than which no other is both cheaper and nearer, from cheap to dear."""
+    """Return the levels than which no other is both cheaper and more accurate, from cheap to expensive."""
     best, found = inf, list[Judged]()
     for one in sorted(levels, key=lambda one: (one.seconds, one.error)):
         if one.error < best:

@@ -149,7 +149,7 @@ def measure(jobs: Sequence[LevelJob]) -> list[MeasuredLevel]:
 
 
 def _measure(job: LevelJob, kept: KeptBody) -> MeasuredLevel:
-    """Measure a fidelity level; one that fails says so."""
+    """Measure a fidelity level; a failure becomes its result."""
     found = MeasuredLevel()
     try:
         case = read_case(job.case, job.changes)

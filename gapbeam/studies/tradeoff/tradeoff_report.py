@@ -100,7 +100,7 @@ def _row(one: Judged, study: TradeoffStudy) -> dict[str, Any]:
 
 
 def as_table(study: TradeoffStudy) -> Table:
-    """Return a trade-off for the terminal, fidelity levels from cheap to dear."""
+    """Return a trade-off for the terminal, fidelity levels from cheap to expensive."""
     table = Table(
         "", "DOFs", "set-up, s", "s per simulated s", "case, s", "memory, GB", "errors up to, s",
         *(f"{name}, %" for name in GROUPS), "means",

@@ -1,4 +1,4 @@
-"""The trade-off of a case: the reference, then the fidelity levels from cheap to dear, within a budget of time."""
+"""Trade-off of a case: the reference, then the fidelity levels from cheap to expensive, within a budget of time."""
 
 from __future__ import annotations
 

@@ -188,7 +188,7 @@ def contact_section(
 
 
 def _bodies(history: xr.Dataset) -> list[Block]:
-    """Return the table of the supports that give way; nothing where all stand still."""
+    """Return the table of the flexible supports; nothing where all stand still."""
     if "support_displacement" not in history:
         return []
     heads = ("support", "axis", "largest displacement (µm)", "at the start (µm)", "largest force on the frame (N)")
@@ -251,7 +251,7 @@ def _cross_row(band: dict[str, Any]) -> tuple[Cell, ...]:
 
 
 def _coherence(load: dict[str, Any]) -> list[Block]:
-    """Return the coherence generated beside that asked for; nothing for loads at one place, and of earlier releases."""
+    """Return the generated and the requested coherence; nothing for loads at one place, and of earlier releases."""
     found = load.get("coherence")
     if not found:
         return []

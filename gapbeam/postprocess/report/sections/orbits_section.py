@@ -58,7 +58,7 @@ def orbits_section(results: Results, command: str, anchor: str = "orbits") -> Re
 
 
 def _body_orbits(history: xr.Dataset, factor: float, every: slice) -> list[ChartCurve]:
-    """Return the orbits of the supports that give way in space."""
+    """Return the orbits of flexible supports in space."""
     if "support_displacement" not in history or not {"y", "z"} <= set(map(str, history["support_axis"].values)):
         return []
     moved, curves = factor * history["support_displacement"].isel(time=every), []

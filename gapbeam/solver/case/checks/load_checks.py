@@ -19,7 +19,7 @@ def loads_are_sound(load: Loads) -> Iterator[Fault]:
 
 
 def loads_fit_each_other(load: Loads) -> Iterator[Fault]:
-    """Each load beside the others, such as one that shares the noise of another one."""
+    """Loads agree with each other, such as those that share the noise of another one."""
     for number, entry in load.items():
         yield from entry.faults_among(("load", number), load)
 

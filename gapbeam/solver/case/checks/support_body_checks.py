@@ -1,4 +1,4 @@
-"""Contradictions between supports that give way and the rest of a case."""
+"""Contradictions between flexible supports and the rest of a case."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gapbeam.solver.supports.support_tables import AnySupports
 
 
 def bodies_need_few_dofs(support: AnySupports, model: ModelTable) -> Iterator[Fault]:
-    """The motion of a support is an unknown beside those of a basis, or of beam elements."""
+    """Motions of supports are unknowns in addition to a basis, or to beam elements."""
     if not isinstance(model, FullModel):
         return
     for key, one in keyed(support):
@@ -54,7 +54,7 @@ def bodies_start_in_a_run(support: AnySupports, analysis: Analysis) -> Iterator[
 
 
 def bodies_stand_on_the_frame(support: AnySupports, load: Loads) -> Iterator[Fault]:
-    """A support that gives way moves by its contact forces, and not as a function of time."""
+    """A flexible support moves by its contact forces, and not as a function of time."""
     layout = Layout.of(support)
     for number, entry in load.items():
         place = entry.place

@@ -108,7 +108,7 @@ def whole_interval(interval: float, step: float) -> float | None:
 
 
 def adaptive_steps_resolve_a_contact(time: Time) -> Iterator[Fault]:
-    """Adaptive steps resolve how a contact goes on; impulses take no time."""
+    """Adaptive steps resolve the time history of a contact; impulses take no time."""
     if time.adaptive and time.scheme.impulses:
         yield Fault(
             ("time", "adaptive"),

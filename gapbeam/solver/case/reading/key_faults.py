@@ -102,7 +102,7 @@ def _key(location: tuple[int | str, ...], data: Mapping[str, Any], root: type[Ba
 
 
 def _without_echoes(keys: list[Key], data: Mapping[str, Any], root: type[BaseModel]) -> list[Key]:
-    """Leave out each missing key that an unknown one beside it was meant to be: that is one mistake."""
+    """Leave out each missing key for which an unknown key was meant: that is one mistake."""
     missing = [key for key in keys if _is_missing(key, data)]
     meant_here = set()
     for *table, name in (key for key in keys if _is_unknown(key, data, root)):

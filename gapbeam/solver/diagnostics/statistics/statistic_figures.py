@@ -210,7 +210,7 @@ class StatisticFigure:
 
     @property
     def variance_times_time(self) -> float:
-        """Relative variance of the figure over a time T, times T, s: what a record has to be long beside."""
+        """Relative variance of the figure over a time T, times T, s; the record must be long compared with it."""
         return (self.interval.relative / quantile(CONFIDENCE, BATCHES)) ** 2 * self.seconds
 
     @property

@@ -55,7 +55,7 @@ class CompiledBlock:
 
     @cached_property
     def end(self) -> State:
-        """The state at the end, from which any march can go on."""
+        """State at the end, from which any march can continue."""
         return state_of(self.plan, self.modal, self.motion, self.end_time)
 
     @cached_property

@@ -97,7 +97,7 @@ def add_forces(rows: Array, around: AroundPoints | None, forces: Array, x: Array
 
 @compiled
 def add_responses(delassus: Array, around: AroundPoints | None, forces: Array, scale: float, moved: Array) -> None:
-    """Add scale * D f to moved, (m,), at points in play, beside which f is 0.
+    """Add scale * D f to moved, (m,), at points in play; f is 0 at all others.
 
     Rows of D of points without a force are not read.
     """

@@ -169,7 +169,7 @@ def write_model(folder: Path, header: Mapping[str, Any], arrays: Arrays, pieces:
 
 
 def model_file(folder: Path) -> Path:
-    """Return the file of the model of few DOFs that the checkpoints of a results folder go on with."""
+    """Return the file of the model of few DOFs from which the checkpoints of a results folder continue."""
     return folder / CHECKPOINT_FOLDER / KEPT_MODEL
 
 

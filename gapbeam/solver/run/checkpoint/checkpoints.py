@@ -250,7 +250,7 @@ def _refuse_another_case(
 
 
 def refuse(faults: list[str], what: str) -> None:
-    """Refuse to go on with a case that differs.
+    """Refuse to resume with a case that differs.
 
     Raises:
         UserError: There are faults.

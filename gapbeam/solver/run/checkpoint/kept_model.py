@@ -1,4 +1,4 @@
-"""The matrices of a model of few DOFs as they were marched, in a file beside the checkpoints.
+"""Matrices of a model of few DOFs as they were marched, in a file next to the checkpoints.
 
 A reduced basis that is found anew, on another number of ranks or by another library, spans the same motions to some
 1e-6 only, and with other signs. So the matrices themselves go on: every number of ranks marches the same bits.

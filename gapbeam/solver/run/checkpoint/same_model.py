@@ -53,7 +53,7 @@ def keep_model(folder: Path, layout: DofLayout) -> None:
 
 
 def model_as_it_was(folder: Path, case: Case, model: Model, header: Mapping[str, Any], comm: MPI.Comm) -> Model:
-    """Return the model that a checkpoint goes on with.
+    """Return the model that a checkpoint continues with.
 
     Args:
         folder: Results folder.

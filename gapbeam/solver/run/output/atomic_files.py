@@ -17,7 +17,7 @@ from gapbeam.solver.run.output.disk_errors import ADVICE, is_of_disk
 
 @contextmanager
 def written(path: Path) -> Iterator[None]:
-    """Turn what goes wrong while a file is written into an error that says where, what, and what to try.
+    """Turn an error while a file is written into one that says where, what, and what to try.
 
     Args:
         path: The file.
@@ -34,7 +34,7 @@ def written(path: Path) -> Iterator[None]:
 
 @contextmanager
 def disk_reported(folder: Path) -> Iterator[None]:
-    """Turn an error of a disk that takes nothing more into one that says what to try, whoever met it.
+    """Turn an error of a disk that cannot be written into one that says what to try.
 
     `written` names the file and stands closer to it; this is for what writes beside results: caches, libraries, tables.
 
@@ -63,7 +63,7 @@ def to_disk(path: Path) -> None:
 
 
 def new_file(path: Path) -> int:
-    """Open a file that is not there yet, to read and to write; what has its name goes, a link as such.
+    """Open a new file to read and to write; an existing one of its name is removed, a link as such.
 
     So nothing is ever written through a link that somebody put where a file is about to be written.
 
@@ -75,12 +75,12 @@ def new_file(path: Path) -> int:
 
 
 def part_of(path: Path) -> Path:
-    """Return the file beside a file that it is written to."""
+    """Return the temporary file that a file is written to."""
     return path.with_name(path.name + ".part")
 
 
 def copy_beside(path: Path) -> Path:
-    """Copy a file to the one beside it, to go on with, and return that."""
+    """Copy a file to its temporary file, to continue there, and return that."""
     part = part_of(path)
     with path.open("rb") as source, os.fdopen(new_file(part), "wb") as target:
         shutil.copyfileobj(source, target, 2**20)
@@ -99,7 +99,7 @@ def own_folder(path: Path) -> None:
 
 
 def put_in_place(part: Path, path: Path) -> None:
-    """Put a file that was written beside in its place, after its contents are on the disk."""
+    """Replace a file by its temporary file, after its contents are on the disk."""
     to_disk(part)
     part.replace(path)
     to_disk(path.parent)

@@ -223,7 +223,7 @@ class FieldWriter:
             raise UserError(f"{source} cannot be read ({error}); start again with `overwrite=True`") from error
 
     def _cut(self) -> None:
-        """Take out of the series what a march left that had come further than where this one goes on."""
+        """Remove fields of a march that had come further than the start of this one."""
         if not self._going_on:
             return
         self._going_on = False

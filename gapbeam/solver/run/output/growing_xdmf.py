@@ -1,4 +1,4 @@
-"""fields.xdmf while a run goes on: a document that grows in place and is whole at any moment.
+"""fields.xdmf during a run: a document that grows in place and is whole at any moment.
 
 What comes behind the end of an XML document may be a processing instruction, whose text is not looked at:
 

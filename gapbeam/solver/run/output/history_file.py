@@ -76,7 +76,7 @@ class HistoryWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Bring every record so far to the file that is written beside."""
+        """Write every record so far to the temporary file."""
         if not self._rows:
             return
         end = self._length + self._waiting
@@ -155,7 +155,7 @@ class HistoryWriter:
         return self._open_new()
 
     def _cut(self) -> None:
-        """Remove what a march left that had come further than where this one goes on, the last piece first."""
+        """Remove records of a march that had come further than the start of this one, the last piece first."""
         for first, path in reversed(history_pieces(self._folder)[1:]):
             if first >= self._length:
                 path.unlink()
@@ -169,7 +169,7 @@ class HistoryWriter:
         return self._file
 
     def _put(self, file: h5py.File, path: Path) -> None:
-        """Close a file that was written beside, and put it in place."""
+        """Close the temporary file, and put it in place."""
         file.close()
         self._sink.check()
         self._sink.close()
@@ -222,7 +222,7 @@ def _shapes(labels: dict[str, tuple[str, ...]], variables: Collection[str] | Non
 
 
 def _check_there(folder: Path, kept: int, shapes: Mapping[str, Shape]) -> None:
-    """Refuse to go on after records that are not there, or are of another form."""
+    """Refuse to continue after records that are missing, or of another form."""
     pieces = history_pieces(folder)
     ends = [first for first, _ in pieces[1:]] + [kept]
     last = -np.inf  # time before a piece

@@ -1,8 +1,8 @@
 """Set-up of long tubes in many supports, from the case to the first steps of its march.
 
-    environment/run python3 -m benchmarks.tube_setup 20          # 20 drawn tubes
-    environment/run python3 -m benchmarks.tube_setup 20 rigid    # the same as a solid in a basis, with rigid sections
-    environment/run python3 -m benchmarks.tube_setup 20 circles  # 1 to 200 supports, met as circles, as well
+    environment/run python3 -m benchmarks.tube_setup 20                       # 20 drawn tubes
+    environment/run python3 -m benchmarks.tube_setup 1 --first 17 --rigid     # one as a solid, with rigid sections
+    environment/run python3 -m benchmarks.tube_setup 0 --circles 50 100 200   # supports that are met as circles
 
 Process time (user and system, all threads) stands beside wall time, which other work on the machine makes longer.
 What starting Python and reading compiled code take, some 3 s, is not in it.
@@ -10,8 +10,8 @@ What starting Python and reading compiled code take, some 3 s, is not in it.
 
 from __future__ import annotations
 
+import argparse
 import resource
-import sys
 import time
 from typing import Any
 
@@ -22,7 +22,6 @@ import gapbeam
 from gapbeam.solver.march.simulation import Simulation
 
 SEED = 20
-CIRCLES = (1, 10, 50, 100, 200)
 STEPS = 10
 GIGABYTE = 1.0e6  # of the kilobytes that the system counts in
 
@@ -115,20 +114,28 @@ def set_up(tables: dict[str, Any]) -> str:
     )
 
 
-def main(arguments: list[str]) -> None:
+def main() -> None:
     """Print the set-up of drawn tubes and, if asked for, of tubes in circles."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("count", type=int, nargs="?", default=20, help="tubes (default 20)")
+    parser.add_argument("--first", type=int, default=0, help="number of the first tube")
+    parser.add_argument("--rigid", action="store_true", help="as a solid in a basis, with rigid sections")
+    parser.add_argument("--circles", type=int, nargs="*", default=(), help="tubes in so many circles as well")
+    options = parser.parse_args()
     random = np.random.default_rng(SEED)
     set_up(tube_in_circles(2))  # loads and compiles code
-    for number in range(int(arguments[0])):
+    for number in range(options.first + options.count):
         tables = drawn_tube(random)
-        if "rigid" in arguments:
+        if number < options.first:
+            continue
+        if options.rigid:
             tables["model"] = {"type": "reduced", "sections": "rigid"}
         supports = tables["support"]
         words = f"{tables['beam']['length']:5.2f} m in {len(supports):2d} supports"
         print(f"tube {number:2d}, {words}: {set_up(tables)}", flush=True)
-    for count in CIRCLES if "circles" in arguments else ():
+    for count in options.circles:
         print(f"{count:3d} circles: {set_up(tube_in_circles(count))}", flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

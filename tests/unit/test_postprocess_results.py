@@ -25,7 +25,7 @@ def test_missing_folder_says_where_what_and_what_to_try(tmp_path: Path) -> None:
 
 def test_folder_without_results_lists_what_is_there(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("")
-    with pytest.raises(ResultsError, match=r"no such file, in the folder: notes\.txt"):
+    with pytest.raises(ResultsError, match=r"no such file, nor summary\.json, in the folder: notes\.txt"):
         open_results(tmp_path)
 
 

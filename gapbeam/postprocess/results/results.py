@@ -170,9 +170,10 @@ class Results:
             there = ", ".join(sorted(entry.name for entry in self.folder.iterdir())) or "nothing"
             ended = self.status in ("failed", "interrupted")
             reason = f"; the run was not completed: {self.summary.get('message')}" if ended else ""
+            alone = "" if (self.folder / SUMMARY_FILE).is_file() or name == SUMMARY_FILE else f", nor {SUMMARY_FILE}"
             raise ResultsError(
                 path,
-                found=f"no such file, in the folder: {there}{reason}",
+                found=f"no such file{alone}, in the folder: {there}{reason}",
                 expected="the results folder of a run",
                 remedy="give the folder that `gapbeam run` named, or run the case first",
             )

@@ -125,7 +125,7 @@ def test_the_horizon_is_where_motions_have_parted_by_three_percent() -> None:
     assert horizon_of(silent, [(louder, 1.0)], SMOOTHING) is not None
 
 
-@settings(max_examples=30)
+@settings(max_examples=30, deadline=None)
 @given(growth=st.floats(0.5, 5.0), points=st.integers(0, 50), rest=st.floats(1.0e-18, 1.0e-10))
 def test_what_never_changes_its_contact_is_predictable_to_the_end(growth: float, points: int, rest: float) -> None:
     """A linear motion near resonance is off by its amplitude; a beam at rest has the residue of its seat only."""
@@ -204,10 +204,10 @@ def test_errors_are_the_stated_combination() -> None:
     assert plane.error == pytest.approx(1.1 / 1.01 * 2.0e-3 * (4.0 / 3.0 * 0.03 + RIGID_FACTOR * 0.002), rel=1e-3)
 
 
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 @given(coarse=st.floats(1.0e-4, 0.05), fine=st.floats(1.0e-4, 0.05))
 def test_slow_meshes_have_the_errors_of_all_finer_ones(coarse: float, fine: float) -> None:
-    """A difference that falls by q from mesh to mesh adds up to 1 / (1 - q), 2 to 5 times; of solids alone."""
+    """A difference that falls by q from mesh to mesh adds up to 1 / (1 - q), 2 to 10 times; of solids alone."""
     span = Span("settled part", 0.5, 0.25, 2, FREQUENCY)
     motions = {COARSER: sine(1.0e-3 * (1.0 - coarse)), FINEST: sine(1.0e-3 * (1.0 + fine))}
 
@@ -215,12 +215,12 @@ def test_slow_meshes_have_the_errors_of_all_finer_ones(coarse: float, fine: floa
         rows = figure_errors(sine(), motions, None, span, False, SMOOTHED, meshed=meshed)
         return next(one.error or 0.0 for one in rows if one.name == "tip peak-to-peak displacement")
 
-    left = 1.0 / (1.0 - min(max(fine / coarse, 0.5), 0.8))
+    left = 1.0 / (1.0 - min(max(fine / coarse, 0.5), 0.9))
     assert error(True) == pytest.approx(2.0e-3 * max(left * fine, coarse), rel=1e-3)
     assert error(False) == pytest.approx(2.0e-3 * max(2.0 * fine, coarse), rel=1e-3)
 
 
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 @given(phase=st.floats(0.01, 3.0), order=st.integers(1, 3), size=st.floats(1.0e-3, 1.0))
 def test_harmonics_that_differ_by_phase_alone_have_errors(phase: float, order: int, size: float) -> None:
     """Amplitudes agree, motions do not: a sin(w t) and a sin(w t + p) are 2 a sin(p / 2) apart. No chance helps."""
@@ -370,18 +370,24 @@ def test_means_differ_by_chance_in_95_percent(companions: int, count: int, commo
     assert common or np.median(wide) <= 1.3 * 2.77 / np.sqrt(count)
 
 
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 @given(steps=st.integers(2, 40), gap=st.integers(5, 60))
 def test_contacts_of_few_steps_have_the_error_of_the_scheme(steps: int, gap: int) -> None:
-    """A half period of d steps is (pi / d)^2 / 12 too long: of faces, and beyond the horizon of all figures."""
+    """A half period of d steps is as much too long as the midpoint rule makes it: of faces, beyond the horizon of all.
+
+    By the step matrix of the rule on x'' = -x: its eigenvalues turn by pi / d in a step of 2 tan(pi / (2 d)).
+    """
     times = sine().times
     pressed = np.where(np.arange(len(times)) % (steps + gap) < steps, 10.0, 0.0)
     impulse = np.cumsum(pressed) * INTERVAL
     run = replace(sine(), force=pressed[:, None], impulse=impulse[:, None])
-    expected = (np.pi / steps) ** 2 / 12.0
-    for finer in (1.0, 4.0):
+    for finer in (1, 4):
         lost = lost_in_steps(run, INTERVAL / finer)
-        assert lost == {"base": pytest.approx(min(1.0, expected / finer**2)), "": lost["base"]}
+        step = (1.0 + lost["base"]) * np.pi / (steps * finer)  # a step, with a half period of pi
+        K = np.array([[0.0, 1.0], [-1.0, 0.0]])
+        turned = np.linalg.eigvals(np.linalg.solve(np.eye(2) - 0.5 * step * K, np.eye(2) + 0.5 * step * K))
+        assert np.abs(np.angle(turned)) == pytest.approx(np.pi / (steps * finer))
+        assert lost[""] == lost["base"]
     lost = lost_in_steps(run, INTERVAL)
     for name, whole in (("settled part", False), ("beyond the horizon", True)):
         span = Span(name, 0.5, 0.1, 5, FREQUENCY)

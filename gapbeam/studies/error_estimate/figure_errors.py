@@ -12,12 +12,13 @@ that was computed and stands for rigid contact: the duration of contacts goes as
 rigid contact is 1 / (1 - 2^(-1/2)) = 3.4 times the difference that doubling K makes.
 
 Twice the step shows no error of contacts that it resolves as little as the run. |f - R| of a face, and beyond the
-horizon of all figures, is at least the share of `lost_in_steps`: (2 d / pi) tan(pi / (2 d)) - 1 for a contact of d steps.
+horizon of all figures, is at least the share of `lost_in_steps`: (2 d / pi) tan(pi / (2 d)) - 1 for a contact of d
+steps.
 
 The factor 2 belongs to a mesh of first order. Where coarser and finer mesh show a lower one, q = |R - A| / |R - C|
 above 1/2, as at an edge that carries the contact, the differences of ever finer meshes add up to |R - A| / (1 - q),
-which is taken, q up to 9/10. Differences of harmonics are the amplitudes of the difference of two motions: amplitudes of
-motions that differ by phase agree by chance.
+which is taken, q up to 9/10. Differences of harmonics are the amplitudes of the difference of two motions: amplitudes
+of motions that differ by phase agree by chance.
 
 Where plane companions stand for a solid, differences are taken relative to the figures of the plane and enlarged by a
 tenth, and |f - R| falls away. A span that the horizon ends is where motions are about to part: E is twice as large

@@ -169,12 +169,12 @@ def contact_records(force: Array) -> int:
 def lost_in_steps(motion: MotionRecord, step: float) -> dict[str, float]:
     """Return by how much the step may falsify the contact of each face, as a share of its figures.
 
-    A midpoint or trapezoidal rule turns a half period of T into one of d steps h, pi h / T = 2 tan(pi / (2 d)), longer by
+    A midpoint or trapezoidal rule turns a half period T into one of d steps h, pi h / T = 2 tan(pi / (2 d)), longer by
 
         d h / T - 1 = (2 d / pi) tan(pi / (2 d)) - 1:
 
-    27 % of a contact of two steps, 5.5 % of one of four, 0.8 % of one of ten. Twice the step shows this error only where
-    contacts are resolved.
+    27 % of a contact of two steps, 5.5 % of one of four, 0.8 % of one of ten. Twice the step shows this error only
+    where contacts are resolved.
 
     Args:
         motion: Of the run, over a part of it.

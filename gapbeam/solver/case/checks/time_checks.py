@@ -17,7 +17,7 @@ MULTIPLE_TOLERANCE = 1e-6
 """Tolerance of intervals against a whole number of steps, in steps."""
 
 
-class Span(Protocol):
+class MarchSpan(Protocol):
     """Step and end of a run, s, as the table [time] of cases and of files of several structures has them."""
 
     @property
@@ -29,7 +29,7 @@ class Span(Protocol):
         """End, s."""
 
 
-def run_has_steps(time: Span) -> Iterator[Fault]:
+def run_has_steps(time: MarchSpan) -> Iterator[Fault]:
     """A run has at least one step, and not more than can ever be marched."""
     if isinstance(time.step, str):
         return
@@ -53,7 +53,7 @@ def run_has_steps(time: Span) -> Iterator[Fault]:
         )
 
 
-def step_follows_the_forcing(time: Span, load: Mapping[int, LoadTable]) -> Iterator[Fault]:
+def step_follows_the_forcing(time: MarchSpan, load: Mapping[int, LoadTable]) -> Iterator[Fault]:
     """The step is far shorter than the period of every load."""
     if isinstance(time.step, str):
         return

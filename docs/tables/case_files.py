@@ -33,7 +33,7 @@ PAGES: dict[str, type[BaseModel]] = {
 }
 START, END = "<!-- tables: made by docs/tables/case_files.py -->\n", "<!-- end of tables -->\n"
 Row = tuple[str, str, str]
-"""Key, its default and what it may be, meaning."""
+"""Key (bold where it is required), its default and what it may be, meaning."""
 
 
 class Section(NamedTuple):
@@ -102,16 +102,14 @@ def _table(rows: Iterable[tuple[Row, tuple[str, ...]]], kinds: tuple[str, ...]) 
     yield "|---" * len(head) + "|"
     for (key, value, meaning), types in rows:
         named = [_types(types, kinds)] if of else []
-        yield f"| {' | '.join([f'`{key}`', *named, value, meaning])} |"
+        yield f"| {' | '.join([key, *named, value, meaning])} |"
 
 
 def _row(model: type[BaseModel], key: str) -> Row:
     field = model.model_fields[key]
     value = either(dict.fromkeys(short(option) for option in options(model, key)))
     meaning, _, derived = (field.description or "").partition("; default ")
-    if field.is_required():
-        default = "required"
-    elif field.default is None:
+    if field.default is None or field.is_required():
         default = derived
     elif isinstance(field.default, BaseModel) and not hasattr(field.default, "type"):
         default = ""
@@ -121,7 +119,11 @@ def _row(model: type[BaseModel], key: str) -> Row:
         value = value.replace(default, f"**{default}**")
     elif default:
         value = f"{default}; {value}"
-    return key, value, re.sub(r", no unit|: a name, or a table.*|, a table( with the type and its keys)?$", "", meaning)
+    return (
+        f"**`{key}`**" if field.is_required() else f"`{key}`",
+        value,
+        re.sub(r", no unit|: a name, or a table.*|, a table( with the type and its keys)?$", "", meaning),
+    )
 
 
 def short(schema: Mapping[str, Any]) -> str:

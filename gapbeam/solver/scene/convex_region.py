@@ -188,7 +188,7 @@ def HalfPlane(clearance: float, normal: ArrayLike = 1.0) -> ConvexRegion:  # noq
 
 @checked
 def Slot(clearance: Any, center: float = 0.0) -> ConvexRegion:  # noqa: N802
-    """Return |r - center| <= clearance / 2 for one motion: a stop on either side.
+    """Return abs(r - center) <= clearance / 2 for one motion: a stop on either side.
 
     Args:
         clearance: Total play of the slot, m; negative for an interference fit.
@@ -198,7 +198,7 @@ def Slot(clearance: Any, center: float = 0.0) -> ConvexRegion:  # noqa: N802
 
 
 def Disc(clearance: Any) -> ConvexRegion:  # noqa: N802
-    """Return |r| <= clearance: a round hole around a round body.
+    """Return norm(r) <= clearance: a round hole around a round body.
 
     Args:
         clearance: Radial play, m: radius of the hole minus radius of the body.

@@ -150,7 +150,7 @@ def folder_from(output: str | PathLike[str] | None, default: str) -> Path:
         UserError: It is an empty word.
     """
     if isinstance(output, str) and not output.strip():
-        raise UserError(f"`output=` {output!r}: an empty text; expected a folder, or None")
+        raise UserError(f"`output=` {output!r}: an empty word; expected a folder, or None")
     return Path(output) if output is not None else Path("results") / default
 
 

@@ -70,6 +70,7 @@ class EnergyBlock:
     law: Array
     friction: Array
     work: Array
+    fed: Array
     algorithmic: Array
     residual: Array
     created: Array
@@ -144,7 +145,7 @@ class SceneAccounts:
         squares = carried(hidden, totals[3])
         none = np.zeros(len(total))
         found = EnergyBlock(
-            kinetic, strain, stored, energies[:, DAMPED], law, friction, works,
+            kinetic, strain, stored, energies[:, DAMPED], law, friction, works, kept.works[:, :, 0],
             none if self.balanced else -balance, balance if self.balanced else none, balance + gain,
             absolute + np.maximum.accumulate(np.maximum(kinetic, ledger.largest_kinetic)), np.sqrt(squares),
         )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from gapbeam.solver.record_table import HISTORY
 from gapbeam.solver.run.scene_accounts import ContactBlock, EnergyBlock, SceneAccounts, contacts_of
 from gapbeam.solver.scene.condensed_arrays import StepRecords
+from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.modal_march import Marcher
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
@@ -46,26 +48,32 @@ class SceneRecords:
         )
         self.frame = self._frame()
         rough = any(one.is_rough for one in scene.contacts)
-        self.works = [
-            (place, name)
-            for place, name, there in (
-                (0, self._load_name(), bool(scene.loads)),
-                (1, "feedback and joints", bool(scene.feedbacks)),
-                (2, "moving walls", any(one.wall is not None for one in scene.contacts)),
-            )
-            if there
-        ]
+        named = [(one.name, [some]) for one, some in self._forces() if one.name]
+        joints = [some for one, some in self._forces() if not one.name]
+        self.fed = named + ([("joints", joints)] if joints else [])
+        self.loaded = [self._load_name()] if scene.loads else []
+        self.walled = ["moving walls"] if any(one.wall is not None for one in scene.contacts) else []
         self.labels: dict[str, tuple[str, ...]] = {
             "probe": self.probes,
             "component": ("y", "z")[: self.width] if self.probes else (),
             "face": contact_names(scene),
             "tangent": ("across",) if rough else (),
-            "load": tuple(name for _, name in self.works),
+            "load": (*self.loaded, *(name for name, _ in self.fed), *self.walled),
         }
         unknown = {"contact_moment", "contact_area", "iterations"} | ({ABSOLUTE} if self.frame is None else set())
         self.variables = {record.name for record in HISTORY} - unknown
         self.time = marcher.t
         self.speed: Array = marcher.linear.watch @ marcher.v[:, 0]
+
+    def _forces(self) -> Iterator[tuple[Feedback, slice]]:
+        """Yield the feedback with the places of its forces."""
+        return zip(self.scene.feedbacks, outputs_of(self.scene.feedbacks), strict=True)
+
+    def _works(self, energies: EnergyBlock) -> Array:
+        """Return the work of loads, of each force that follows the motion, and of walls, (records, load), J."""
+        fed = [sum(energies.fed[:, some].sum(axis=1) for some in parts) for _, parts in self.fed]
+        columns = [energies.work[:, 0]] * len(self.loaded) + fed + [energies.work[:, 2]] * len(self.walled)
+        return np.column_stack(columns) if columns else np.zeros((len(energies.work), 0))
 
     def _load_name(self) -> str:
         names = [one.name for one in self.scene.loads if one.name]
@@ -92,8 +100,8 @@ class SceneRecords:
         contacts = contacts_of(self.scene, marcher.y.T, marcher.F.T)
         ledger, none = accounts.ledger, np.zeros(1)
         kinetic, strain, contact = (np.array([one]) for one in (ledger.kinetic, ledger.strain, ledger.contact))
-        work = np.zeros((1, 3))
-        energies = EnergyBlock(kinetic, strain, contact, none, none, none, work, none, none, none, none, none)
+        work, fed = np.zeros((1, 3)), np.zeros((1, len(marcher.worked)))
+        energies = EnergyBlock(kinetic, strain, contact, none, none, none, work, fed, none, none, none, none, none)
         sums: Rows = {name: np.zeros((1, len(self.scene.contacts))) for name in ("impulse", "contact_time", "closings")}
         seen = (marcher.linear.watch @ marcher.q).T
         return self._rows(np.array([marcher.t]), seen, self.speed[None], contacts, energies, sums)
@@ -137,7 +145,7 @@ class SceneRecords:
             "time": times, "contact_force": contacts.force, "penetration": contacts.depth,
             "active_points": (contacts.force > 0.0).astype(float), "kinetic_energy": energies.kinetic,
             "strain_energy": energies.strain, "restraint_energy": np.zeros(len(times)),
-            "contact_energy": energies.contact, "load_work": energies.work[:, [place for place, _ in self.works]],
+            "contact_energy": energies.contact, "load_work": self._works(energies),
             "structural_dissipation": energies.structural,
             "contact_dissipation": energies.law, "friction_dissipation": energies.friction,
             "algorithmic_dissipation": energies.algorithmic, "energy_residual": energies.residual, **sums,

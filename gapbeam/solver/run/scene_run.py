@@ -35,10 +35,11 @@ from gapbeam.solver.run.scene_records import Rows, SceneRecords
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of
 from gapbeam.solver.scene.argument_checks import check_fields
 from gapbeam.solver.scene.condensed_arrays import StepRecords
+from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.modal_march import BLOCK, Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
+from gapbeam.solver.scene.scene_march import SceneStep, check_delays, marcher_of, steps_to
 from gapbeam.solver.table import faults_in
 
 LOG = logging.getLogger("gapbeam")
@@ -153,6 +154,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
     with Signals(None) as signals:
         marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
         steps = steps_to(asked.end, marcher.t, marcher.h)
+        check_delays(marcher, asked.end)
         mark = fingerprint(marcher, asked.end, asked.every)
         march = SceneMarch(asked, marcher, steps, limits, signals)
         with locked(folder):
@@ -175,7 +177,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
                         march.write(folder, checkpoint, kept)
                     march.judge()
                     summary |= {"status": "completed", "exit_status": 0}
-                    summary["message"] = f"{marcher.count} steps, {march.balance_words}"
+                    summary["message"] = f"{marcher.count} steps, {march.balance_words}{march.flow_words}"
                     LOG.info("%s", summary["message"])
                 except RunError as error:
                     summary |= {"status": error.run_status, "exit_status": error.exit_status, "reason": error.reason}
@@ -269,6 +271,13 @@ class SceneMarch:
         return (
             f"a scheme that promises no energy balance: it {'took' if taken >= 0.0 else 'created'} {abs(taken):.3g} J"
         )
+
+    @property
+    def flow_words(self) -> str:
+        """The work of all flows; nothing without a flow."""
+        work = self.marcher.work
+        parts = [work[one.name or i] for i, one in enumerate(self.asked.scene.feedbacks) if isinstance(one, Flow)]
+        return f", work of the flow {sum(parts):.4g} J" if parts else ""
 
     def write(self, folder: Path, checkpoint: SceneCheckpoint, kept: int | None) -> None:
         """March to the end into a results folder.
@@ -373,6 +382,11 @@ class SceneMarch:
         marcher, accounts = self.marcher, self.accounts
         names = self.records.labels["face"]
         summary |= figures_of(accounts, names, marcher.count * marcher.h)
+        forces = {str(name): work for name, work in marcher.work.items() if isinstance(name, str)}
+        if forces:
+            summary["energy"]["work_of_feedback"] = forces
+            for name, work in forces.items():
+                LOG.info("work of %s: %.6g J", name, work)
         findings = findings_of(accounts)
         summary["assumptions"] = [one.as_data() for one in findings]
         remarks = remarks_of(accounts, findings)

@@ -112,6 +112,7 @@ def beam(
     elements: int | None = None,
     modes: int | None = None,
     ratio: float = 0.0,
+    added_mass: float = 0.0,
     name: str = "",
 ) -> Structure:
     """Return a straight beam that bends in one plane.
@@ -130,6 +131,7 @@ def beam(
         elements: About so many; default 40.
         modes: Kept modes; default all of them.
         ratio: Damping ratio of each mode.
+        added_mass: Of a fluid that moves with the beam, per length, kg/m; it has no weight.
         name: Of the structure.
 
     Raises:
@@ -149,19 +151,21 @@ def beam(
         raise UserError(f"{where}: expected places from 0 to {size:g} m, found {off}")
     mass, bending = material.density * section.area, material.young_modulus * section.second_moment
     rotary = material.density * section.second_moment
+    added = float(positive(added_mass, f"{where}: added mass", zero=True))
     if model == "rigid":
         if held or ratio or modes:
             raise UserError(f"{where}: a rigid beam has neither supports nor modes; hold it by contacts or joints")
-        about = np.array([[mass * size, 0.0], [0.0, mass * size**3 / 12.0 + rotary * size]])
+        whole = mass + added
+        about = np.array([[whole * size, 0.0], [0.0, whole * size**3 / 12.0 + rotary * size]])
         rows = {key: np.array([[1.0, x - 0.5 * size]]) for key, x in places.items()}
-        return Structure(about, np.zeros((2, 2)), None, rows, np.eye(2), name, frame=[1.0, 0.0])
+        return Structure(about, np.zeros((2, 2)), None, rows, np.eye(2), name, [mass * size, 0.0], [1.0, 0.0])
     if model != "beam":
         raise UserError(
             f'{where}: found model {model!r}, expected "beam" or "rigid"; a reduced model of a mesh comes from a case: '
             "gapbeam.scene(case)"
         )
     shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) * section.shear_area
-    uniform = TimoshenkoBeam(size, elements or ELEMENTS, bending, shear, mass, rotary)
+    uniform = TimoshenkoBeam(size, elements or ELEMENTS, bending, shear, mass + added, rotary)
     parts = _parts(uniform, [*places.values(), *held])
     ends = np.cumsum([0.0, *(part.length for part in parts)])
     x = np.concatenate([*(end + part.places[:-1] for end, part in zip(ends, parts, strict=False)), [size]])
@@ -172,7 +176,7 @@ def beam(
     rows = {key: np.eye(2 * len(x))[2 * _node(x, one)][free] for key, one in places.items()}
     rigid = heave_and_pitch_at(x).T
     along = rigid[:, 0]
-    carried = (M @ along)[free]
+    carried = (M @ along)[free] * (mass / (mass + added))
     left = 2 - np.linalg.matrix_rank(rigid[sorted(fixed)]) if fixed else 2
     if left == 1:  # one pin: it rotates about that
         rigid = rigid[:, 1:] - np.outer(rigid[:, 0], [held[0]])

@@ -124,6 +124,7 @@ class StepRecords(NamedTuple):
         speeds: Velocities of the watched motions, likewise, m/s.
         places: Where contacts are relative to their regions, (steps or 0, motions, lanes), m.
         energies: The ledger, then kinetic and strain energy, (steps or 0, 9, lanes), J.
+        works: Work of the feedback since the start, (steps or 0, outputs, lanes), J.
     """
 
     seen: Array
@@ -131,12 +132,14 @@ class StepRecords(NamedTuple):
     speeds: Array
     places: Array
     energies: Array
+    works: Array
 
 
-def step_records(steps: int, watched: int, motions: int, lanes: int, kept: bool, with_energies: bool) -> StepRecords:
+def step_records(linear: Linear, steps: int, lanes: int, kept: bool, with_energies: bool) -> StepRecords:
     """Return room for the records of a block of steps: motions and forces, and speeds, places and energies."""
     some, all_ = steps * (kept or with_energies), steps * with_energies
-    sizes = (some, watched), (some, motions), (all_, watched), (all_, motions), (all_, 9)
+    watched, motions, outputs = len(linear.watch), len(linear.delassus), len(linear.fed)
+    sizes = (some, watched), (some, motions), (all_, watched), (all_, motions), (all_, 9), (all_, outputs)
     return StepRecords(*(np.zeros((*size, lanes)) for size in sizes))
 
 

@@ -18,7 +18,7 @@ from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.feedback import Place
 from gapbeam.solver.scene.flow_force import Flow, FlowLaw, SectionForce, square
 from gapbeam.solver.scene.flow_span import FlowSpan
-from gapbeam.solver.scene.given_numbers import finite, positive
+from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
 from gapbeam.solver.system.operators import Array
 
 HIGHEST = 12
@@ -40,9 +40,10 @@ def pade_order(angle: float, tolerance: float) -> int:
     for order in range(1, HIGHEST + 1):
         if pade_error(order, angle) <= tolerance:
             return order
-    raise UserError(
+    raise ArgumentError(
         f"delay: omega tau = {angle:.3g} has an error of {pade_error(HIGHEST, angle):.2g} with {HIGHEST} states, "
-        f"expected at most {tolerance:g}; give a lower `frequency`, or a larger `tolerance`"
+        f"expected at most {tolerance:g}; give a lower `frequency`, or a larger `tolerance`",
+        "frequency",
     )
 
 

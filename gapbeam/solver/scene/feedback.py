@@ -10,6 +10,7 @@ other. Forces of a flow are in `flow_force`.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import ARTICLES, checked, shown
-from gapbeam.solver.scene.given_numbers import finite, positive
+from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.system.operators import Array
 
@@ -44,6 +45,12 @@ def parts_of(place: Place) -> list[One]:
 def motions_of(place: Place) -> int:
     """Return the number of motions of a place."""
     return sum(len((one[0] if isinstance(one, tuple) else one).rows) for one in parts_of(place))
+
+
+def outputs_of(feedbacks: Sequence[Feedback]) -> list[slice]:
+    """Return where the forces of each feedback are among those of all."""
+    ends = np.cumsum([0, *(motions_of(one.act) for one in feedbacks)])
+    return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
 
 class Feedback:
@@ -79,7 +86,7 @@ class Feedback:
         shapes |= {} if D is None else {"D": (D, (outputs, inputs))}
         for key, (value, shape) in shapes.items():
             if np.size(np.asarray(value)) != shape[0] * shape[1]:
-                raise UserError(f"{where}: found {key} of shape {np.shape(value)}, expected {shape}")
+                raise ArgumentError(f"{where}: found {key} of shape {np.shape(value)}, expected {shape}", key)
         self.B: Array = finite(B, where).reshape(n, inputs)
         self.C: Array = finite(C, where).reshape(outputs, n)
         self.D: Array = np.zeros((outputs, inputs)) if D is None else finite(D, where).reshape(outputs, inputs)
@@ -87,9 +94,10 @@ class Feedback:
             if value.real > UNSEEN * np.linalg.norm(self.A):
                 shown = np.vstack([self.A - value * np.eye(n), self.C * _ratio(self.A, self.C)])
                 if np.linalg.svd(shown, compute_uv=False)[-1] <= UNSEEN * np.linalg.norm(self.A):
-                    raise UserError(
+                    raise ArgumentError(
                         f"{where}: a state grows as exp({value.real:.4g} t) and no output shows it; remove that state, "
-                        "or show it by C"
+                        "or show it by C",
+                        "A",
                     )
 
     @property
@@ -97,6 +105,22 @@ class Feedback:
         """All points that it reads or acts on."""
         parts = [*parts_of(self.sense), *parts_of(self.act)]
         return tuple(point for one in parts for point in (one if isinstance(one, tuple) else (one,)))
+
+    @property
+    def resting(self) -> Array:
+        """States at rest for unit displacements of `sense`, (n, motions).
+
+        Raises:
+            UserError: A state has no rest, as that of an integrator.
+        """
+        try:
+            with np.errstate(all="ignore"):
+                found: Array = -np.linalg.solve(self.A, self.B[:, : self.B.shape[1] // 2])
+        except np.linalg.LinAlgError:
+            found = np.full((len(self.A), 1), np.inf)
+        if not np.isfinite(found).all():
+            raise UserError(f"feedback {self.name or '?'}: a state has no rest; march from rest instead")
+        return found
 
     def replaced(self, name: str, value: Any) -> Feedback:  # noqa: ARG002
         """Return the feedback with another value of that name.
@@ -170,5 +194,5 @@ def joined(feedbacks: Sequence[Feedback], h: float, level: float) -> tuple[Array
     Bd, Bv, Dd, Dv = half("B", 0), half("B", 1), half("D", 0), half("D", 1)
     S = np.linalg.inv(np.eye(len(A)) - g * A)
     middle: Any = np.hstack([S, g * S @ Bd, g * S @ (g * Bd + Bv)])
-    kept = np.hstack([(1 - 1 / level) * np.eye(len(A)), np.zeros((len(A), 2 * Bd.shape[1]))])
-    return middle / level + kept, C @ middle + np.hstack([np.zeros((len(C), len(A))), Dd, g * Dd + Dv])
+    kept = np.hstack([np.eye(len(A)), h * Bd, h * (g * Bd + Bv)])
+    return kept + h * A @ middle, C @ middle + np.hstack([np.zeros((len(C), len(A))), Dd, g * Dd + Dv])

@@ -21,8 +21,11 @@ import scipy.linalg as sl
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.feedback import Feedback, Place, motions_of
 from gapbeam.solver.scene.flow_span import FlowSpan
-from gapbeam.solver.scene.given_numbers import finite, positive
+from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
 from gapbeam.solver.system.operators import Array
+
+MOTIONS = "motions"
+"""The argument of a fault where a law is of other motions than its points."""
 
 
 class SectionForce(NamedTuple):
@@ -68,9 +71,10 @@ class FlowLaw:
         if self.reduced is not None:
             found, (low, high) = 2.0 * pi * velocity / (frequency * self.diameter), self.reduced
             if not low * (1.0 - 1e-9) <= found <= high * (1.0 + 1e-9):
-                raise UserError(
+                raise ArgumentError(
                     f"{where}: reduced velocity U/(f D) = {found:.4g} at {velocity:.4g} m/s and {frequency:.4g} rad/s "
-                    f"is outside of the table, {low:.4g} to {high:.4g}; measure there, or take another velocity"
+                    f"is outside of the table, {low:.4g} to {high:.4g}; measure there, or take another velocity",
+                    "velocity",
                 )
         if self.highest is not None and frequency > self.highest * (1.0 + 1e-9):
             raise UserError(
@@ -107,7 +111,7 @@ class Flow(Feedback):
             self.sections = [(share, len(point.rows)) for point, share in self.parts]
         else:
             if modes is not None:
-                raise UserError(f"{text}: found modes = {modes} at points; expected them for a span only")
+                raise ArgumentError(f"{text}: found modes = {modes} at points, expected them for a span only", "modes")
             place, self.sections = where, [(1.0, motions_of(where))]
         super().__init__(place, place, *self._matrices(text), name)
 
@@ -117,7 +121,7 @@ class Flow(Feedback):
         found = [known[share] for share, _ in self.sections]
         for one, (_, motions) in zip(found, self.sections, strict=True):
             if len(one.D) != motions:
-                raise UserError(f"{where}: found points of {motions} motions and a law of {len(one.D)}")
+                raise ArgumentError(f"{where}: found points of {motions} motions and a law of {len(one.D)}", MOTIONS)
         self.delay = max(one.delay for one in found)
         self.error = max(one.error for one in found)
 

@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.given_numbers import finite, positive
+from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.system.operators import Array
 
@@ -59,7 +59,7 @@ class FlowSpan:
         if modes is not None:
             X = self.structure.modes[2]
             if not 1 <= modes <= X.shape[1]:
-                raise UserError(f"flow: found {modes} modes, expected 1 to {X.shape[1]}")
+                raise ArgumentError(f"flow: found {modes} modes, expected 1 to {X.shape[1]}", "modes")
             rows = rows @ X[:, :modes] @ (X[:, :modes].T @ dense(self.structure.M))
         weighted, found = np.sqrt(self.lengths * self.density)[:, None, None] * rows, []
         for velocity in np.unique(self.velocity):

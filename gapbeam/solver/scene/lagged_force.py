@@ -16,7 +16,7 @@ from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.feedback import Place
 from gapbeam.solver.scene.flow_force import Flow, FlowLaw, lagging, square
 from gapbeam.solver.scene.flow_span import FlowSpan
-from gapbeam.solver.scene.given_numbers import finite, positive
+from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
 from gapbeam.solver.system.operators import Array
 
 
@@ -52,8 +52,10 @@ def unsteady(
     K, C = square(stiffness, f"{text}: stiffness"), square(damping, f"{text}: damping")
     a = np.atleast_1d(finite(amplitudes, f"{text}: amplitudes"))
     d = np.atleast_1d(positive(rates, f"{text}: rates"))
-    if K.shape != C.shape or a.shape != d.shape or a.ndim != 1:
-        raise UserError(f"{text}: expected stiffness and damping of one shape, and a rate for each amplitude")
+    if K.shape != C.shape:
+        raise ArgumentError(f"{text}: found damping {C.shape}, expected the shape of stiffness, {K.shape}", "damping")
+    if a.shape != d.shape or a.ndim != 1:
+        raise ArgumentError(f"{text}: found {d.size} rates, expected a rate for each of {a.size} amplitudes", "rates")
     return Flow(FlowLaw(lagging(K, -C, -a[:, None, None] * K, d, D), D), where, velocity, density, modes, name)
 
 
@@ -97,7 +99,9 @@ def measured(
     reduced, parts = rows[order, 0], rows[order, 1:]
     c = parts[:, 0::2] + 1j * parts[:, 1::2]
     if not 0 <= states <= len(rows) - 1:
-        raise UserError(f"{text}: found {states} states and {len(rows)} rows; expected fewer states than rows")
+        raise ArgumentError(
+            f"{text}: found {states} states and {len(rows)} rows, expected fewer states than rows", "states"
+        )
     rates, values, misfit = _fit(2.0 * pi / reduced, c, states)
     d = 1 if c.shape[1] == 1 else 2
     K, C, *lags = (one.reshape(d, d) for one in values)
@@ -115,16 +119,24 @@ def _rows(table: ArrayLike | PathLike[str] | str, where: str) -> Array:
         try:
             given: Any = np.genfromtxt(table, delimiter=",", comments="#", ndmin=2)
         except (OSError, ValueError) as error:
-            raise UserError(f"{where}: table {table}: {error}") from None
+            raise ArgumentError(f"{where}: table {table}: {error}", "table") from None
         given = given[1:] if len(given) and np.all(np.isnan(given[0])) else given  # a line of names
     else:
         given = table
-    rows = np.atleast_2d(finite(given, f"{where}: table"))
+    try:
+        rows = np.atleast_2d(finite(given, f"{where}: table"))
+    except UserError as error:
+        raise ArgumentError(str(error), "table") from None
     if rows.shape[1] not in (3, 9) or len(rows) < 2:
-        raise UserError(f"{where}: found a table of shape {rows.shape}, expected 2 rows or more of 3 or 9 columns")
-    positive(rows[:, 0], f"{where}: reduced velocities")
-    if len(np.unique(rows[:, 0])) < len(rows):
-        raise UserError(f"{where}: a reduced velocity is given twice in the table")
+        raise ArgumentError(
+            f"{where}: found a table of shape {rows.shape}, expected 2 rows or more of 3 or 9 columns", "table"
+        )
+    if not rows[:, 0].min() > 0.0 or len(np.unique(rows[:, 0])) < len(rows):
+        raise ArgumentError(
+            f"{where}: found {len(rows)} reduced velocities from {rows[:, 0].min():g} to {rows[:, 0].max():g}, "
+            "expected numbers above 0, each once",
+            "table",
+        )
     return rows
 
 
@@ -188,7 +200,13 @@ def aerodynamic_lag(
     A0, A1 = square(steady, f"{text}: steady"), square(damping, f"{text}: damping")
     rates = np.atleast_1d(positive(lags, f"{text}: lags"))
     lagged = finite(matrices, f"{text}: matrices").reshape(-1)
-    if A1.shape != A0.shape or lagged.size != len(rates) * A0.size:
-        raise UserError(f"{text}: expected matrices of shape {A0.shape}, and one for each of {len(rates)} lags")
+    if A1.shape != A0.shape:
+        raise ArgumentError(f"{text}: found damping {A1.shape}, expected the shape of steady, {A0.shape}", "damping")
+    if lagged.size != len(rates) * A0.size:
+        raise ArgumentError(
+            f"{text}: found {lagged.size} numbers in matrices, expected {len(rates)} matrices {A0.shape}, one for each "
+            "lag",
+            "matrices",
+        )
     shaped = lagged.reshape(len(rates), *A0.shape)
     return Flow(FlowLaw(lagging(A0, A1, shaped, rates, b), b), where, velocity, density, None, name)

@@ -54,7 +54,7 @@ def state_matrix(scene: Scene, closed: Closed = ()) -> Array:
     if scene.is_large:
         raise UserError("eigenvalues: a structure has too many DOFs; reduce it: structure.reduced(modes)")
     n, w, C = scene.size, scene.squares, scene.damping
-    feedbacks = [*scene.feedbacks, *_joints(scene, closed)]
+    feedbacks = [*scene.feedbacks, *closed_joints(scene, closed)]
     whole = 2 * n + sum(len(one.A) for one in feedbacks)
     S = np.zeros((whole, whole))
     S[:n, n : 2 * n], S[n : 2 * n, :n] = np.eye(n), -np.diag(w)
@@ -71,7 +71,7 @@ def state_matrix(scene: Scene, closed: Closed = ()) -> Array:
     return S
 
 
-def _joints(scene: Scene, closed: Closed) -> list[Feedback]:
+def closed_joints(scene: Scene, closed: Closed) -> list[Feedback]:
     """Return closed contacts as springs and dampers."""
     if isinstance(closed, str) or not isinstance(closed, Sequence | Mapping):
         raise UserError(f"closed: found {shown(closed)}, expected a list of names of contacts, or a mapping of them")

@@ -9,7 +9,7 @@ import numpy as np
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.scene import force_solve
 from gapbeam.solver.scene.condensed_arrays import Linear, StepRecords, rest, rooms, step_records
-from gapbeam.solver.scene.feedback import motions_of
+from gapbeam.solver.scene.feedback import outputs_of
 from gapbeam.solver.scene.lane_code import kernels
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -55,7 +55,7 @@ class Marcher:
         if scheme.is_accelerated:
             self.a = np.ascontiguousarray(state.a) if state.a is not None else self.accelerations()
         self.ledger, self.peaks, self.passes = np.zeros((7, lanes)), np.zeros((len(self.linear.watch), 2, lanes)), 0
-        self.kept = step_records(0, len(self.linear.watch), scene.motions, lanes, False, False)
+        self.kept = step_records(self.linear, 0, lanes, False, False)
         self.ledger[STORED] = rest(self.slabs, self.y)[2]
 
     def condensed(self) -> Linear:
@@ -107,7 +107,7 @@ class Marcher:
                 the state is that at the start of this step, and `kept` has the records before it.
         """
         times, loads, walls = self.tables(steps)
-        self.kept = step_records(steps, len(self.linear.watch), self.scene.motions, self.lanes, record, energies)
+        self.kept = step_records(self.linear, steps, self.lanes, record, energies)
         done = self.march(steps, loads, walls)
         if done < 0:
             self.count -= done + 1
@@ -156,11 +156,17 @@ class Marcher:
         return {name: float(np.ravel(one)[0]) if self.lanes == 1 else one.copy() for name, one in parts.items()}
 
     @property
+    def worked(self) -> Array:
+        """Work of each force of the feedback since the start, (outputs, lanes), J."""
+        return self.space.worked
+
+    @property
     def work(self) -> dict[str | int, Any]:
         """Work of each feedback since the start by its name, else its number, J: such as the work of a flow."""
-        ends = np.cumsum([0, *(motions_of(one.act) for one in self.scene.feedbacks)])
+        outputs = outputs_of(self.scene.feedbacks)
         parts = {
-            one.name or i: self.space.worked[ends[i] : ends[i + 1]].sum(0) for i, one in enumerate(self.scene.feedbacks)
+            one.name or i: self.worked[some].sum(0)
+            for i, (one, some) in enumerate(zip(self.scene.feedbacks, outputs, strict=True))
         }
         return {name: float(part[0]) if self.lanes == 1 else part for name, part in parts.items()}
 

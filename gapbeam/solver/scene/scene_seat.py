@@ -16,6 +16,7 @@ from gapbeam.solver.scene.static_basis import Statics, statics_of
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.system.operators import Array
 
+ROUND_OFF = 10.0 * float(np.finfo(float).eps)
 TINY = 1e-9  # squared frequencies below this part of the highest belong to rigid motions
 TOLERANCE = 1e-12
 BALANCED, ACCEPTED = 1e-9, 1e-6  # forces that remain, of the loads: where the search ends, and at most
@@ -54,7 +55,7 @@ class NoSeat(UserError):  # noqa: N818 - the field's word
 def seat(scene: Scene, t: float = 0.0) -> SceneState:
     """Return the static equilibrium under the loads at a time, by a proximal Newton method on the convex energy.
 
-    Contacts act without friction. Joints and other springs of the feedback act; its dampers and states rest. A large
+    Contacts act without friction. Joints and other springs of the feedback act, with its states at rest. A large
     structure is factored once: its rigid motions and static responses hold the equilibrium of all of its DOFs.
 
     Args:
@@ -64,20 +65,23 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
     Raises:
         NoSeat: A linear program finds a rigid motion that nothing opposes and along which the loads work.
         NotConverged: No equilibrium was found to 1e-6 of the loads.
-        UserError: A feedback has states, or is no spring.
+        UserError: A feedback is no spring, or pushes farther than the structures hold.
         RunError: The first modes of a large structure did not converge.
     """
-    if any(len(one.A) for one in scene.feedbacks):
-        raise UserError("seat: a feedback has states, whose rest is not known; march from rest instead")
     values = [load.table(np.array([t]))[0, 0] for load in scene.loads] or [0.0]
     at = statics_of(scene)
     f = at.rows(scene.load_columns.T).T @ np.array(values)
     K = np.diag(at.squares)
     for one in scene.feedbacks:
         sense, act = (at.rows(scene.rows([place])) for place in (one.sense, one.act))
-        K = K - act.T @ one.D[:, : len(sense)] @ sense
+        K = K - act.T @ (one.D[:, : len(sense)] + one.C @ one.resting) @ sense
     if not np.abs(K - K.T).max() <= TINY * np.abs(K).max():
         raise UserError("seat: a feedback is no spring (it acts elsewhere than it reads); march from rest instead")
+    if len(scene.feedbacks) and not np.linalg.eigvalsh(K)[0] >= -ROUND_OFF * len(K) * np.abs(K).max():
+        raise UserError(
+            "seat: the feedback pushes farther than the structures hold without contact (divergence): there may be "
+            "several seats or none; march from rest instead"
+        )
     B, slabs = at.rows(scene.contact_rows), scene.slabs(rough=False)
     certify(scene, at, K, f, B)
     q, offset = np.zeros(len(K)), scene.places(np.zeros((scene.size, 1)), t)[:, 0]
@@ -111,7 +115,9 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
             f"seat: forces of {np.abs(residual).max():.3g} remain of {size:.3g} (modal); laws that pull or soften may "
             "have several seats or none: march with damping until it rests"
         )
-    return SceneState(t, at.whole(q)[:, None], np.zeros((scene.size, 1)), np.zeros((0, 1)), F[:, None])
+    whole = at.whole(q)[:, None]
+    states = [np.zeros((0, 1)), *(one.resting @ scene.rows([one.sense]) @ whole for one in scene.feedbacks)]
+    return SceneState(t, whole, np.zeros((scene.size, 1)), np.vstack(states), F[:, None])
 
 
 def static(slabs: Slabs, y: Array) -> tuple[Array, Array]:

@@ -78,7 +78,7 @@ class SparseMarcher(Marcher):
             if len(kept.seen):
                 kept.seen[k], kept.felt[k] = A.watch @ self.q, self.F
             if len(kept.energies):
-                kept.speeds[k], kept.places[k] = A.watch @ self.v, self.y
+                kept.speeds[k], kept.places[k], kept.works[k] = A.watch @ self.v, self.y, self.worked
                 kept.energies[k] = np.vstack([self.ledger, *self.inertia()])
         self.a = a if len(self.a) else self.a
         return total

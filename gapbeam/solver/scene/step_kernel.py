@@ -202,6 +202,7 @@ def march(
                     records.felt[k, j, lane] = F[j, lane]
         if len(records.energies):
             copy(y, records.places[k])
+            copy(space.worked, records.works[k])
             clear(records.speeds[k])
             add(linear.watch, v, records.speeds[k], 1.0)
             for lane in range(L):

@@ -16,7 +16,8 @@ from gapbeam.solver.faults import CaseError, Fault, Key
 from gapbeam.solver.loads.scene_load_choice import AnyLoad, point_of, structure_of
 from gapbeam.solver.scene.beam_structure import beam, figures
 from gapbeam.solver.scene.contact_pair import Contact
-from gapbeam.solver.scene.feedback import Joint
+from gapbeam.solver.scene.feedback import Feedback, Joint
+from gapbeam.solver.scene.flow_span import FlowSpan
 from gapbeam.solver.scene.given_numbers import ArgumentError
 from gapbeam.solver.scene.modal_files import read_modes
 from gapbeam.solver.scene.point_basis import reduced_at_points
@@ -24,6 +25,8 @@ from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
 from gapbeam.solver.scene.structure import Structure, StructurePoint, mass
 from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint, read_model
+from gapbeam.solver.scene_file.feedback_builder import faulty_key, flow_span, made_feedback, stations
+from gapbeam.solver.scene_file.feedback_tables import AnyFeedback
 from gapbeam.solver.scene_file.nearest_pairs import at_nearest, meeting_faults
 from gapbeam.solver.scene_file.pair_checks import pair_faults
 from gapbeam.solver.scene_file.pair_tables import PairTable
@@ -43,6 +46,7 @@ from gapbeam.solver.scene_file.structure_tables import (
 )
 from gapbeam.solver.system.operators import Array
 
+STATION = re.compile(r"feedback \d+: ")  # no name of a point in a file has a blank
 MESSAGE = re.compile(r"(?:.*?: )?found (?P<found>.*?),? expected (?P<expected>.*?)(?:; (?P<hint>.*))?$", re.DOTALL)
 
 
@@ -67,6 +71,7 @@ class _Site:
     extents: dict[str, PlacedBody] = field(default_factory=dict)
     nearest: dict[str, dict[str, Any]] = field(default_factory=dict)
     places: dict[str, PlacedPoint] = field(default_factory=dict)
+    spans: dict[str, FlowSpan] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
 
     def point(self, key: Key, place: str) -> StructurePoint | None:
@@ -82,8 +87,10 @@ class _Site:
         return structure[name]
 
 
-def built_scene(case: SceneCase, source: str, put: Callable[[list[Fault]], list[Fault]]) -> Scene:
-    """Return the scene of a file.
+def built_scene(
+    case: SceneCase, source: str, put: Callable[[list[Fault]], list[Fault]]
+) -> tuple[Scene, dict[str, FlowSpan]]:
+    """Return the scene of a file, and the spans of its [[feedback]] by name.
 
     Args:
         case: Contents of the file.
@@ -105,6 +112,10 @@ def built_scene(case: SceneCase, source: str, put: Callable[[list[Fault]], list[
             site.bodies[table.name] = _body(site, table)
         except (UserError, RunError) as error:
             site.faults.append(_fault(site, number, error))
+    feedbacks = [_feedback(site, number, one) for number, one in enumerate(case.feedback)]
+    for one in site.bodies.values():
+        for name in [name for name in one.points if STATION.match(name)]:
+            del one.points[name]
     contacts = [_contact(site, number, pair) for number, pair in enumerate(pairs)]
     loads = [load for number, one in enumerate(case.load) for load in _loads(site, number, one)]
     joints, masses = [], []
@@ -125,10 +136,11 @@ def built_scene(case: SceneCase, source: str, put: Callable[[list[Fault]], list[
             masses.append((at, loaded.mass))
     if site.faults:
         raise CaseError(source, put(site.faults))
-    return Scene(
+    scene = Scene(
         *site.bodies.values(), contacts=[one for one in contacts if one is not None], loads=loads, joints=joints,
-        masses=masses,
+        masses=masses, feedbacks=[one for one in feedbacks if one is not None],
     )  # fmt: skip
+    return scene, site.spans
 
 
 def start_velocities(case: SceneCase, scene: Scene) -> dict[Structure, Array]:
@@ -196,7 +208,7 @@ def _body(site: _Site, table: BodyTable) -> Structure:
     elif isinstance(model, ImportedMatrices):
         one, at = _imported(site, table, points, held), {}
     else:
-        at = {point.name: _along(extent, point) for point in points} | nearest
+        at = {point.name: _along(extent, point) for point in points} | nearest | _stations(site, table)
         one = _straight(table, model, at, held)
     if extent is not None and extent.ways is not None:
         one = in_space(one, extent.ways)
@@ -208,7 +220,7 @@ def _body(site: _Site, table: BodyTable) -> Structure:
         expected = "a vector (x, y, z): it has a place" if one.is_spatial else "a number: it has no place"
         raise ArgumentError(f"found velocity {table.velocity}, expected {expected}", "velocity")
     if table.reduce is not None:
-        one = reduced_at_points(one, table.reduce.modes)
+        one = reduced_at_points(one, table.reduce.modes, [name for name in one.points if not STATION.match(name)])
     if table.ratio:
         if one.is_large:
             raise ArgumentError(
@@ -236,8 +248,39 @@ def _straight(table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, flo
         clamped=[float(joint.at or 0.0) for joint in held if isinstance(joint, ClampedBody)],
         pinned=[joint.at for joint in held if isinstance(joint, PinnedBody)],
         elements=model.elements if isinstance(model, ElementBeam) else None,
+        added_mass=model.added_mass,
         name=table.name,
     )
+
+
+def _stations(site: _Site, table: BodyTable) -> dict[str, float]:
+    """Return the stations of all spans along a beam."""
+    found = dict[str, float]()
+    for number, one in enumerate(site.case.feedback):
+        found |= stations(number, one, table)
+    return found
+
+
+def _feedback(site: _Site, number: int, table: AnyFeedback) -> Feedback | None:
+    """Return the force of a table; None where it makes none, or, with a fault, where it is wrong."""
+    along, points = getattr(table, "span", None), dict[str, list[StructurePoint]]()
+    for name in ("point", "points", "sense", "act"):
+        given = getattr(table, name, None)
+        places = [given] if isinstance(given, str) else given or []
+        known = [site.point(("feedback", number, name), place) for place in places]
+        points[name] = [one for one in known if one is not None]
+        if len(points[name]) < len(places):
+            return None
+    if along is not None and along.structure not in site.bodies:
+        return None
+    try:
+        if along is not None:
+            body = next(one for one in site.case.structure if one.name == along.structure)
+            site.spans[table.name] = flow_span(number, table, site.bodies[along.structure], body)
+        return made_feedback(table, site.spans.get(table.name), points)
+    except UserError as error:
+        site.faults.append(fault_of(faulty_key(number, table, error), error))
+        return None
 
 
 def _imported(site: _Site, table: BodyTable, points: list[PointTable], held: list[Any]) -> Structure:

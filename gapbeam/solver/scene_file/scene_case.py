@@ -10,6 +10,7 @@ from gapbeam.solver.case.gates_table import Gates
 from gapbeam.solver.loads.scene_load_choice import SceneLoad
 from gapbeam.solver.scene import linear_scheme
 from gapbeam.solver.scene.linear_scheme import LinearScheme
+from gapbeam.solver.scene_file.feedback_tables import FeedbackTable
 from gapbeam.solver.scene_file.pair_tables import PairContact, PairTable
 from gapbeam.solver.scene_file.structure_tables import BodyJoint, BodyTable, LoadedPoint, PointTable
 from gapbeam.solver.table import Number, Positive, Table, named
@@ -107,6 +108,7 @@ class SceneCase(Table):
     contact: PairContact = PairContact()
     pair: tuple[PairTable, ...] = Field(default=(), description="pairs that may touch")
     load: tuple[SceneLoad, ...] = Field(default=(), description="loads acting together")
+    feedback: tuple[FeedbackTable, ...] = Field(default=(), description="linear forces that follow the motion")
     time: SceneTime
     start: SceneStart = SceneStart()
     gates: Gates = Gates()

@@ -10,6 +10,7 @@ from typing import Any
 from gapbeam.solver.case.checks.time_checks import run_has_steps, step_follows_the_forcing
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.scene_load_choice import point_of, structure_of
+from gapbeam.solver.scene_file.feedback_checks import feedback_faults
 from gapbeam.solver.scene_file.nearest_pairs import nearest_faults
 from gapbeam.solver.scene_file.structure_tables import (
     BodyTable,
@@ -43,6 +44,10 @@ def scene_faults(tables: Mapping[str, Any]) -> list[Fault]:
         faults += _exists(("mass", number, "point"), mass.point, known, by_name)
     faults += _pairs(tables, known, by_name)
     faults += _loads(tables, known, by_name)
+    faults += feedback_faults(
+        tables, by_name, lambda key, place: _exists(key, place, known, by_name),
+        lambda key, name: _known_structure(key, name, by_name),
+    )  # fmt: skip
     time = tables.get("time")
     if time is not None:
         faults += [*run_has_steps(time), *step_follows_the_forcing(time, tables.get("load", {}))]
@@ -65,11 +70,11 @@ def _points(by_name: Mapping[str, BodyTable], points: Any) -> dict[str, set[str]
 def _names(tables: Mapping[str, Any]) -> Iterator[Fault]:
     """Names are given once."""
     seen: dict[str, Key] = {}
-    for array in ("structure", "pair", "load"):
+    for array in ("structure", "pair", "load", "feedback"):
         for number, one in tables.get(array, {}).items():
             key = (array, number, "name")
             if one.name in seen:
-                yield Fault(key, f'"{one.name}", a second time', "different names of structures, pairs and loads",
+                yield Fault(key, f'"{one.name}", a second time', "different names of structures, pairs, loads, forces",
                             related=(seen[one.name],))  # fmt: skip
             seen.setdefault(one.name, key)
     points: set[tuple[str, str]] = set()
@@ -109,6 +114,9 @@ def _bodies(tables: Mapping[str, Any], bodies: Mapping[int, BodyTable]) -> Itera
         if one.place is not None and isinstance(model, ModesOfFile):
             yield Fault((*where, "place"), "a place of a file of modes",
                         "no place: modes do not say in which directions points move", "leave place out")  # fmt: skip
+        if one.velocity and getattr(model, "added_mass", 0.0):
+            yield Fault((*where, "velocity"), f"{one.velocity} m/s of a structure that moves a fluid",
+                        "no velocity at the start, or no added_mass")  # fmt: skip
         if one.velocity and isinstance(model, ModesOfFile):
             yield Fault((*where, "velocity"), f"{one.velocity:g} m/s of a file of modes",
                         "no velocity: modes do not say how the whole structure moves")  # fmt: skip

@@ -14,6 +14,7 @@ from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene.structure import Structure
+from gapbeam.solver.scene_file.flow_description import flow_rows
 from gapbeam.solver.scene_file.scene_reader import ReadScene
 from gapbeam.solver.system.dense_operators import SparseOperators
 
@@ -60,6 +61,7 @@ def describe_scene(read: ReadScene) -> SceneDescription:
     seated, rest = _rest(scene)
     steps = round(time.end / time.step)
     how = "sparse matrices, factored once" if scene.is_large else "all modes of the structures"
+    flow = flow_rows(read)
     return SceneDescription(
         read.case.title or read.name,
         {
@@ -78,6 +80,7 @@ def describe_scene(read: ReadScene) -> SceneDescription:
                 ("with", how, f"{scene.size} DOFs"),
             ),
             "seat at t = 0": rest,
+            **({"flow": flow} if flow else {}),
         },
         seated,
     )

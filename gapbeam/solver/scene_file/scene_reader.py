@@ -12,6 +12,7 @@ from gapbeam.solver.case.reading.case_reader import SCENE, Places, checked_table
 from gapbeam.solver.case.reading.line_numbers import key_lines
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.case.reading.toml_text import parse, read_text
+from gapbeam.solver.scene.flow_span import FlowSpan
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocities
@@ -29,11 +30,13 @@ class ReadScene:
     Attributes:
         case: Contents of the file.
         scene: Its scene.
+        spans: Lengths of tubes in a flow, by name of the [[feedback]].
         name: Of the file, without folder and suffix.
     """
 
     case: SceneCase
     scene: Scene
+    spans: Mapping[str, FlowSpan]
     name: str
 
     def march(self) -> dict[str, Any]:
@@ -109,7 +112,7 @@ def read_scene(source: SceneSource, overrides: Overrides = ()) -> ReadScene:
         data = parse(text, str(path))
     places = Places(path, data, key_lines(text), {}, SceneCase)
     case, places = checked_tables(data, places, scene_faults, overrides, _find_files)
-    return ReadScene(case, built_scene(case, str(path), places.put_in_order), path.stem)
+    return ReadScene(case, *built_scene(case, str(path), places.put_in_order), path.stem)
 
 
 def _find_files(data: dict[str, Any], path: Path) -> None:
@@ -120,7 +123,7 @@ def _find_files(data: dict[str, Any], path: Path) -> None:
         found = data.get(key)
         return [one for one in found if isinstance(one, dict)] if isinstance(found, list) else []
 
-    for table in (*(one.get("model") for one in entries(SCENE)), *entries("load")):
+    for table in (*(one.get("model") for one in entries(SCENE)), *entries("load"), *entries("feedback")):
         for key in FILES if isinstance(table, dict) and table.get("type") != "mass" else ():
             if isinstance(table.get(key), str) and table[key]:
                 table[key] = os.path.normpath(folder / table[key])

@@ -55,6 +55,9 @@ class _Bar(Table):
         description="the material: young_modulus, poisson_ratio, density",
         examples=[{"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}],
     )
+    added_mass: NonNegative = Field(
+        default=0.0, description="mass of a fluid that moves with it, per length, without weight, kg/m"
+    )
 
 
 class ElementBeam(_Bar):

@@ -119,7 +119,9 @@ def in_words(schema: Mapping[str, Any]) -> str:
             return f"a list of {len(items)} numbers" + (f", each{limits}" if limits else "")
         case "array" if schema["items"].get("type") == "number":
             least, most = schema.get("minItems", 0), schema["maxItems"]
-            return f"a list of {f'{least} to' if least else 'at most'} {most} numbers"
+            limits = _range(schema["items"])
+            each = f", each{limits}" if limits else ""
+            return f"a list of {f'{least} to' if least else 'at most'} {most} numbers{each}"
         case "array" if "maxItems" in schema:
             each = either(in_words(item) for item in schema["items"].get("anyOf", [schema["items"]]))
             least = f"{schema['minItems']} to" if "minItems" in schema else "at most"

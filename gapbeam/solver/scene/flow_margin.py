@@ -1,0 +1,136 @@
+"""Margins of a scene in a flow: the factor on all velocities at which it turns unstable, and Connors' formula."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.connors_margin import ConnorsMargin, connors
+from gapbeam.solver.scene.feedback import Joint
+from gapbeam.solver.scene.flow_force import Flow
+from gapbeam.solver.scene.flow_span import FlowSpan
+from gapbeam.solver.scene.linear_stability import Closed, closed_joints, eigenvalues
+from gapbeam.solver.scene.scene import Scene
+from gapbeam.solver.system.operators import Array
+
+OCTAVES, PARTS = 3, 4
+"""Octaves above and below the present velocity that are looked at, and velocities in each."""
+UNDECIDED = 1e-10  # of an eigenvalue: growth that round-off makes
+MODES = 12
+"""Modes that Connors' formula is asked for."""
+
+
+@dataclass(frozen=True)
+class FlowMargin:
+    """The first velocity at which a scene turns unstable, with all flows faster or slower by one factor.
+
+    Attributes:
+        factor: Critical over present velocity; infinite: stable up to `highest`; 0: unstable from `lowest` on.
+        frequency: Of the mode that turns unstable, rad/s; 0 for divergence, NaN where none does.
+        lowest: Least factor that was looked at: the laws hold from there on.
+        highest: Largest factor that was looked at.
+    """
+
+    factor: float
+    frequency: float
+    lowest: float
+    highest: float
+
+
+def flows_of(scene: Scene) -> list[Flow]:
+    """Return the forces of flows of a scene."""
+    return [one for one in scene.feedbacks if isinstance(one, Flow)]
+
+
+def at_factor(scene: Scene, factor: float) -> Scene:
+    """Return the scene with all flows faster by a factor.
+
+    Raises:
+        UserError: A law does not hold at that velocity.
+    """
+    feedbacks = [one.replaced("velocity", factor * one.velocity) if isinstance(one, Flow) else one
+                 for one in scene.feedbacks]  # fmt: skip
+    return scene.with_parts(scene.contacts, scene.loads, feedbacks)
+
+
+def flow_margin(scene: Scene, closed: Closed = ()) -> FlowMargin:
+    """Return the first velocity at which a scene turns unstable, within three octaves of the present one.
+
+    Args:
+        scene: With flows.
+        closed: As of `eigenvalues`.
+
+    Raises:
+        UserError: The scene has no flow, or a law does not hold at the present velocity or at the boundary.
+    """
+    if not flows_of(scene):
+        raise UserError("flow margin: the scene has no force of a flow")
+    at_factor(scene, 1.0)
+
+    def growth(factor: float) -> float:
+        value = eigenvalues(at_factor(scene, factor), closed)[0]
+        return float(value.real) - UNDECIDED * abs(value)
+
+    lowest, last, factor = 0.0, -inf, 1.0
+    for factor in 2.0 ** (np.arange(-OCTAVES * PARTS, OCTAVES * PARTS + 1) / PARTS):
+        try:
+            now = growth(float(factor))
+        except UserError:
+            if lowest > 0.0:
+                factor *= 2.0 ** (-1.0 / PARTS)
+                break
+            continue
+        if not lowest:
+            lowest, last = float(factor), now
+            if now > 0.0:
+                return FlowMargin(0.0, float("nan"), lowest, lowest)
+        if last <= 0.0 < now:
+            found = float(brentq(growth, factor * 2.0 ** (-1.0 / PARTS), factor, rtol=1e-12))
+            value = eigenvalues(at_factor(scene, found), closed)[0]
+            frequency = abs(float(value.imag))
+            for one in flows_of(at_factor(scene, found)) if frequency > 0.0 else ():
+                one.check(frequency)
+            return FlowMargin(found, frequency, lowest, float(factor))
+        last = now
+    return FlowMargin(inf, float("nan"), lowest, float(factor))
+
+
+def connors_of_modes(
+    scene: Scene, span: FlowSpan, closed: Closed, velocity: float, **figures: float
+) -> tuple[ConnorsMargin, float]:
+    """Return the largest ratio by Connors' formula of the lowest modes without flow, and the frequency of that mode.
+
+    Args:
+        scene: See `eigenvalues`.
+        span: Where the flow is.
+        closed: Supports that are closed.
+        velocity: Of the flow, m/s.
+        figures: K, mass, decrement, diameter, density of `connors`.
+
+    Raises:
+        UserError: As `eigenvalues`.
+    """
+    stiffness = np.diag(scene.squares)
+    for one in [*(one for one in scene.feedbacks if isinstance(one, Joint)), *closed_joints(scene, closed)]:
+        rows = scene.rows([one.sense])
+        stiffness -= rows.T @ one.D[:, : len(rows)] @ rows
+    squares, shapes = np.linalg.eigh(stiffness)
+    elastic = np.flatnonzero(squares > 1e-9 * squares[-1])[:MODES]
+    found = list[tuple[ConnorsMargin, float]]()
+    largest: Any = max(np.linalg.norm(_on_span(scene, span, shapes[:, i])) for i in elastic)
+    for i in elastic:
+        shape, w = _on_span(scene, span, shapes[:, i]), float(np.sqrt(squares[i]))
+        if np.linalg.norm(shape) > 1e-3 * largest:
+            found.append((connors(frequency=w, velocity=velocity, span=span, shape=shape, **figures), w))
+    return max(found, key=lambda one: one[0].ratio)
+
+
+def _on_span(scene: Scene, span: FlowSpan, shape: Array) -> Array:
+    """Return how far a mode moves the points of a span, (points,)."""
+    moved = [scene.rows_of(span.structure, point.rows) @ shape for point in span.points]
+    return np.linalg.norm(np.array(moved), axis=1)

@@ -1,0 +1,145 @@
+"""[[feedback]]: linear forces that follow the motion, of flows and controllers, on spans or at points."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, create_model
+
+from gapbeam.solver.scene_file.structure_tables import FileName
+from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Table, Whole
+
+Pair = tuple[Number, Number]
+MOST = 1000  # entries of a list
+Numbers = Annotated[tuple[Number, ...], Field(max_length=MOST)]
+Positives = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=MOST)]
+Matrix = Annotated[tuple[Numbers, ...], Field(max_length=MOST)]
+Points = Annotated[tuple[PointName, ...], Field(min_length=1, max_length=100)]
+Coefficient = Number | tuple[Pair, Pair]
+Profile = Annotated[tuple[Pair, ...], Field(min_length=2, max_length=MOST)]
+
+
+class _Span(Table):
+    structure: Name = Field(description="name of the tube", examples=["tube"])
+    points: Annotated[tuple[Name, ...], Field(min_length=2, max_length=MOST)] | None = Field(
+        default=None, description="points of matrices or modes along the tube; default none, for a beam"
+    )
+    at: Numbers | None = Field(default=None, description="place of each of these points along the tube, m")
+    velocity: Profile | None = Field(
+        default=None,
+        description="profile of the velocity over its reference: rows [place, m; share], lines between; default 1",
+        examples=[[[0.0, 1.0], [2.0, 1.4]]],
+    )
+    density: Profile | None = Field(default=None, description="profile of the density, likewise; default 1")
+
+
+_ENDS: dict[str, Any] = {
+    "from": (NonNegative | None, Field(default=None, description="where the flow begins along a beam, m; default 0")),
+    "to": (Positive | None, Field(default=None, description="where it ends, m; default the end of the beam")),
+}
+SpanTable = create_model(
+    "SpanTable", __base__=_Span, __module__=__name__, __doc__="A length of a tube in the flow.", **_ENDS
+)
+
+
+class _Acting(Table):
+    name: Name = Field(description="name in results, different for every force", examples=["flow"])
+
+
+class _Stream(_Acting):
+    velocity: Positive = Field(description="reference velocity of the flow, m/s", examples=[3.0])
+    density: Positive = Field(description="reference density, kg/m^3", examples=[1000.0])
+
+
+class _Tube(_Stream):
+    span: SpanTable | None = Field(  # type: ignore[valid-type]
+        default=None, description="length of a tube that the flow acts on, a table; default none: at `point`"
+    )
+    point: PointName | None = Field(
+        default=None, description="a point that the force of 1 m acts on; default none: on a span"
+    )
+    diameter: Positive = Field(description="outer diameter of the tube, m", examples=[0.019])
+    modes: Annotated[Whole, Field(ge=1)] | None = Field(
+        default=None, description="the flow acts on so many modes of the structure, from the lowest; default all"
+    )
+
+
+class QuasiSteadyFlow(_Tube):
+    """Drag, and a lift that follows the displacement after a delay (Price and Paidoussis)."""
+
+    type: Literal["quasi-steady"] = Field(description="kind of force")
+    drag: NonNegative = Field(description="drag coefficient, no unit", examples=[1.0])
+    slope: Coefficient = Field(
+        description="dC_L/d(y/D); for two motions [[dC_D/dx, dC_D/dy], [dC_L/dx, dC_L/dy]], no unit", examples=[-4.0]
+    )
+    lift: Number = Field(default=0.0, description="lift coefficient at rest, no unit")
+    delay: NonNegative = Field(default=1.0, description="delay over diameter / velocity, no unit")
+    frequency: Positive = Field(description="largest frequency of interest, Hz: the delay is right up to it")
+    tolerance: Number = Field(default=1e-5, gt=0.0, lt=1.0, description="error of the delay at it, no unit")
+
+
+class UnsteadyFlow(_Tube):
+    """A force that remembers the motion by decaying exponentials (Granger and Paidoussis)."""
+
+    type: Literal["unsteady"] = Field(description="kind of force")
+    stiffness: Coefficient = Field(description="steady force over displacement, K, or a matrix, no unit")
+    damping: Coefficient = Field(description="damping by the flow, C, or a matrix, no unit")
+    amplitudes: Numbers = Field(description="a_i of the memory, no unit", examples=[[0.3, 0.4]])
+    rates: Positives = Field(description="d_i, in velocity / diameter, no unit", examples=[[0.1, 0.5]])
+
+
+class MeasuredFlow(_Tube):
+    """Complex coefficients over the reduced velocity from a file, fitted by states."""
+
+    type: Literal["measured"] = Field(description="kind of force")
+    file: FileName = Field(
+        description="CSV: reduced velocity U/(f D), then real and imaginary part of c, or of c_xx, c_xy, c_yx, c_yy",
+        examples=["coefficients.csv"],
+    )
+    frequencies: Positives = Field(
+        description="frequencies of interest, Hz, which the file must cover", examples=[[20.0, 60.0]]
+    )
+    states: Annotated[Whole, Field(ge=0, le=12)] = Field(default=2, description="exponentials of the fit")
+
+
+class LaggedForces(_Stream):
+    """Aerodynamic forces on the motions of points in Roger's form, without apparent mass."""
+
+    type: Literal["aerodynamic-lag"] = Field(description="kind of force")
+    points: Points = Field(description="points, whose motions one after the other are those of the matrices")
+    half_chord: Positive = Field(description="b, m")
+    steady: Matrix = Field(description="A_0, rows of numbers", examples=[[[0.0, -1.0], [0.0, 0.5]]])
+    damping: Matrix = Field(description="A_1, rows of numbers")
+    lags: Positives = Field(description="b_l, no unit", examples=[[0.0455, 0.3]])
+    matrices: tuple[Matrix, ...] = Field(max_length=MOST, description="A_3, A_4, ..., one for each lag")
+
+
+class Controller(_Acting):
+    """A linear controller from motions of points to forces: z' = A z + B u, F = C z + D u."""
+
+    type: Literal["controller"] = Field(description="kind of force")
+    sense: Points = Field(description="points that it reads: u has their displacements, then their velocities")
+    act: Points = Field(description="points that its forces act on")
+    A: Matrix = Field(default=(), description="rows of numbers, 1/s; [] without states")
+    B: Matrix = Field(default=(), description="rows of numbers, one for each state")
+    C: Matrix = Field(default=(), description="rows of numbers, one for each force")
+    D: Matrix = Field(default=(), description="rows of numbers, one for each force, N/m and N s/m; [] is 0")
+
+
+class ConnorsCheck(_Stream):
+    """No force: the margin by Connors' formula, with frequencies and shapes of the tube in its closed supports."""
+
+    type: Literal["connors"] = Field(description="kind of force")
+    span: SpanTable = Field(description="length of a tube in the flow, a table")  # type: ignore[valid-type]
+    diameter: Positive = Field(description="outer diameter of the tube, m", examples=[0.019])
+    constant: Positive = Field(description="Connors' K of the bundle, no unit", examples=[3.0])
+    mass: Positive = Field(description="mass per length with the added mass, kg/m", examples=[0.8])
+    decrement: Positive = Field(description="logarithmic decrement of the damping, no unit", examples=[0.06])
+
+
+FEEDBACKS = (QuasiSteadyFlow, UnsteadyFlow, MeasuredFlow, LaggedForces, Controller, ConnorsCheck)
+FeedbackTable = Annotated[
+    QuasiSteadyFlow | UnsteadyFlow | MeasuredFlow | LaggedForces | Controller | ConnorsCheck,
+    Field(discriminator="type"),
+]
+AnyFeedback = QuasiSteadyFlow | UnsteadyFlow | MeasuredFlow | LaggedForces | Controller | ConnorsCheck

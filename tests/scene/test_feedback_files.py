@@ -1,0 +1,241 @@
+"""[[feedback]] in files: the forces that Python makes, what check and run say, every slip refused by its key."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from math import pi, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gapbeam as gb
+
+Tables = dict[str, Any]
+STEEL = {"young_modulus": 2.0e11, "poisson_ratio": 0.3, "density": 7850.0}
+STREAM = {"velocity": 3.0, "density": 1000.0}
+TUBE = {**STREAM, "diameter": 0.019}
+
+
+def tables(folder: Path) -> Tables:
+    """Return a sound file with every kind of force, on spans and at points."""
+    reduced = np.linspace(1.0, 40.0, 12)
+    k = 2j * pi / reduced
+    c = -2.0 - 0.7 * k + 1.3 * k / (k + 0.4)
+    rows = np.column_stack([reduced, c.real, c.imag])
+    np.savetxt(folder / "c.csv", rows, delimiter=",", header="U/fD,re,im")
+    line = "frequency,damping," + ",".join(f"s{i}" for i in range(5))
+    shapes = [",".join(f"{sqrt(2.0) * np.sin(pi * n * i / 4):.9f}" for i in range(5)) for n in (1, 2)]
+    (folder / "arm.csv").write_text("\n".join([line, f"30.0,0.01,{shapes[0]}", f"90.0,0.01,{shapes[1]}"]) + "\n")
+    profile = [[0.0, 1.0], [0.5, 1.0], [1.0, 1.2]]
+    return {
+        "structure": [
+            {"name": "tube", "ratio": 0.01, "model": {
+                "type": "beam", "length": 1.0, "thickness": 0.019, "section": {"type": "tube", "wall": 1.1e-3},
+                "material": dict(STEEL), "added_mass": 0.3, "elements": 20}},
+            {"name": "arm", "model": {"type": "modes", "file": str(folder / "arm.csv")}},
+            {"name": "box", "model": {"type": "mass", "mass": 2.0, "stiffness": 1e4, "damping": 4.0}},
+        ],
+        "point": [{"name": "mid", "structure": "tube", "at": 0.5}],
+        "joint": [{"type": "pinned", "structure": "tube", "at": x} for x in (0.0, 1.0)],
+        "contact": {"law": {"type": "kelvin-voigt", "stiffness": 1e6, "damping": 10.0}},
+        "pair": [{"name": "support", "between": ["tube.mid"], "region": {"type": "slot", "clearance": 4e-4}}],
+        "feedback": [
+            {"name": "steady", "type": "quasi-steady", **TUBE, "span": {"structure": "tube", "velocity": profile},
+             "drag": 1.0, "slope": -0.5, "frequency": 100.0, "tolerance": 1e-2, "modes": 4},
+            {"name": "memory", "type": "unsteady", **TUBE, "span": {"structure": "tube", "from": 0.25, "to": 0.75},
+             "stiffness": -0.1, "damping": 0.2, "amplitudes": [0.3], "rates": [0.1]},
+            {"name": "table", "type": "measured", **TUBE, "file": str(folder / "c.csv"), "frequencies": [20.0, 60.0],
+             "span": {"structure": "arm", "points": [f"s{i}" for i in range(5)], "at": [0.0, 0.1, 0.2, 0.3, 0.4]}},
+            {"name": "lag", "type": "aerodynamic-lag", **STREAM, "points": ["box.at"], "half_chord": 0.1,
+             "steady": [[-0.1]], "damping": [[-0.2]], "lags": [0.3], "matrices": [[[0.05]]]},
+            {"name": "brake", "type": "controller", "sense": ["box.at"], "act": ["arm.s2"], "A": [[-50.0]],
+             "B": [[10.0, 0.0]], "C": [[1.0]], "D": [[0.0, -2.0]]},
+            {"name": "design", "type": "connors", **TUBE, "span": {"structure": "tube"}, "constant": 3.0,
+             "mass": 0.8, "decrement": 0.06},
+        ],
+        "load": [{"type": "harmonic_force", "name": "shaker", "point": "tube.mid", "amplitude": 5.0,
+                  "frequency": 30.0}],
+        "time": {"step": 1e-4, "end": 0.05},
+    }  # fmt: skip
+
+
+def test_a_file_has_the_forces_that_python_makes(tmp_path: Path) -> None:
+    """The same matrices of motion, with spans at stations of one's own; and the same march from public nouns."""
+    scene = gb.scene(tables(tmp_path))
+    places = {"mid": 0.5, **{f"x{i}": i / 20 for i in range(21)}}
+    section, steel = gb.section("tube", 0.019, wall=1.1e-3), gb.material(2.0e11, 7850.0)
+    dry = gb.beam(1.0, section, steel, places, pinned=[0.0, 1.0], elements=20, ratio=0.01, added_mass=0.3, name="tube")
+    arm = gb.read_modes(tmp_path / "arm.csv", "arm")
+    box = gb.mass(2.0, stiffness=1e4, damping=4.0, name="box")
+    air: dict[str, Any] = TUBE
+    inner = {f"y{i}": 0.25 + i * 0.05 for i in range(11)}
+    stations = {name: next(key for key, x in places.items() if abs(x - at) < 1e-9) for name, at in inner.items()}
+    forces = [
+        gb.quasi_steady(
+            gb.span(dry, {f"x{i}": i / 20 for i in range(21)}, velocity=lambda x: np.maximum(1.0, 0.8 + 0.4 * x)),
+            **air, drag=1.0, slope=-0.5, frequency=200.0 * pi, tolerance=1e-2, modes=4, name="steady",
+        ),
+        gb.unsteady(
+            gb.span(dry, {stations[name]: x for name, x in inner.items()}), **air, stiffness=-0.1, damping=0.2,
+            amplitudes=[0.3], rates=[0.1], name="memory",
+        ),
+        gb.measured(
+            gb.span(arm, {f"s{i}": i / 10 for i in range(5)}), tmp_path / "c.csv", **air,
+            frequencies=[40.0 * pi, 120.0 * pi], name="table",
+        ),
+        gb.aerodynamic_lag(
+            box["at"], velocity=3.0, density=1000.0, half_chord=0.1, steady=-0.1, damping=-0.2, lags=[0.3],
+            matrices=[0.05], name="lag",
+        ),
+        gb.Feedback(box["at"], arm["s2"], [[-50.0]], [[10.0, 0.0]], [[1.0]], [[0.0, -2.0]], name="brake"),
+    ]  # fmt: skip
+    stop = gb.Contact(dry["mid"], gb.Slot(4e-4), gb.KelvinVoigt(stiffness=1e6, damping=10.0), name="support")
+    own = gb.Scene(dry, arm, box, contacts=[stop], feedbacks=forces)
+    for closed in ([], ["support"]):
+        slow = [values[np.abs(values) < 2e3] for values in (gb.eigenvalues(one, closed) for one in (scene, own))]
+        assert len(slow[0]) == len(slow[1]) > 10
+        assert all(np.abs(slow[1] - one).min() < 1e-6 * abs(one) for one in slow[0])
+
+
+def test_check_says_how_far_the_flow_is_from_unstable(tmp_path: Path) -> None:
+    """Critical velocities of check are those of `critical_velocity`; Connors' that of his formula by hand."""
+    given = tables(tmp_path)
+    del given["structure"][1:], given["feedback"][2:5], given["feedback"][0]
+    own = {"stiffness": 1.0, "damping": 2.0, "amplitudes": [3.0], "rates": [0.3], "velocity": 20.0}
+    given["feedback"][0] |= {**own, "span": {"structure": "tube"}}
+    described, scene = gb.check(given), gb.scene(given)
+    rows = described.sections["flow"]
+    for words, closed in (("all closed", ["support"]), ("all idle", [])):
+        value = next(row[1] for row in rows if row[0] == "critical velocity" and words in row[2])
+        found = gb.critical_velocity(scene, "memory.velocity", 3.0, 150.0, closed)
+        how = f"{found.frequency / 2 / pi:.4g} Hz" if found.frequency else "divergence"
+        assert value == f"{found.value:.4g} m/s, {how}"
+    idle = next(row for row in rows if row[0] == "supports that may be idle")
+    assert idle[1] == {0: "0 of 1", 1: "1 of 1"}[gb.idle_supports(scene, ["support"]).tolerated]
+    first = sqrt(scene.squares[0]) / (2.0 * pi)
+    critical = 3.0 * first * 0.019 * sqrt(0.8 * 0.06 / (1000.0 * 0.019**2))
+    assert next(row for row in rows if "Connors" in row[0] and "idle" in row[2])[1].startswith(f"{critical:.4g} m/s")
+
+
+def test_a_run_names_the_work_of_the_flow(tmp_path: Path) -> None:
+    """In message, summary and records; the balance closes with it, also after a seat under the flow."""
+    given = tables(tmp_path)
+    given["feedback"] = given["feedback"][1:2]
+    given["load"].append({"type": "gravity", "structure": "tube"})
+    given["start"] = {"state": "seat"}
+    outcome = gb.run(given, output=tmp_path / "run")
+    work = outcome.summary["energy"]["work_of_feedback"]["memory"]
+    assert outcome.exit_status == 0
+    assert f"work of the flow {work:.4g} J" in outcome.message
+    history = gb.open_results(tmp_path / "run").history
+    assert float(history["load_work"].sel(load="memory")[-1]) == work != 0.0
+    last = history.isel(time=-1)
+    stored = sum(float(last[name]) for name in ("kinetic_energy", "strain_energy", "contact_energy"))
+    begun = sum(float(history[name][0]) for name in ("kinetic_energy", "strain_energy", "contact_energy"))
+    lost = float(last["structural_dissipation"]) + float(last["contact_dissipation"])
+    assert stored - begun + lost == pytest.approx(float(last["load_work"].sum()), rel=1e-9)
+
+
+Change = Callable[[Tables, Path], None]
+
+
+def put(number: int, *path: str, value: Any) -> Change:
+    """Return what sets a key of a [[feedback]]; None removes it."""
+
+    def change(given: Tables, _: Path) -> None:
+        inside: Any = given["feedback"][number]
+        for part in path[:-1]:
+            inside = inside[part]
+        if value is None:
+            del inside[path[-1]]
+        else:
+            inside[path[-1]] = value
+
+    return change
+
+
+def coefficients(text: str) -> Change:
+
+    def change(_: Tables, folder: Path) -> None:
+        (folder / "c.csv").write_text(text)
+
+    return change
+
+
+STEADY, MEMORY, TABLE, LAG, BRAKE, DESIGN = range(6)
+UNSEEN = {"A": [[1.0, 0.0], [0.0, -1.0]], "B": [[1.0, 1.0], [1.0, 1.0]], "C": [[0.0, 1.0]]}
+SLIPS: dict[str, tuple[Change, str, str]] = {
+    "unknown type": (put(STEADY, "type", value="steady"), "steady.*type", "quasi-steady"),
+    "no velocity": (put(STEADY, "velocity", value=None), "steady.*velocity", "missing"),
+    "negative density": (put(MEMORY, "density", value=-1.0), "memory.*density", "greater than 0"),
+    "no diameter": (put(TABLE, "diameter", value=0.0), "table.*diameter", "greater than 0"),
+    "neither span nor point": (put(STEADY, "span", value=None), "steady.*span", "one of them"),
+    "span and point": (put(STEADY, "point", value="tube.mid"), "steady.*span", "both of span and point"),
+    "an unknown tube": (put(STEADY, "span", "structure", value="tub"), "steady.*structure", "did you mean"),
+    "a span of a mass": (put(STEADY, "span", "structure", value="box"), "steady.*structure", "box.at"),
+    "beyond the end": (put(MEMORY, "span", "to", value=1.5), "memory.*to", "at most 1 m"),
+    "no length": (put(MEMORY, "span", "from", value=0.8), "memory.*from", "less than 0.75"),
+    "points of a beam": (put(MEMORY, "span", "points", value=["mid", "end"]), "memory.*points", "from and to"),
+    "no points of modes": (put(TABLE, "span", "points", value=None), "table.*points", "missing"),
+    "an unknown point": (put(TABLE, "span", "points", value=["s0", "s1", "s2", "s3", "s9"]), "table.*", "s9"),
+    "too few places": (put(TABLE, "span", "at", value=[0.0, 0.1]), "table.*at", "a place for each point"),
+    "places in disorder": (put(TABLE, "span", "at", value=[0.0, 0.2, 0.1, 0.3, 0.4]), "table.*at", "one after the"),
+    "from of modes": (put(TABLE, "span", "from", value=0.1), "table.*from", "leave from out"),
+    "a short profile": (put(STEADY, "span", "velocity", value=[[0.0, 1.0], [0.5, 1.0]]), "steady.*velocity",
+                        "covers the span"),
+    "a profile in disorder": (put(STEADY, "span", "velocity", value=[[0.0, 1.0], [2.0, 1.0], [1.0, 1.0]]),
+                              "steady.*velocity", "one after the other"),
+    "a profile of 0": (put(STEADY, "span", "density", value=[[0.0, 0.0], [1.0, 1.0]]), "steady.*density", "above 0"),
+    "two motions at points of one": (put(STEADY, "slope", value=[[0.0, 1.0], [1.0, 0.0]]), "steady.*slope",
+                                     "1 motions"),
+    "too many modes": (put(STEADY, "modes", value=500), "steady.*modes", "1 to 4[02]"),
+    "modes at a point": (put(LAG, "modes", value=2), "lag.*modes", "unknown"),
+    "a delay longer than the run": (put(STEADY, "delay", value=50.0), "steady.*delay", "longer than the run"),
+    "a delay of too many waves": (put(STEADY, "frequency", value=5e4), "steady.*frequency", "error of .* with 12"),
+    "a tolerance of 1": (put(STEADY, "tolerance", value=1.0), "steady.*tolerance", "less than 1"),
+    "too few rates": (put(MEMORY, "amplitudes", value=[0.3, 0.2]), "memory.*rates", "each of 2 amplitudes"),
+    "a rate of 0": (put(MEMORY, "rates", value=[0.0]), "memory.*rates", "greater than 0"),
+    "damping of two motions": (put(MEMORY, "damping", value=[[1.0, 0.0], [0.0, 1.0]]), "memory.*damping",
+                               "the shape of stiffness"),
+    "no file": (put(TABLE, "file", value="none.csv"), "table.*file", "no file"),
+    "two columns": (coefficients("1.0,2.0\n2.0,3.0\n"), "table.*file", "3 or 9 columns"),
+    "words in the table": (coefficients("U,re,im\n1.0,two,3.0\n2.0,1.0,1.0\n"), "table.*file", "finite"),
+    "one velocity twice": (coefficients("3.0,1.0,0.0\n3.0,2.0,0.0\n9.0,1.0,0.0\n"), "table.*file", "each once"),
+    "more states than rows": (put(TABLE, "states", value=12), "table.*states", "fewer states than rows"),
+    "outside of the table": (put(TABLE, "frequencies", value=[2.0]), "table.*velocity", "table, 1 to 40"),
+    "rows of two lengths": (put(LAG, "steady", value=[[1.0, 2.0], [3.0]]), "lag.*steady", "1 and 2 numbers"),
+    "not square": (put(LAG, "steady", value=[[1.0, 2.0]]), "lag.*steady", "square matrix"),
+    "two matrices for a lag": (put(LAG, "matrices", value=[[[1.0]], [[2.0]]]), "lag.*matrices", "1 matrices"),
+    "another size of damping": (put(LAG, "damping", value=[[1.0, 0.0], [0.0, 1.0]]), "lag.*damping", "shape of steady"),
+    "matrices of two motions": (lambda given, _: given["feedback"][LAG].update(
+        steady=np.eye(2).tolist(), damping=np.eye(2).tolist(), matrices=[np.eye(2).tolist()]), "lag.*steady",
+                                "points of 1 motions"),
+    "an unknown sensor": (put(BRAKE, "sense", value=["box.tip"]), "brake.*sense", "box.at"),
+    "B of another size": (put(BRAKE, "B", value=[[1.0]]), "brake.*B", r"expected: \(1, 2\)"),
+    "C of another size": (put(BRAKE, "C", value=[[1.0, 2.0]]), "brake.*C", r"expected: \(1, 1\)"),
+    "D of another size": (put(BRAKE, "D", value=[[1.0]]), "brake.*D", r"expected: \(1, 2\)"),
+    "growth that no output shows": (lambda given, _: given["feedback"][BRAKE].update(UNSEEN), "brake.*A",
+                                    r"grows as exp\(1 t\) and no output"),
+    "Connors without span": (put(DESIGN, "span", value=None), "design.*span", "no such table"),
+    "a negative decrement": (put(DESIGN, "decrement", value=-0.1), "design.*decrement", "greater than 0"),
+    "two names": (put(MEMORY, "name", value="steady"), "steady.*name", "different names"),
+    "an unknown key": (put(STEADY, "lag", value=1.0), "steady.*lag", "unknown|no such"),
+    "a velocity with fluid": (lambda given, _: given["structure"][0].update(velocity=1.0), "tube.*velocity",
+                              "moves a fluid"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_slips_are_refused_by_their_key(tmp_path: Path, slip: str) -> None:
+    """Status 2, at the key that is wrong, in words that name it."""
+    given = tables(tmp_path)
+    change, where, words = SLIPS[slip]
+    change(given, tmp_path)
+    with pytest.raises(gb.CaseError) as refused:
+        gb.scene(given)
+    assert refused.value.exit_status == 2
+    assert any(re.search(where, fault.where) for fault in refused.value.faults), str(refused.value)
+    assert re.search(words, str(refused.value)), str(refused.value)

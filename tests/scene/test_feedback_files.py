@@ -139,6 +139,49 @@ def test_a_run_names_the_work_of_the_flow(tmp_path: Path) -> None:
     assert stored - begun + lost == pytest.approx(float(last["load_work"].sum()), rel=1e-9)
 
 
+def test_wear_under_a_flow_is_that_of_motion_and_force_in_a_round_hole(tmp_path: Path) -> None:
+    """Archard's k sum |F_n| |slip| / A / T of a tube in two planes, from the history of its scene, written out here."""
+    given = tables(tmp_path)
+    del given["structure"][1:], given["feedback"][2:], given["feedback"][0]
+    given["structure"][0]["model"]["motions"] = 2
+    given["feedback"][0] |= {"stiffness": [[-0.1, 0.2], [-0.2, -0.1]], "damping": [[0.2, 0.0], [0.0, 0.2]]}
+    given["pair"][0]["region"] = {"type": "disc", "clearance": 2e-5}
+    given["load"][0]["direction"] = [0.6, 0.8]
+    given["wear"] = {"coefficient": 2e-14, "area": 1e-5}
+    outcome = gb.run(given, output=tmp_path / "run")
+    found = outcome.summary["wear"]["faces"]["support"]
+    motion = gb.history(gb.scene(given), 1e-4, 0.05)
+    y, F = motion.displacement["mid"], motion.force["support"]
+    normal = y / np.linalg.norm(y, axis=1)[:, None]
+    slip = np.diff(y, axis=0, prepend=0.0) @ np.array([[0.0, -1.0], [1.0, 0.0]])
+    work = (np.abs((F * normal).sum(axis=1)) * np.abs((slip * normal).sum(axis=1))).sum()
+    assert found["work"] == pytest.approx(work, rel=1e-9)
+    assert work > 0.0
+    assert found["depth_rate"]["value"] == pytest.approx(2e-14 * work / 1e-5 / 0.05, rel=1e-9)
+
+
+def test_a_tube_in_two_planes_has_each_frequency_twice() -> None:
+    """Frequencies of a pinned tube with added mass: (n pi / L)^2 sqrt(E I / (m + m_a)), slender, in both planes."""
+    model = {"type": "beam", "length": 4.0, "thickness": 0.019, "section": {"type": "tube", "wall": 1.1e-3},
+             "material": dict(STEEL), "added_mass": 0.3, "motions": 2}  # fmt: skip
+    scene = gb.scene(
+        {
+            "structure": [{"name": "tube", "model": model}],
+            "point": [{"name": "mid", "structure": "tube", "at": 2.0}],
+            "joint": [{"type": "pinned", "structure": "tube", "at": x} for x in (0.0, 4.0)],
+            "time": {"step": 1e-4, "end": 0.1},
+        }
+    )
+    area, second = pi / 4 * (0.019**2 - 0.0168**2), pi / 64 * (0.019**4 - 0.0168**4)
+    exact = [(n * pi / 4.0) ** 2 * sqrt(2.0e11 * second / (7850.0 * area + 0.3)) for n in (1, 1, 2, 2)]
+    assert np.sqrt(scene.squares[:4]) == pytest.approx(exact, rel=1e-3)
+    assert len(scene.point("mid").rows) == 2
+    tube = scene.structures[0]
+    pattern = np.split(gb.weight(tube, -9.81).pattern_on(tube), 2)
+    assert np.any(pattern[0])
+    assert not np.any(pattern[1])
+
+
 Change = Callable[[Tables, Path], None]
 
 
@@ -223,6 +266,8 @@ SLIPS: dict[str, tuple[Change, str, str]] = {
     "a negative decrement": (put(DESIGN, "decrement", value=-0.1), "design.*decrement", "greater than 0"),
     "two names": (put(MEMORY, "name", value="steady"), "steady.*name", "different names"),
     "an unknown key": (put(STEADY, "lag", value=1.0), "steady.*lag", "unknown|no such"),
+    "a rectangle in two planes": (lambda given, _: given["structure"][0]["model"].update(
+        motions=2, section="rectangle"), "tube.*motions", "round or tube"),
     "a velocity with fluid": (lambda given, _: given["structure"][0].update(velocity=1.0), "tube.*velocity",
                               "moves a fluid"),
 }  # fmt: skip

@@ -198,25 +198,20 @@ def both(one: SceneState, two: SceneState) -> SceneState:
     return SceneState(0.0, *parts)
 
 
+FLUTTER = Path(__file__).parents[2] / "cases/scenes/freeplay-flutter.toml"
+
+
 def section(ratio: float) -> tuple[gb.Scene, Callable[[float, Any], Any]]:
-    """Return a typical section with play in pitch below its flutter velocity, and its equations written out.
+    """Return the shipped typical section with play in pitch below its flutter velocity, and its equations written out.
 
     Theodorsen's function by Jones' two exponentials; half chord and pi rho b^2 are 1, the pitching frequency is near 1.
     """
     rho, a, k_h, k_a, c, play = 1 / pi, -0.5, 2.0, 12.5, 0.1, 0.01
     M = np.array([[51.0, 12.5 - a], [12.5 - a, 12.5 + 1 / 8 + a * a]])
     A, b = np.array([0.165, 0.335]), np.array([0.0455, 0.3])
-    angle, speed, arm = np.array([0.0, 1.0]), np.array([1.0, 0.5 - a]), np.array([-1.0, 0.5 + a])
-    whole, lift = 2 * pi * np.array([[0.0, -1.0], [0.0, a - 0.5]]), 4 * pi
-    wing = gb.Structure(M, np.diag([k_h, 0.0]), c * np.eye(2), points={"plunge": [1.0, 0.0], "pitch": [0.0, 1.0]})
-    flow = gb.aerodynamic_lag(
-        [wing["plunge"], wing["pitch"]], velocity=1.0, density=rho, half_chord=1.0,
-        steady=lift * np.outer(arm, angle), damping=lift * np.outer(arm, speed) * (1 - A.sum()) + whole, lags=b,
-        matrices=[lift * np.outer(arm, p * r * speed - p * angle) for p, r in zip(A, b, strict=True)], name="flow",
-    )  # fmt: skip
-    stop = gb.Contact(wing["pitch"], gb.Slot(2 * play), gb.KelvinVoigt(stiffness=k_a), name="stop")
-    scene = gb.Scene(wing, contacts=[stop], feedbacks=[flow])
-    U = ratio * gb.critical_velocity(scene, "flow.velocity", 1.0, 8.0, closed=["stop"]).value
+    scene = gb.scene(FLUTTER)
+    scene = scene.with_parts(scene.contacts, [])
+    U = ratio * gb.critical_velocity(scene, "air.velocity", 1.0, 8.0, closed=["freeplay"]).value
     inverse = np.linalg.inv(M)
 
     def rate(t: float, x: Any) -> Any:  # noqa: ARG001
@@ -228,7 +223,7 @@ def section(ratio: float) -> tuple[gb.Scene, Callable[[float, Any], Any]]:
         force = [-L - U * turn - k_h * h - c * sink, (0.5 + a) * L - U * (0.5 - a) * turn + moment]
         return [sink, turn, *(inverse @ force), *late]
 
-    return scene.with_({"flow.velocity": U}), rate
+    return scene.with_({"air.velocity": U}), rate
 
 
 @pytest.mark.parametrize("ratio", [0.7, 0.8, 0.9])

@@ -32,23 +32,33 @@ def promises_balance(scheme: LinearScheme) -> bool:
 
 @dataclass
 class ContactBlock:
-    """The contacts over a block of steps, (steps, contacts): penetration, m, normal and friction force, N."""
+    """The contacts over a block of steps, (steps, contacts).
+
+    Attributes:
+        depth: Penetration, m.
+        force: Normal force, N.
+        friction: Friction force, N.
+        rubbed: Work of sliding in each step, |F_n| times the motion across the normal, J; 0 at points of one motion.
+    """
 
     depth: Array
     force: Array
     friction: Array
+    rubbed: Array
 
 
-def contacts_of(scene: Scene, places: Array, forces: Array) -> ContactBlock:
+def contacts_of(scene: Scene, places: Array, forces: Array, before: Array | None = None) -> ContactBlock:
     """Return the contacts over steps.
 
     Args:
         scene: The scene.
         places: Of the contact motions, (steps, motions), m.
         forces: Likewise, N. The normal force is -F . n, and friction what is across it.
+        before: Places before the first step, (motions,); default none: nothing has slid.
     """
     shape = len(places), len(scene.contacts)
-    found = ContactBlock(np.zeros(shape), np.zeros(shape), np.zeros(shape))
+    found = ContactBlock(*(np.zeros(shape) for _ in range(4)))
+    moved = np.diff(places, axis=0, prepend=places[:1] if before is None else before[None])
     for i, (one, first) in enumerate(zip(scene.contacts, scene.first, strict=False)):
         mine = slice(first, first + one.motions)
         found.depth[:, i], normals = one.region.penetration(places[:, mine])
@@ -56,6 +66,8 @@ def contacts_of(scene: Scene, places: Array, forces: Array) -> ContactBlock:
         if one.motions == 2:
             across = forces[:, first] * normals[:, 1] - forces[:, first + 1] * normals[:, 0]
             found.friction[:, i] = np.abs(across) if one.is_rough else 0.0
+            slip = moved[:, first] * normals[:, 1] - moved[:, first + 1] * normals[:, 0]
+            found.rubbed[:, i] = np.maximum(found.force[:, i], 0.0) * np.abs(slip)
     return found
 
 
@@ -89,6 +101,7 @@ class SceneAccounts:
         force: Largest normal force of a step, N.
         friction: Largest friction force, N.
         impulse: Normal force over time since the start, N s.
+        sliding: Work of sliding since the start, J.
         time: In contact since the start, s.
         closings: Since the start.
         episodes: Contacts that ended; `short` of them lasted fewer than ten steps.
@@ -96,7 +109,7 @@ class SceneAccounts:
 
     kept = (
         "depth", "force", "friction", "impulse", "time", "closings", "last_depth", "begun", "speed", "opened_at",
-        "steps", "totals",
+        "steps", "totals", "sliding",
     )  # fmt: skip
 
     def __init__(self, marcher: Marcher, gates: Gates, remedy: str) -> None:
@@ -111,7 +124,7 @@ class SceneAccounts:
         self.depth, self.force, self.friction = self.last_depth.copy(), start.force[0].copy(), start.friction[0].copy()
         self.impulse, self.time, self.closings, self.begun = (np.zeros(count) for _ in range(4))
         self.speed, self.opened_at = np.full(count, UNSEEN), np.zeros(count)
-        self.steps = np.zeros(count)
+        self.steps, self.sliding = np.zeros(count), np.zeros(count)
         self.totals = np.zeros(8)  # last energies: work, law, friction; sum of squares of round-off; episodes
         self.impacts = [ImpactList() for _ in range(count)]
         for i, depth in enumerate(self.last_depth):
@@ -180,7 +193,7 @@ class SceneAccounts:
             )
 
     def take(self, times: Array, h: float, contacts: ContactBlock, energies: EnergyBlock) -> dict[str, Array]:
-        """Take in the contacts of a block of steps; return impulse, contact time and closings after each of them."""
+        """Take in the contacts of a block of steps; return sums since the start after each step, by variable."""
         closed = contacts.depth > 0.0
         before = np.vstack([self.last_depth > 0.0, closed[:-1]])
         impulse = carried(h * contacts.force, self.impulse)
@@ -188,6 +201,7 @@ class SceneAccounts:
             "impulse": impulse,
             "contact_time": carried(h * closed.astype(float), self.time),
             "closings": carried((closed & ~before).astype(float), self.closings),
+            "sliding_work": carried(contacts.rubbed, self.sliding),
         }
         energy = energies.kinetic + energies.strain
         for k, i in np.argwhere(closed != before):
@@ -205,6 +219,7 @@ class SceneAccounts:
             self.steps += np.where(closed[-1], float(len(times)), 0.0)
             self.last_depth, self.impulse = contacts.depth[-1].copy(), impulse[-1].copy()
             self.time, self.closings = found["contact_time"][-1].copy(), found["closings"][-1].copy()
+            self.sliding = found["sliding_work"][-1].copy()
             for name in ("depth", "force", "friction"):
                 setattr(self, name, np.maximum(getattr(self, name), getattr(contacts, name).max(axis=0)))
         return found

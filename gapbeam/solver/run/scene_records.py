@@ -18,6 +18,7 @@ from gapbeam.solver.system.operators import Array
 
 Rows = dict[str, Array]
 ABSOLUTE = "acceleration_absolute"
+SUMS = ("impulse", "contact_time", "closings", "sliding_work")
 
 
 def contact_names(scene: Scene) -> tuple[str, ...]:
@@ -58,6 +59,7 @@ class SceneRecords:
             "component": ("y", "z")[: self.width] if self.probes else (),
             "face": contact_names(scene),
             "tangent": ("across",) if rough else (),
+            "worn_face": contact_names(scene) if any(one.motions == 2 for one in scene.contacts) else (),
             "load": (*self.loaded, *(name for name, _ in self.fed), *self.walled),
         }
         unknown = {"contact_moment", "contact_area", "iterations"} | ({ABSOLUTE} if self.frame is None else set())
@@ -102,7 +104,7 @@ class SceneRecords:
         kinetic, strain, contact = (np.array([one]) for one in (ledger.kinetic, ledger.strain, ledger.contact))
         work, fed = np.zeros((1, 3)), np.zeros((1, len(marcher.worked)))
         energies = EnergyBlock(kinetic, strain, contact, none, none, none, work, fed, none, none, none, none, none)
-        sums: Rows = {name: np.zeros((1, len(self.scene.contacts))) for name in ("impulse", "contact_time", "closings")}
+        sums: Rows = {name: np.zeros((1, len(self.scene.contacts))) for name in SUMS}
         seen = (marcher.linear.watch @ marcher.q).T
         return self._rows(np.array([marcher.t]), seen, self.speed[None], contacts, energies, sums)
 
@@ -150,6 +152,8 @@ class SceneRecords:
             "contact_dissipation": energies.law, "friction_dissipation": energies.friction,
             "algorithmic_dissipation": energies.algorithmic, "energy_residual": energies.residual, **sums,
         }  # fmt: skip
+        if not self.labels["worn_face"]:
+            del found["sliding_work"]
         if self.labels["tangent"]:
             found["friction_force"] = contacts.friction[:, :, None]
         if self.probes:

@@ -32,7 +32,8 @@ from gapbeam.solver.run.output.results_folder import check_folder, clear, prepar
 from gapbeam.solver.run.scene_accounts import SceneAccounts, contacts_of, promises_balance
 from gapbeam.solver.run.scene_checkpoint import SceneCheckpoint, fingerprint, refuse_other
 from gapbeam.solver.run.scene_records import Rows, SceneRecords
-from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of
+from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of, wear_of
+from gapbeam.solver.run.wear_figures import wear_words
 from gapbeam.solver.scene.argument_checks import check_fields
 from gapbeam.solver.scene.condensed_arrays import StepRecords
 from gapbeam.solver.scene.flow_force import Flow
@@ -43,6 +44,7 @@ from gapbeam.solver.scene.scene_march import SceneStep, check_delays, marcher_of
 from gapbeam.solver.table import faults_in
 
 LOG = logging.getLogger("gapbeam")
+WEAR = ("coefficient", "area")
 Observer = Callable[[SceneStep], Any]
 
 
@@ -65,6 +67,7 @@ class SceneRun:
         errors: Whether the errors of the figures are estimated, by the same scene at half the step.
         penalty: Contacts, by name with stars, whose stiffness stands for rigid contact: their errors include what a
             rigid contact would change, by the same scene with twice the stiffness.
+        wear: Archard's coefficient, 1/Pa, and the worn area of each contact, m^2: {"coefficient": 1e-14, "area": 1e-5}.
     """
 
     scene: Scene
@@ -80,6 +83,7 @@ class SceneRun:
     checkpoint: float = 300.0
     errors: bool = True
     penalty: Sequence[str] = ()
+    wear: Mapping[str, float | None] | None = None
 
     @property
     def limits(self) -> Gates:
@@ -105,6 +109,9 @@ class SceneRun:
             raise UserError(f"run: found every = {self.every}, expected 1 or more")
         if self.period is not None and not (np.isfinite(self.period) and self.period > 0.0):
             raise UserError(f"run: found period {self.period!r} s, expected a time above 0, or None")
+        for name, value in (self.wear or {}).items():
+            if name not in WEAR or not (value is None or (np.isfinite(value) and value > 0.0)):
+                raise UserError(f"run: found wear {name} = {value!r}, expected {' and '.join(WEAR)} above 0")
         for one in self.observers:
             if not callable(one):
                 raise UserError(f"run: found the observer {one!r}, expected a function of the step")
@@ -341,7 +348,7 @@ class SceneMarch:
 
     def _advance(self, steps: int) -> Iterator[Rows]:
         """March a block, take in all steps before one that failed, and yield their records."""
-        marcher, before, failure = self.marcher, self.marcher.count, None
+        marcher, before, failure, place = self.marcher, self.marcher.count, None, self.marcher.y[:, 0].copy()
         try:
             kept = marcher.advance(steps, energies=True)
         except NotConverged as error:
@@ -353,7 +360,7 @@ class SceneMarch:
         kept = StepRecords(*(one[:count] for one in kept))
         times = marcher.t0 + (before + 1 + np.arange(count)) * marcher.h
         accounts, scene = self.accounts, self.asked.scene
-        contacts = contacts_of(scene, kept.places[:, :, 0], kept.felt[:, :, 0])
+        contacts = contacts_of(scene, kept.places[:, :, 0], kept.felt[:, :, 0], place)
         energies = accounts.energies(kept, kept.felt[:, :, 0])
         sums = accounts.take(times, marcher.h, contacts, energies)
         last = failure is not None or count < whole or before + count == self.steps
@@ -387,6 +394,9 @@ class SceneMarch:
             summary["energy"]["work_of_feedback"] = forces
             for name, work in forces.items():
                 LOG.info("work of %s: %.6g J", name, work)
+        if self.asked.wear is not None or accounts.sliding.any():
+            summary["wear"] = wear_of(accounts, names, marcher.count * marcher.h, self.asked.wear or {})
+            LOG.info("%s", wear_words(summary["wear"]))
         findings = findings_of(accounts)
         summary["assumptions"] = [one.as_data() for one in findings]
         remarks = remarks_of(accounts, findings)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from gapbeam.solver.diagnostics.energy_gates import describe_energy, describe_ga
 from gapbeam.solver.diagnostics.march_diagnostics import figures_of_lists
 from gapbeam.solver.run.assumptions.motion_findings import RESOLVED
 from gapbeam.solver.run.scene_accounts import SceneAccounts, promises_balance
+from gapbeam.solver.run.wear_figures import all_rates, work_rate
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.scene import Scene
 
@@ -83,6 +84,27 @@ def figures_of(accounts: SceneAccounts, names: Sequence[str], seconds: float) ->
     if any(one.is_rough for one in accounts.scene.contacts):
         found["friction"] = {"peak_force": by_contact(accounts.friction)}
     return found
+
+
+def wear_of(
+    accounts: SceneAccounts, names: Sequence[str], seconds: float, wear: Mapping[str, float | None]
+) -> dict[str, Any]:
+    """Return what the summary reports of wear: the work of sliding at contacts of two motions, by Archard's law.
+
+    Args:
+        accounts: Of the march.
+        names: Of the contacts.
+        seconds: Span of the march, s.
+        wear: `coefficient`, 1/Pa, and `area`, m^2, where they are known.
+    """
+    coefficient, area = wear.get("coefficient"), wear.get("area")
+    faces = {
+        name: {"work": float(work), "coefficient": coefficient, "area": area, "work_by_mode": {}}
+        | all_rates(work_rate(float(work), seconds, None), coefficient, area)
+        for name, work, one in zip(names, accounts.sliding, accounts.scene.contacts, strict=True)
+        if one.motions == 2
+    }
+    return {"area": area, "seconds": seconds, "parts_doubt": None, "faces": faces}
 
 
 def findings_of(accounts: SceneAccounts) -> list[Finding]:

@@ -10,6 +10,7 @@ from math import inf
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 from pydantic import TypeAdapter, ValidationError
 
 from gapbeam.solver.case.beam_table import Material
@@ -155,8 +156,8 @@ def beam(
     if model == "rigid":
         if held or ratio or modes:
             raise UserError(f"{where}: a rigid beam has neither supports nor modes; hold it by contacts or joints")
-        whole = mass + added
-        about = np.array([[whole * size, 0.0], [0.0, whole * size**3 / 12.0 + rotary * size]])
+        moved = mass + added
+        about = np.array([[moved * size, 0.0], [0.0, moved * size**3 / 12.0 + rotary * size]])
         rows = {key: np.array([[1.0, x - 0.5 * size]]) for key, x in places.items()}
         return Structure(about, np.zeros((2, 2)), None, rows, np.eye(2), name, [mass * size, 0.0], [1.0, 0.0])
     if model != "beam":
@@ -185,6 +186,24 @@ def beam(
         M, K = M.toarray(), K.toarray()
     whole = Structure(M, K, None, rows, rigid[free] if left else None, name, carried, along[free])
     return whole if modes is None and not ratio else whole.reduced(modes or len(free), ratio)
+
+
+def in_two_planes(one: Structure) -> Structure:
+    """Return a beam that bends in two planes alike, with points of two motions; the frame moves along the first.
+
+    Args:
+        one: The beam in one plane, of a section with equal second moments.
+    """
+    M, K, C = (None if A is None else _twice(A) for A in (one.M, one.K, one.C))
+    rows = {name: np.kron(np.eye(2), point.rows) for name, point in one.points.items()}
+    rigid = None if one.rigid is None else np.kron(np.eye(2), one.rigid)
+    inertia = None if one.inertia is None else np.concatenate([one.inertia, np.zeros(one.size)])
+    frame = {name: np.append(along, 0.0) for name, along in one.frame.items()}
+    return Structure(M, K, C, rows, rigid, one.name, inertia, frame or None)
+
+
+def _twice(A: Any) -> Any:
+    return sp.block_diag([A, A], format="csr") if sp.issparse(A) else np.kron(np.eye(2), A)
 
 
 def _parts(whole: TimoshenkoBeam, places: Sequence[float]) -> list[TimoshenkoBeam]:

@@ -115,12 +115,12 @@ class Feedback:
         """
         try:
             with np.errstate(all="ignore"):
-                found: Array = -np.linalg.solve(self.A, self.B[:, : self.B.shape[1] // 2])
+                found: Any = -np.linalg.solve(self.A, self.B[:, : self.B.shape[1] // 2])
         except np.linalg.LinAlgError:
             found = np.full((len(self.A), 1), np.inf)
         if not np.isfinite(found).all():
             raise UserError(f"feedback {self.name or '?'}: a state has no rest; march from rest instead")
-        return found
+        return np.asarray(found, dtype=float)
 
     def replaced(self, name: str, value: Any) -> Feedback:  # noqa: ARG002
         """Return the feedback with another value of that name.

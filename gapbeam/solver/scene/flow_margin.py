@@ -73,8 +73,8 @@ def flow_margin(scene: Scene, closed: Closed = ()) -> FlowMargin:
     at_factor(scene, 1.0)
 
     def growth(factor: float) -> float:
-        value = eigenvalues(at_factor(scene, factor), closed)[0]
-        return float(value.real) - UNDECIDED * abs(value)
+        value = complex(eigenvalues(at_factor(scene, factor), closed)[0])
+        return value.real - UNDECIDED * abs(value)
 
     lowest, last, factor = 0.0, -inf, 1.0
     for factor in 2.0 ** (np.arange(-OCTAVES * PARTS, OCTAVES * PARTS + 1) / PARTS):
@@ -133,4 +133,4 @@ def connors_of_modes(
 def _on_span(scene: Scene, span: FlowSpan, shape: Array) -> Array:
     """Return how far a mode moves the points of a span, (points,)."""
     moved = [scene.rows_of(span.structure, point.rows) @ shape for point in span.points]
-    return np.linalg.norm(np.array(moved), axis=1)
+    return np.asarray(np.linalg.norm(np.array(moved), axis=1), dtype=float)

@@ -81,7 +81,9 @@ def made_feedback(
     if isinstance(table, ConnorsCheck):
         return None
     if isinstance(table, Controller):
-        sense, act = list(points["sense"]), list(points["act"])
+        sense: Any
+        act: Any
+        sense, act = ([*points[key]] for key in ("sense", "act"))
         return Feedback(sense, act, table.A, table.B, table.C, table.D or None, table.name)
     if isinstance(table, LaggedForces):
         return aerodynamic_lag(

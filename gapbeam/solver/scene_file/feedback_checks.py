@@ -84,6 +84,10 @@ def _span(key: Key, span: Any, body: BodyTable, point: Exists) -> Iterator[Fault
         yield Fault((*key, "structure"), f'"{body.name}", a mass', "a structure with a length",
                     f'point = "{body.name}.at"')  # fmt: skip
         return
+    if body.place is not None:
+        yield Fault((*key, "structure"), f'"{body.name}", which has a place in space', "a structure without place",
+                    "leave its place out; motions = 2 lets a beam bend along and across the flow")  # fmt: skip
+        return
     if isinstance(model, ElementBeam | RigidBar):
         for name in ("points", "at"):
             if getattr(span, name) is not None:

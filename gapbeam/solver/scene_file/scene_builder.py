@@ -14,7 +14,7 @@ import scipy.sparse.linalg as sla
 from gapbeam.solver.errors import RunError, UserError
 from gapbeam.solver.faults import CaseError, Fault, Key
 from gapbeam.solver.loads.scene_load_choice import AnyLoad, point_of, structure_of
-from gapbeam.solver.scene.beam_structure import beam, figures
+from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_span import FlowSpan
@@ -210,6 +210,8 @@ def _body(site: _Site, table: BodyTable) -> Structure:
     else:
         at = {point.name: _along(extent, point) for point in points} | nearest | _stations(site, table)
         one = _straight(table, model, at, held)
+        if isinstance(model, ElementBeam) and model.motions == 2:
+            one = in_two_planes(one)
     if extent is not None and extent.ways is not None:
         one = in_space(one, extent.ways)
         for name, x in at.items():

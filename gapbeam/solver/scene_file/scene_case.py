@@ -91,6 +91,17 @@ class SceneStart(Table):
     )
 
 
+class SceneWear(Table):
+    """Archard's law: the volume worn is a coefficient times the work of sliding, at pairs of two motions."""
+
+    coefficient: Positive | None = Field(
+        default=None, description="volume worn per work of sliding, 1/Pa; default none: only the work", examples=[2e-14]
+    )
+    area: Positive | None = Field(
+        default=None, description="worn area of each pair, m^2; default none: no depth is given", examples=[1e-5]
+    )
+
+
 class SceneOutput(Table):
     """Interval of the output."""
 
@@ -111,5 +122,6 @@ class SceneCase(Table):
     feedback: tuple[FeedbackTable, ...] = Field(default=(), description="linear forces that follow the motion")
     time: SceneTime
     start: SceneStart = SceneStart()
+    wear: SceneWear | None = None
     gates: Gates = Gates()
     output: SceneOutput = SceneOutput()

@@ -26,6 +26,7 @@ from gapbeam.solver.scene_file.structure_tables import (
 )
 from gapbeam.solver.wording.short_words import near
 
+ROUND = ("round", "tube")
 OF_MATRICES = ("node", "set", "nearest", "dof")
 FILES = ("stiffness", "mass", "damping", "dofs", "nodes", "file")
 
@@ -106,6 +107,12 @@ def _bodies(tables: Mapping[str, Any], bodies: Mapping[int, BodyTable]) -> Itera
         if one.ratio and isinstance(model, RigidBar | LumpedMass | ModesOfFile):
             yield Fault((*where, "ratio"), f"ratio = {one.ratio:g} of a model {model.type}",
                         "damping in the file of modes, or in the keys of the model", "leave ratio out")  # fmt: skip
+        if isinstance(model, ElementBeam) and model.motions == 2 and one.place is not None:
+            yield Fault((*where, "place"), "a place of a beam with motions = 2", "one of them",
+                        "motions = 1: a beam with a place bends in one plane")  # fmt: skip
+        if isinstance(model, ElementBeam) and model.motions == 2 and model.section.type not in ROUND:
+            yield Fault((*where, "model", "motions"), f"2 of a section {model.section.type}",
+                        f"1, or a section {' or '.join(ROUND)}: others bend differently in each plane")  # fmt: skip
         if one.frame is not None and not any(one.frame):
             yield Fault((*where, "frame"), "a direction of length 0", "three numbers that are not all 0")
         if one.frame is not None and not isinstance(model, ImportedMatrices):

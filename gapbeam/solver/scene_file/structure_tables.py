@@ -61,10 +61,13 @@ class _Bar(Table):
 
 
 class ElementBeam(_Bar):
-    """A straight beam of Timoshenko elements that bends in one plane; its points move across it."""
+    """A straight beam of Timoshenko elements that bends in one plane or two; its points move across it."""
 
     type: Literal["beam"] = Field(description="kind of model")
     elements: Whole | None = Field(default=None, ge=1, le=10_000, description="about so many elements; default 40")
+    motions: Whole = Field(
+        default=1, ge=1, le=2, description="1: it bends in one plane; 2: in two, round sections only"
+    )
 
 
 class RigidBar(_Bar):

@@ -358,7 +358,7 @@ def test_cases_are_toml_that_introduces_itself() -> None:
     """All in cases/ but signals, matrices and modes is TOML that opens with a comment, which says how to run it."""
     signals = PROJECT / "cases" / "signals"
     assert all(path.suffix == ".csv" and path.read_text(encoding="utf-8")[0] == "#" for path in signals.iterdir())
-    matrices = (".sti", ".mas", ".dof", ".inp", ".csv")
+    matrices = (".sti", ".mas", ".dof", ".inp", ".csv", ".mtx")
     files = [path for path in (PROJECT / "cases").rglob("*") if path.is_file() and path.parent != signals]
     files = [path for path in files if path.suffix not in matrices]
     assert files

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 import gapbeam as gb
 from gapbeam.solver.scene.delayed_force import pade_error
+from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.scene import SceneState
 
 
@@ -273,6 +274,43 @@ def test_an_ensemble_over_the_velocity_is_that_of_its_scenes() -> None:
         one = gb.history(scene.with_({"flow.velocity": velocity}), 1e-3, 1.0, start)
         assert np.allclose(many.peak["at"][:, i], np.abs(one.displacement["at"]).max(0), rtol=1e-12)
     assert np.ptp(many.peak["at"][0]) > 1e-4
+
+
+def test_marches_with_gaps_turn_unstable_at_as_many_idle_supports_as_eigenvalues() -> None:
+    """Small motions within the gaps of each set of idle supports, all others closed: the march grows or decays."""
+    scene, tube, _ = supported(30.0)
+    names = ["x3", "x7", "x13", "x17"]
+    found, unstable = gb.idle_supports(scene, names), list[int]()
+    random = np.random.default_rng(5).standard_normal(tube.size)
+    for idle, rate in found.growth.items():
+        joints = [gb.Joint(tube[name], 1e7) for name in names if name not in idle]
+        loose = [one for one in scene.contacts if one.name in idle]
+        one = gb.Scene(tube, contacts=loose, feedbacks=scene.feedbacks, joints=joints)
+        start, sizes = one.state(velocity={tube: 1e-9 * random}), list[float]()
+        for step in gb.march(one, 1e-4, 0.2, start, every=1000):
+            sizes.append(step.energy["kinetic"] + step.energy["strain"])
+            assert not any(force.force for force in step.contacts.values())
+        assert (sizes[1] > sizes[0]) == (rate > 0.0), idle
+        unstable += [len(idle)] if sizes[1] > sizes[0] else []
+    assert min(unstable) == found.tolerated + 1 == 3
+
+
+EXPLICIT = LinearScheme(0.0, 0.0, (1.0, -1.0, 0.0), (0.5, 0.5, 0.0), (1.0, 0.0, 0.0))
+"""Central differences with velocities between the steps."""
+
+
+def test_explicit_schemes_are_refused_beyond_their_limit() -> None:
+    """2 / w, with springs of a feedback: below, a mass swings with sin(W h / 2) = w h / 2; above, it is refused."""
+    tube = gb.mass(1.0, stiffness=60.0)
+    scene = gb.Scene(tube, joints=[gb.Joint(tube["at"], 40.0)])
+    start, h = scene.state(displacement={tube: 1.0}), 0.15
+    found = gb.history(scene, h, 150 * h, start, EXPLICIT).displacement["at"]
+    turns = 2.0 * np.arcsin(0.5 * 10.0 * h) * np.arange(1, 151)
+    shape = np.column_stack([np.cos(turns), np.sin(turns)])
+    assert np.abs(shape @ np.linalg.lstsq(shape, found, rcond=None)[0] - found).max() < 1e-9
+    words = r"stable up to about 0\.2 s for the fastest mode of 10 rad/s, found step 0\.21"
+    with pytest.raises(gb.UserError, match=words):
+        gb.history(scene, 0.21, 2.1, start, EXPLICIT)
 
 
 def refused() -> dict[str, tuple[Callable[[], Any], str]]:

@@ -24,6 +24,7 @@ from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.system.operators import Array
 
 Three = tuple[float, float, float]
+LOOKS, GROWN = 1001, 1e-9  # angles at which a scheme is looked at, and the growth that is round-off
 RESOLVED = 1.2
 """Half angle of a mode in a step, w h / 2, up to which its frequency is exact; faster modes have the m' of this one."""
 
@@ -77,6 +78,45 @@ def alpha(mass: float, force: float, beta: float, gamma: float, law: float | Non
     v = gamma / beta, 1 - gamma / beta, 1 - 0.5 * gamma / beta
     inertia = m * end[0], m * end[1], m * end[2] + mass
     return LinearScheme(f, f if law is None else law, inertia, (f * v[0], f * v[1] + force, f * v[2]), v, end)
+
+
+def growth_of(scheme: LinearScheme, angles: Array) -> Array:
+    """Return the spectral radius of a step of an undamped mode at angles w h.
+
+    Args:
+        scheme: The scheme.
+        angles: Of (modes,), rad.
+    """
+    found = np.zeros(len(angles))
+    for i, x in enumerate(angles):
+        row = np.array([x * x, scheme.inertia[1], scheme.inertia[2]]) / -(scheme.inertia[0] + scheme.level * x * x)
+        kept = np.array([[1.0, 0.0, 0.0], [0.0, *scheme.velocity[1:]], [0.0, *scheme.acceleration[1:]]])
+        step = kept + np.outer([1.0, scheme.velocity[0], scheme.acceleration[0]], row)
+        found[i] = np.abs(np.linalg.eigvals(step)).max()
+    return found
+
+
+def check_limit(scheme: LinearScheme, h: float, fastest: float) -> None:
+    """Refuse a step beyond the limit of a scheme whose stiffness acts before the middle of the step.
+
+    Args:
+        scheme: The scheme.
+        h: Step, s.
+        fastest: Largest angular frequency of the scene, rad/s.
+
+    Raises:
+        UserError: A mode would grow.
+    """
+    if scheme.level >= 0.5:
+        return
+    angles = np.linspace(0.0, fastest * h, LOOKS)[1:]
+    unstable = np.flatnonzero(growth_of(scheme, angles) > 1.0 + GROWN)
+    if unstable.size:
+        limit = angles[unstable[0]] / fastest if fastest > 0.0 else 0.0
+        raise UserError(
+            f"march: the explicit scheme is stable up to about {limit:.3g} s for the fastest mode of {fastest:.4g} "
+            f"rad/s, found step {h:g} s; take a smaller step, fewer modes (structure.reduced), or the default scheme"
+        )
 
 
 MIDPOINT = theta(0.5)

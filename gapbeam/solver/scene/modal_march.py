@@ -11,7 +11,7 @@ from gapbeam.solver.scene import force_solve
 from gapbeam.solver.scene.condensed_arrays import Linear, StepRecords, rest, rooms, step_records
 from gapbeam.solver.scene.feedback import outputs_of
 from gapbeam.solver.scene.lane_code import kernels
-from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
+from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, check_limit
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.step_kernel import DAMPED, FED, LAW, LOADED, RUBBED, STORED, WALLED
 from gapbeam.solver.system.operators import Array
@@ -44,6 +44,8 @@ class Marcher:
         if not (np.isfinite(step) and step > 0.0):
             raise UserError(f"march: found step {step!r} s, expected a time above 0")
         self.scene, self.h, self.lanes, self.scheme = scene, float(step), lanes, scheme
+        if scheme.level < 0.5:
+            check_limit(scheme, self.h, self.fastest())
         self.linear = linear or self.condensed()
         self.slabs = scene.slabs(lanes, step, self.linear.delassus, scheme.law)
         state = (start or scene.state()).spread(lanes)
@@ -57,6 +59,17 @@ class Marcher:
         self.ledger, self.peaks, self.passes = np.zeros((7, lanes)), np.zeros((len(self.linear.watch), 2, lanes)), 0
         self.kept = step_records(self.linear, 0, lanes, False, False)
         self.ledger[STORED] = rest(self.slabs, self.y)[2]
+
+    def fastest(self) -> float:
+        """Return the largest angular frequency of the scene with springs of its feedback, rad/s."""
+        scene = self.scene
+        if scene.is_large:
+            raise UserError("march: explicit schemes are for modes; reduce the structure: structure.reduced(modes)")
+        K = np.diag(scene.squares)
+        for one in scene.feedbacks:
+            sense = scene.rows([one.sense])
+            K = K - scene.rows([one.act]).T @ one.D[:, : len(sense)] @ sense
+        return float(np.sqrt(np.abs(np.linalg.eigvals(K)).max()))
 
     def condensed(self) -> Linear:
         """Return the arrays of the scene for the step."""

@@ -1,4 +1,4 @@
-"""What `gapbeam check` says of a flow: forces, critical velocity, Connors' margin, supports that may be idle."""
+"""Rows of `gapbeam check` on a flow: forces, critical velocity, Connors' margin, supports that may be idle."""
 
 from __future__ import annotations
 

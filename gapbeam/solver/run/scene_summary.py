@@ -89,7 +89,7 @@ def figures_of(accounts: SceneAccounts, names: Sequence[str], seconds: float) ->
 def wear_of(
     accounts: SceneAccounts, names: Sequence[str], seconds: float, wear: Mapping[str, float | None]
 ) -> dict[str, Any]:
-    """Return what the summary reports of wear: the work of sliding at contacts of two motions, by Archard's law.
+    """Return the wear in the summary: the work of sliding at contacts of two motions, by Archard's law.
 
     Args:
         accounts: Of the march.

@@ -48,7 +48,7 @@ def motions_of(place: Place) -> int:
 
 
 def outputs_of(feedbacks: Sequence[Feedback]) -> list[slice]:
-    """Return where the forces of each feedback are among those of all."""
+    """Return the places of the forces of each feedback among those of all."""
     ends = np.cumsum([0, *(motions_of(one.act) for one in feedbacks)])
     return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 

@@ -131,6 +131,6 @@ def connors_of_modes(
 
 
 def _on_span(scene: Scene, span: FlowSpan, shape: Array) -> Array:
-    """Return how far a mode moves the points of a span, (points,)."""
+    """Return the motions of the points of a span in a mode, (points,)."""
     moved = [scene.rows_of(span.structure, point.rows) @ shape for point in span.points]
     return np.asarray(np.linalg.norm(np.array(moved), axis=1), dtype=float)

@@ -109,7 +109,7 @@ def check_limit(scheme: LinearScheme, h: float, fastest: float) -> None:
     """
     if scheme.level >= 0.5:
         return
-    angles = np.linspace(0.0, fastest * h, LOOKS)[1:]
+    angles: Array = np.asarray(np.linspace(0.0, fastest * h, LOOKS)[1:], dtype=float)
     unstable = np.flatnonzero(growth_of(scheme, angles) > 1.0 + GROWN)
     if unstable.size:
         limit = angles[unstable[0]] / fastest if fastest > 0.0 else 0.0

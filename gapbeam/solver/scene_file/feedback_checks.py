@@ -78,7 +78,7 @@ def _rows(key: Key, one: AnyFeedback) -> Iterator[Fault]:
 
 
 def _span(key: Key, span: Any, body: BodyTable, point: Exists) -> Iterator[Fault]:
-    """Yield what is wrong with a span of a structure that exists."""
+    """Yield the faults of a span of a structure that exists."""
     model, ends = body.model, (vars(span)["from"], vars(span)["to"])
     if isinstance(model, LumpedMass):
         yield Fault((*key, "structure"), f'"{body.name}", a mass', "a structure with a length",

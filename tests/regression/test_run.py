@@ -405,7 +405,7 @@ def test_check_reports_what_a_run_will_be(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     rows = {line.split("  ")[0]: line for line in done.stdout.splitlines()}
     assert "2.1e+14 Pa/m" in rows["contact.stiffness"]  # 5 E/h, h = 5 mm
-    assert "5 E/h: stiff beside the body" in rows["contact.stiffness"]
+    assert "5 E/h: much stiffer than the beam" in rows["contact.stiffness"]
     assert "770" in rows["degrees of freedom"]
     assert "6000" in rows["steps"]
     assert "ms" in rows["back-substitution"]

@@ -48,7 +48,7 @@ BAD: dict[str, tuple[dict[str, Any], list[str]]] = {
     ),
     "lift twice": (
         tables(motion(lift=1e-4, displacement=[0.0, 1e-4])),
-        ["displacement beside lift = 0.0001", "one of both"],
+        ["displacement together with lift = 0.0001", "one of both"],
     ),
     "a pin along x": (
         tables(motion(velocity=[0.1, 0.0]), "reduced", joint=PIN),

@@ -157,7 +157,7 @@ def test_a_state_replaces_a_pose() -> None:
     both = {"type": "transient", "start": "centered", "state": "first"}
     with pytest.raises(gapbeam.CaseError) as caught:
         gapbeam.read_case(tables(analysis=both))
-    assert_says(str(caught.value), ['a state beside start = "centered"', "one of both"])
+    assert_says(str(caught.value), ['a state together with start = "centered"', "one of both"])
     with pytest.raises(gapbeam.CaseError) as caught:
         gapbeam.read_case(tables(analysis={"type": "periodic"}, output={"keep_checkpoint": True}))
     assert_says(str(caught.value), ["keep_checkpoint", "no checkpoints"])

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import settings
 
 BEGAN = pytest.StashKey[float]()
 
@@ -24,6 +25,8 @@ def pytest_configure(config: pytest.Config) -> None:
     config.stash[BEGAN] = time.monotonic()
     os.environ["GAPBEAM_ERRORS"] = "none"  # the tests of error estimates ask for them
     os.environ["GAPBEAM_KEEP"] = "none"  # a basis that an earlier test kept would hide what this one changes
+    settings.register_profile("no wall time", deadline=None)
+    settings.load_profile("no wall time")
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell that starts tests beside itself ignores Ctrl-C
 
 

@@ -37,7 +37,13 @@ BAD = {
     "mass off the beam": (GOOD.replace("point = 0.5", "point = -0.5"), ["x = -0.5 m, outside the beam"]),
     "joints in one place": (
         GOOD.replace("point = 0.3", "point = 0.0"),
-        ["0 m, where the joint root is already", "leave vertical to one of root and spring"],
+        ["0 m, where the joint root is already", "leave vertical out of the stiffness and damping of spring"],
+    ),
+    "guided and pinned in one place": (
+        GOOD.replace(SPRING, "")
+        + ROOT.replace("root", "slide").replace("clamped", "guided").replace("0.0", "0.3")
+        + ROOT.replace("root", "pin").replace("clamped", "pinned").replace("0.0", "0.3"),
+        ["0.3 m, where the joint slide is already", 'one joint with type = "clamped"'],
     ),
     "elastic without springs": (
         GOOD.replace("vertical = 1e5", "vertical = 0.0"),

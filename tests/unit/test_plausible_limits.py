@@ -271,3 +271,24 @@ def test_a_seat_without_gravity_is_warned_of_where_nothing_presses(more: str, lo
     """A static force seats the beam as its weight does, joints hold it, and other starts have no seat."""
     text = BEAM.replace('[[load]]\ntype = "gravity"\n', "") + PLANE
     assert ("no gravity" in said(text + more)) == loose
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("from", "0.2000001"), ("point", "[0.1000001, 0.006]"), ("point", "0.1000001")]
+)
+def test_places_that_nearly_coincide_name_their_key(key: str, value: str) -> None:
+    """The advice is a line of the case file: the key of the place, with all its coordinates; it is accepted."""
+    near = PLANE.replace('"a"', '"b"').replace("0.1", "0.2").replace("0.0\n", "0.1\n")
+    third = (
+        PLANE.replace('"a"', '"c"').replace("0.1", "0.3").replace("0.0\n", f"{value}\n" if key == "from" else "0.2\n")
+    )
+    probe = f'[[probe]]\nname = "p"\npoint = {value}\n' if key == "point" else ""
+    text = BEAM + PLANE + near + third + probe
+    with pytest.raises(CaseError) as refused:
+        read_case_text(text)
+    hint = refused.value.faults[0].hint
+    named = hint.split(" = ")[0]
+    assert named == ("to" if key == "from" else "point")
+    assert ("[" in hint) == ("[" in value)
+    was = "to = 0.2\n" if key == "from" else f"point = {value}\n"
+    read_case_text(text.replace(was, f"{hint}\n"))

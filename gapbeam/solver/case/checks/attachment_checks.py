@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 from gapbeam.meshes.beam_geometry import SNAP
@@ -60,11 +60,19 @@ def joints_keep_apart(beam: Beam, joint: Joints) -> Iterator[Fault]:
                 ("joint", number, "point"),
                 f"{other.point:g} m, where the joint {one.name} is already",
                 "joints in one place at exactly the same x, none of whose motions are the same",
-                f"leave {', '.join(sorted(both))} to one of {one.name} and {other.name}"
-                if both
-                else f"point = {one.point!r}",
+                _one_of(one, other, sorted(both)) if both else f"point = {one.point!r}",
                 (("joint", first, "point"),),
             )
+
+
+def _one_of(one: Joint, other: Joint, both: Sequence[str]) -> str:
+    """Return how two joints leave their common motions to one of them."""
+    springs = next((each for each in (other, one) if isinstance(each, ElasticJoint)), None)
+    if springs is not None:
+        return f"leave {', '.join(both)} out of the stiffness and damping of {springs.name}"
+    if one.holds == other.holds:
+        return f"one of {one.name} and {other.name}"
+    return f'one joint with type = "clamped", which holds all that {one.name} and {other.name} hold'
 
 
 def offsets_fit_the_mesh(beam: Beam, mesh: Mesh, mass: Masses) -> Iterator[Fault]:

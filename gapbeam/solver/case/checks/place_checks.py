@@ -109,16 +109,24 @@ def points_keep_apart(
         if point is not None:
             x = point[0] if isinstance(point, tuple) else point
             places.append((x, (array, number, "point"), f"[[{array}]] number {number + 1}"))
+    beside = {(*at, "point"): point[1:] for *at, point in points if isinstance(point, tuple)}
     closest = CLOSEST * beam.thickness
     for (one, key, name), (other, next_key, next_name) in pairwise(sorted(places, key=itemgetter(0))):
         if mesh.file is None and SNAP * beam.thickness < other - one < closest:
             found, least = apart(other - one, closest)
+            ranks = [(at[-1] == "point", len(at)) for at in (key, next_key)]  # points follow supports and segments
+            moved, target = (key, other) if ranks[0] >= ranks[1] else (next_key, one)
             yield Fault(
-                max(key, next_key, key=len),
+                moved,
                 f"{name} and {next_name} are {found} m apart along x",
                 f"the same x, or at least {least} m between them: cells end at both",
-                f"point = {other:.12g} or point = {one:.12g} for both",
+                f"{moved[-1]} = {_moved_to(target, beside.get(moved, ()))}",
             )
+
+
+def _moved_to(x: float, others: tuple[float, ...]) -> str:
+    """Return a place as a case file has it: x, or all coordinates."""
+    return f"[{', '.join(f'{value:.12g}' for value in (x, *others))}]" if others else f"{x:.12g}"
 
 
 def loads_have_a_node(beam: Beam, mesh: Mesh, load: Loads) -> Iterator[Fault]:

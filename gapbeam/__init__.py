@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.feedback import Feedback, Joint, memory
     from gapbeam.solver.scene.flow_span import in_fluid, span
     from gapbeam.solver.scene.force_law import law
+    from gapbeam.solver.scene.frame_structure import SpaceSection, frame, space_section
     from gapbeam.solver.scene.lagged_force import aerodynamic_lag, measured, unsteady
     from gapbeam.solver.scene.lane_ensemble import ensemble
     from gapbeam.solver.scene.limit_cycle import limit_cycle
@@ -102,6 +103,7 @@ _MODULES = {
         "root_locus",
     ),
     "solver.scene.force_law": ("law",),
+    "solver.scene.frame_structure": ("SpaceSection", "frame", "space_section"),
     "solver.scene.lane_ensemble": ("ensemble",),
     "solver.scene.limit_cycle": ("limit_cycle",),
     "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "midpoint", "newmark", "theta"),
@@ -163,6 +165,7 @@ __all__ = [
     "Scene",
     "SignalError",
     "Slot",
+    "SpaceSection",
     "Structure",
     "UserError",
     "Workers",
@@ -181,6 +184,7 @@ __all__ = [
     "ensemble",
     "euler",
     "export",
+    "frame",
     "from_modes",
     "generalized_alpha",
     "gridded_starts",
@@ -217,6 +221,7 @@ __all__ = [
     "scene",
     "seat",
     "section",
+    "space_section",
     "span",
     "stability",
     "sweep",

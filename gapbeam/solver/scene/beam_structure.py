@@ -62,18 +62,29 @@ def section(
     Raises:
         UserError: The type or a key is unknown, or the sizes do not fit together.
     """
+    table, size = section_table(type, thickness, width, values)
+    return figures(table, *size, poisson_ratio)
+
+
+def section_table(
+    name: str, thickness: float, width: float | None, values: Mapping[str, Any]
+) -> tuple[Any, tuple[float, float]]:
+    """Return the table of a section, and its outer sizes, m.
+
+    Raises:
+        UserError: The type or a key is unknown, or the sizes do not fit together.
+    """
     size = (float(positive(thickness, "section: thickness")), float(positive(width or thickness, "section: width")))
     try:
-        table = _sections().validate_python({"type": type, **values})
+        table = _sections().validate_python({"type": name, **values})
     except ValidationError as error:
-        raise UserError(f"section {type!r}: {faults_in(error, 1)}") from None
+        raise UserError(f"section {name!r}: {faults_in(error, 1)}") from None
     if faults := list(table.faults(*size)):
         raise UserError(
-            f"section {type!r}: "
+            f"section {name!r}: "
             + "; ".join(f"{one.key[-1]}: found {one.found}, expected {one.expected}" for one in faults)
         )
-
-    return figures(table, *size, poisson_ratio)
+    return table, size
 
 
 def figures(table: Any, thickness: float, width: float, poisson_ratio: float) -> CrossSection:

@@ -18,6 +18,8 @@ from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_span import FlowSpan
+from gapbeam.solver.scene.frame_route import FrameRoute
+from gapbeam.solver.scene.frame_structure import ANGLE, Station, frame, space_figures
 from gapbeam.solver.scene.given_numbers import ArgumentError
 from gapbeam.solver.scene.modal_files import read_modes
 from gapbeam.solver.scene.point_basis import reduced_at_points
@@ -36,6 +38,8 @@ from gapbeam.solver.scene_file.structure_tables import (
     BodyTable,
     ClampedBody,
     ElementBeam,
+    ElementFrame,
+    HeldBody,
     ImportedMatrices,
     LumpedMass,
     ModesOfFile,
@@ -47,6 +51,8 @@ from gapbeam.solver.scene_file.structure_tables import (
 from gapbeam.solver.system.operators import Array
 
 STATION = re.compile(r"feedback \d+: ")  # no name of a point in a file has a blank
+NEAREST_PARTS = 400
+"""Parts of the axis of a frame, about, between which its nearest places are looked for."""
 MESSAGE = re.compile(r"(?:.*?: )?found (?P<found>.*?),? expected (?P<expected>.*?)(?:; (?P<hint>.*))?$", re.DOTALL)
 
 
@@ -170,6 +176,13 @@ def _place(site: _Site, table: BodyTable) -> None:
         site.models[table.name], nodes = read, read.places
         if nodes:
             site.extents[table.name] = PlacedBody(tuple(nodes), np.array(list(nodes.values())))
+    elif isinstance(model, ElementFrame):
+        axis = _axis(table, model)
+        stations = axis.stations((), axis.length / NEAREST_PARTS, ANGLE)
+        places = np.array([axis.at(float(s)) for s in stations])
+        site.extents[table.name] = PlacedBody(
+            tuple(map(repr, map(float, stations))), places, half=0.5 * model.thickness
+        )
     elif place is not None and isinstance(model, LumpedMass):
         site.extents[table.name] = line_of(place, 0.0, model.motions, 0.0)
     elif place is not None and isinstance(model, ElementBeam | RigidBar):
@@ -207,6 +220,8 @@ def _body(site: _Site, table: BodyTable) -> Structure:
         return read_modes(model.file, table.name)
     elif isinstance(model, ImportedMatrices):
         one, at = _imported(site, table, points, held), {}
+    elif isinstance(model, ElementFrame):
+        one, at = _framed(site, table, model, points, held), {}
     else:
         at = {point.name: _along(extent, point) for point in points} | nearest | _stations(site, table)
         one = _straight(table, model, at, held)
@@ -248,7 +263,7 @@ def _straight(table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, flo
         at,
         model="beam" if isinstance(model, ElementBeam) else "rigid",
         clamped=[float(joint.at or 0.0) for joint in held if isinstance(joint, ClampedBody)],
-        pinned=[joint.at for joint in held if isinstance(joint, PinnedBody)],
+        pinned=[float(joint.at or 0.0) for joint in held if isinstance(joint, PinnedBody)],
         elements=model.elements if isinstance(model, ElementBeam) else None,
         added_mass=model.added_mass,
         name=table.name,
@@ -283,6 +298,41 @@ def _feedback(site: _Site, number: int, table: AnyFeedback) -> Feedback | None:
     except UserError as error:
         site.faults.append(fault_of(faulty_key(number, table, error), error))
         return None
+
+
+def _axis(table: BodyTable, model: ElementFrame) -> FrameRoute:
+    return FrameRoute(model.route, model.bend_radius, f"frame {table.name}")
+
+
+def _framed(site: _Site, table: BodyTable, model: ElementFrame, points: list[PointTable], held: list[Any]) -> Structure:
+    axis, given = _axis(table, model), dict[str, tuple[float, Any]]()
+    for point in points:
+        at = axis.nearest(np.asarray(point.nearest)) if point.nearest is not None else float(point.at or 0.0)
+        given[point.name] = (at, point.direction)
+    for name, node in site.nearest.get(table.name, {}).items():
+        given[name] = (float(node["node"]), node["direction"])
+    for name, (at, way) in given.items():
+        ways = np.atleast_2d(np.asarray(way, dtype=float))
+        place = axis.at(at) if at <= axis.length else None
+        site.places[f"{table.name}.{name}"] = PlacedPoint(place, ways / np.linalg.norm(ways, axis=1)[:, None])
+    return frame(
+        model.route,
+        space_figures(model.section, model.thickness, model.width or model.thickness, model.material.poisson_ratio),
+        model.material,
+        given,
+        bends=model.bend_radius,
+        flexibility=model.flexibility,
+        clamped=[_where(joint) for joint in held if isinstance(joint, ClampedBody)],
+        pinned=[_where(joint) for joint in held if isinstance(joint, PinnedBody)],
+        held=[(_where(joint), joint.direction) for joint in held if isinstance(joint, HeldBody)],
+        up=model.up,
+        elements=model.elements,
+        name=table.name,
+    )
+
+
+def _where(joint: ClampedBody | PinnedBody | HeldBody) -> Station:
+    return joint.at if joint.nearest is None and joint.at is not None else joint.nearest or ()
 
 
 def _imported(site: _Site, table: BodyTable, points: list[PointTable], held: list[Any]) -> Structure:

@@ -16,6 +16,8 @@ from gapbeam.solver.scene_file.structure_tables import (
     BodyTable,
     ClampedBody,
     ElementBeam,
+    ElementFrame,
+    HeldBody,
     ImportedMatrices,
     LumpedMass,
     ModesOfFile,
@@ -118,6 +120,8 @@ def _bodies(tables: Mapping[str, Any], bodies: Mapping[int, BodyTable]) -> Itera
         if one.frame is not None and not isinstance(model, ImportedMatrices):
             yield Fault((*where, "frame"), f"a direction for a model {model.type}",
                         "no direction: it has one already", "leave frame out")  # fmt: skip
+        if one.place is not None and isinstance(model, ElementFrame):
+            yield Fault((*where, "place"), "a place of a frame", "no place: its route is in space", "leave place out")
         if one.place is not None and isinstance(model, ModesOfFile):
             yield Fault((*where, "place"), "a place of a file of modes",
                         "no place: modes do not say in which directions points move", "leave place out")  # fmt: skip
@@ -168,6 +172,14 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
     if isinstance(model, ModesOfFile | LumpedMass):
         has = "the columns of its file" if isinstance(model, ModesOfFile) else f'"{point.structure}.at"'
         yield Fault(key, f"a point of a model {model.type}", f"no point: its points are {has}", "leave it out")
+    elif isinstance(model, ElementFrame):
+        for one in given:
+            if one != "nearest":
+                yield Fault((*key, one), f"{one} of a frame", "at: length along its axis, m, or nearest")
+        if (point.at is None) == (point.nearest is None):
+            yield Fault(key, "two places" if given else "no place", "at: length along its axis, m, or nearest")
+        if point.direction is None:
+            yield Fault((*key, "direction"), "nothing: the key is missing", "the direction of the motion")
     elif isinstance(model, ElementBeam | RigidBar):
         placed = by_name[point.structure].place is not None
         for one in [*given, *(["direction"] if point.direction is not None else [])]:
@@ -204,7 +216,20 @@ def _joint(
     if joint.structure not in by_name:
         return
     model = by_name[joint.structure].model
-    if isinstance(model, ElementBeam):
+    if isinstance(joint, HeldBody):
+        if not isinstance(model, ElementFrame):
+            yield Fault((*key, "type"), f"a held joint of a model {model.type}", "a frame",
+                        'type = "clamped" or "pinned"')  # fmt: skip
+            return
+        if not any(joint.direction):
+            yield Fault((*key, "direction"), "a direction of length 0", "three numbers that are not all 0")
+    if isinstance(model, ElementFrame):
+        if (joint.at is None) == (joint.nearest is None) or getattr(joint, "nodes", None) is not None:
+            yield Fault(key, "no place, or several", "at: length along the axis of the frame, m, or nearest")
+        return
+    if joint.nearest is not None:
+        yield Fault((*key, "nearest"), f"nearest of a model {model.type}", "at of a beam, or nodes of matrices")
+    elif isinstance(model, ElementBeam):
         if isinstance(joint, ClampedBody) and joint.nodes is not None:
             yield Fault((*key, "nodes"), "nodes of a beam", "at: x from its start, m")
         elif joint.at is None:
@@ -217,7 +242,7 @@ def _joint(
         elif joint.nodes is None:
             yield Fault((*key, "nodes"), "nothing: the key is missing", "a set of nodes, or a list of nodes")
     else:
-        kinds = "beam" if isinstance(joint, PinnedBody) else "beam or matrices"
+        kinds = "beam or frame" if isinstance(joint, PinnedBody) else "beam, frame or matrices"
         yield Fault((*key, "type"), f"a {joint.type} joint of a model {model.type}", f"a structure of {kinds}",
                     'type = "elastic" between its point and the frame')  # fmt: skip
 
@@ -243,7 +268,10 @@ def _pairs(
 
 
 def _is_placed(body: BodyTable) -> bool:
-    return body.model.nodes is not None if isinstance(body.model, ImportedMatrices) else body.place is not None
+    model = body.model
+    if isinstance(model, ImportedMatrices):
+        return model.nodes is not None
+    return isinstance(model, ElementFrame) or body.place is not None
 
 
 def _loads(

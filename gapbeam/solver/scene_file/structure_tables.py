@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -42,8 +42,7 @@ class ModesOfFile(Table):
     file: FileName = Field(description="the file; its columns are the points", examples=["arm.csv"])
 
 
-class _Bar(Table):
-    length: Positive = Field(description="length, m", examples=[0.5])
+class _Profile(Table):
     thickness: Positive = Field(description="size in the bending direction, m", examples=[0.012])
     width: Positive | None = Field(
         default=None, description="size across the bending plane, m; default the thickness", examples=[0.02]
@@ -58,6 +57,10 @@ class _Bar(Table):
     added_mass: NonNegative = Field(
         default=0.0, description="mass of a fluid that moves with it, per length, without weight, kg/m"
     )
+
+
+class _Bar(_Profile):
+    length: Positive = Field(description="length, m", examples=[0.5])
 
 
 class ElementBeam(_Bar):
@@ -76,6 +79,29 @@ class RigidBar(_Bar):
     type: Literal["rigid"] = Field(description="kind of model")
 
 
+class ElementFrame(_Profile):
+    """A frame in space of Timoshenko elements along a route; its points move along their directions."""
+
+    type: Literal["frame"] = Field(description="kind of model")
+    route: tuple[Direction, ...] = Field(
+        min_length=2, max_length=1000, description="ends and corners, m", examples=[[[0, 0, 0], [2, 0, 0], [2, 1, 0]]]
+    )
+    bend_radius: NonNegative | tuple[NonNegative, ...] = Field(
+        default=0.0, description="radius of the bends at the corners, one for all or one for each, m; 0: sharp corners"
+    )
+    flexibility: Positive | None = Field(
+        default=None,
+        description="flexibility factor of all bends, no unit; default 1.65 r^2 / (t R), 1 at least, for tubes of mean "
+        "radius r and wall t, and 1 for other sections",
+    )
+    up: Direction = Field(
+        default=(0.0, 0.0, 1.0), description="direction of the thickness of a section that is not as stiff both ways"
+    )
+    elements: Whole | None = Field(
+        default=None, ge=1, le=10_000, description="about so many elements along straight legs; default 40"
+    )
+
+
 class LumpedMass(Table):
     """A rigid mass with equal springs and dampers to the frame; its point is "at"."""
 
@@ -87,7 +113,7 @@ class LumpedMass(Table):
 
 
 ModelChoice = Annotated[
-    ImportedMatrices | ModesOfFile | ElementBeam | RigidBar | LumpedMass, Field(discriminator="type")
+    ImportedMatrices | ModesOfFile | ElementBeam | ElementFrame | RigidBar | LumpedMass, Field(discriminator="type")
 ]
 
 
@@ -146,11 +172,15 @@ class BodyTable(Table):
 
 
 class PointTable(Table):
-    """A point of a beam, a rigid bar or matrices: where something touches, acts or is read."""
+    """A point of a beam, a frame, a rigid bar or matrices: where something touches, acts or is read."""
 
     name: Name = Field(description="name, different for every point of the structure", examples=["tip"])
     structure: Name = Field(description="name of its structure", examples=["rack"])
-    at: NonNegative | None = Field(default=None, description="x from the start of a beam or bar, m", examples=[0.5])
+    at: NonNegative | None = Field(
+        default=None,
+        description="x from the start of a beam or bar, length along the axis of a frame, m",
+        examples=[0.5],
+    )
     node: Annotated[Whole, Field(ge=1)] | None = Field(default=None, description="node of the matrices", examples=[12])
     set: str | None = Field(
         default=None,
@@ -171,9 +201,15 @@ class PointTable(Table):
     )
     direction: tuple[Number, Number, Number] | tuple[Direction, Direction] | None = Field(
         default=None,
-        description="direction of the motion of nodes, or two at right angles for a section plane, no unit",
+        description="direction of the motion of nodes, of a frame, or two at right angles for a section plane, no unit",
         examples=[[0.0, 0.0, 1.0]],
     )
+
+
+AT: Any = Field(
+    default=None, description="x from the start of a beam, length along the axis of a frame, m", examples=[0.0]
+)
+NEAREST: Any = Field(default=None, description="coordinates of which the nearest place of a frame is taken, m")
 
 
 class ClampedBody(Table):
@@ -184,15 +220,27 @@ class ClampedBody(Table):
     nodes: str | tuple[Annotated[Whole, Field(ge=1)] | str, ...] | None = Field(
         default=None, description='set of nodes, or a list of nodes, sets and "node.direction"', examples=["ROOT"]
     )
-    at: NonNegative | None = Field(default=None, description="x from the start of a beam, m", examples=[0.0])
+    at: NonNegative | None = AT
+    nearest: Direction | None = NEAREST
 
 
 class PinnedBody(Table):
-    """A place of a beam that does not move, and rotates freely."""
+    """A place of a beam or a frame that does not move, and rotates freely."""
 
     type: Literal["pinned"] = Field(description="kind of joint")
     structure: Name = Field(description="name of the structure", examples=["tube"])
-    at: NonNegative = Field(description="x from the start of a beam, m", examples=[0.0])
+    at: NonNegative | None = AT
+    nearest: Direction | None = NEAREST
+
+
+class HeldBody(Table):
+    """A place of a frame that does not move along a direction."""
+
+    type: Literal["held"] = Field(description="kind of joint")
+    structure: Name = Field(description="name of the structure", examples=["pipe"])
+    at: NonNegative | None = AT
+    nearest: Direction | None = NEAREST
+    direction: Direction = Field(description="the direction, no unit", examples=[[0.0, 0.0, 1.0]])
 
 
 class SpringJoint(Table):
@@ -207,7 +255,7 @@ class SpringJoint(Table):
     damping: NonNegative = Field(default=0.0, description="N s/m")
 
 
-BodyJoint = Annotated[ClampedBody | PinnedBody | SpringJoint, Field(discriminator="type")]
+BodyJoint = Annotated[ClampedBody | PinnedBody | HeldBody | SpringJoint, Field(discriminator="type")]
 
 
 class LoadedPoint(Table):

@@ -1,0 +1,291 @@
+"""Frames in space as structures: Timoshenko elements along a route with elbows, six motions a node.
+
+An elbow of a tube ovalizes as it bends, and is softer than its section: its bending flexibility is that of the section
+times
+
+    k = 1.65 / h >= 1,     h = t R / r^2,
+
+with wall t, bend radius R and mean radius r of the tube. Source: Clark and Reissner (1951), Adv. Appl. Mech. 2, 93, in
+the form of ASME B31.3, appendix D. Ends that flanges stiffen, and internal pressure, are not in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from math import inf, pi
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+from scipy.linalg import null_space
+
+from gapbeam.solver.case.beam_table import Material
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
+from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.beam_structure import section_table
+from gapbeam.solver.scene.frame_route import FrameRoute
+from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
+from gapbeam.solver.scene.structure import LARGE, Structure
+from gapbeam.solver.scene.structure_pose import ALONG
+from gapbeam.solver.system.operators import Array
+
+ELEMENTS = 40
+"""Elements of a frame by default, about, along its straight legs."""
+ANGLE = pi / 16.0
+"""Largest angle of a bend that an element spans."""
+MOTIONS = 6
+STRONG, WEAK = [2, 4, 8, 10], [1, 5, 7, 11]  # u_z, r_y and u_y, r_z of both ends
+STRETCH, TWIST = [0, 6], [3, 9]
+
+Station = float | Sequence[float]
+"""Length along the axis, m, or coordinates (x, y, z), m, whose nearest place on the axis is meant."""
+
+
+class SpaceSection(NamedTuple):
+    """Figures of a cross-section that bends both ways, twists and stretches.
+
+    Attributes:
+        area: m^2.
+        second_moment: For bending along the thickness, m^4.
+        lateral_moment: For bending along the width, m^4.
+        torsion_constant: m^4.
+        shear_area: Area that carries shear along the thickness, m^2; infinite: shear does not strain.
+        lateral_shear_area: Along the width.
+        mean_radius: Of a tube, m; 0: no tube, whose elbows do not ovalize.
+        wall: Of a tube, m.
+    """
+
+    area: float
+    second_moment: float
+    lateral_moment: float
+    torsion_constant: float
+    shear_area: float = inf
+    lateral_shear_area: float = inf
+    mean_radius: float = 0.0
+    wall: float = 0.0
+
+    def flexibility(self, radius: float) -> float:
+        """Return the flexibility factor of an elbow of a bend radius, m; 1 where the section is no tube."""
+        if not self.mean_radius > 0.0:
+            return 1.0
+        return max(1.0, 1.65 * self.mean_radius**2 / (self.wall * radius))
+
+
+@checked
+def space_section(
+    type: str,  # noqa: A002 - as the key is called
+    thickness: float,
+    width: float | None = None,
+    poisson_ratio: float = 0.3,
+    **values: Any,
+) -> SpaceSection:
+    """Return the figures of a section in space; see `section` for its arguments.
+
+    Raises:
+        UserError: The type is unknown, or a key is.
+    """
+    table, size = section_table(type, thickness, width, values)
+    return space_figures(table, *size, poisson_ratio)
+
+
+def space_figures(table: Any, thickness: float, width: float, poisson_ratio: float) -> SpaceSection:
+    """Return the figures of a section's table at outer sizes, m."""
+    area, size = table.area(thickness, width), (thickness, width)
+    wall = table.wall if table.type == "tube" else 0.0
+    return SpaceSection(
+        area,
+        table.second_moment(*size),
+        table.lateral_moment(*size),
+        table.torsion_constant(*size),
+        area * table.shear_coefficient(*size, poisson_ratio),
+        area * table.lateral_shear_coefficient(*size, poisson_ratio),
+        0.5 * (thickness - wall) if wall else 0.0,
+        wall,
+    )
+
+
+def frame(
+    route: Sequence[Sequence[float]],
+    section: SpaceSection,
+    material: Material,
+    points: Mapping[str, tuple[Station, ArrayLike]],
+    *,
+    bends: float | Sequence[float] = 0.0,
+    flexibility: float | None = None,
+    clamped: Sequence[Station] = (),
+    pinned: Sequence[Station] = (),
+    held: Sequence[tuple[Station, ArrayLike]] = (),
+    up: Sequence[float] = (0.0, 0.0, 1.0),
+    elements: int | None = None,
+    name: str = "",
+) -> Structure:
+    """Return a frame in space: a beam that bends both ways, twists and stretches along a route.
+
+    Weight and base motions act along any direction of space. Nodes stand at all points and supports.
+
+    Args:
+        route: Its ends and corners, (count, 3), m.
+        section: Of `space_section`, or own figures.
+        material: Of `material`.
+        points: By name where, and the direction, (3,), or two directions at right angles, (2, 3), of its motions.
+        bends: Radius of the bends at the corners, m: one for all, or one for each; 0: sharp corners that are rigid.
+        flexibility: Factor of all elbows; default by the standard formula for tubes, 1 for other sections.
+        clamped: Places that neither move nor rotate.
+        pinned: Places that do not move.
+        held: Places that do not move in some directions, (place, directions).
+        up: Direction of the thickness, for sections that are not as stiff both ways.
+        elements: About so many along straight legs; default 40. Bends have one for each pi / 16 at least.
+        name: Of the structure.
+
+    Raises:
+        UserError: The route is none, a place is off the route, or a direction is none.
+    """
+    where = f"frame {name or '?'}"
+    axis = FrameRoute(route, bends, where)
+    known = {key: _station(axis, at, f"{where}: point {key}", f"points.{key}") for key, (at, _) in points.items()}
+    fixed = [(at, np.eye(3), kind == "clamped") for kind, group in (("clamped", clamped), ("pinned", pinned))
+             for at in group]  # fmt: skip
+    fixed += [(at, np.atleast_2d(_directions(way, f"{where}: support")), False) for at, way in held]
+    supports = [(_station(axis, at, f"{where}: support"), ways, rotates) for at, ways, rotates in fixed]
+    count = elements or ELEMENTS
+    s = axis.stations([*known.values(), *(at for at, _, _ in supports)], axis.length / count, ANGLE)
+    x = np.array([axis.at(float(one)) for one in s])
+    K, M = _assembled(axis, s, x, section, material, flexibility, np.asarray(up, dtype=float), where)
+    size = MOTIONS * len(s)
+    C = np.zeros((0, size))
+    for at, ways, rotates in supports:
+        node = int(np.abs(s - at).argmin())
+        rows = np.zeros((len(ways) + 3 * rotates, size))
+        rows[: len(ways), MOTIONS * node : MOTIONS * node + 3] = ways
+        if rotates:
+            rows[len(ways) :, MOTIONS * node + 3 : MOTIONS * node + 6] = np.eye(3)
+        C = np.vstack([C, rows])
+    Z, R = _free(C), _rigid(x)
+    left = null_space(C @ R) if len(C) else np.eye(MOTIONS)
+    rows_of = {}
+    for key, (_, way) in points.items():
+        node = int(np.abs(s - known[key]).argmin())
+        ways = np.atleast_2d(_directions(way, f"{where}: point {key}"))
+        rows_of[key] = np.zeros((len(ways), size))
+        rows_of[key][:, MOTIONS * node : MOTIONS * node + 3] = ways
+    along = R[:, :3]
+    moved = {key: rows @ along for key, rows in rows_of.items()}
+    inertia = np.asarray(Z.T @ (M @ along))
+    Kf, Mf = Z.T @ K @ Z, Z.T @ M @ Z
+    if Z.shape[1] <= LARGE:
+        Kf, Mf = Kf.toarray(), Mf.toarray()
+    still = np.asarray(Z.T @ (R @ left)) if left.shape[1] else None
+    rows = {key: np.asarray((Z.T @ row.T).T) for key, row in rows_of.items()}
+    return Structure(0.5 * (Mf + Mf.T), 0.5 * (Kf + Kf.T), None, rows, still, name, inertia, moved)
+
+
+def _station(axis: FrameRoute, at: Station, where: str, argument: str = "clamped") -> float:
+    """Return the length along the axis of a place."""
+    given = finite(at, where)
+    if given.shape == (3,):
+        return axis.nearest(given)
+    if given.shape != () or not 0.0 <= given <= axis.length * (1.0 + 1e-12):
+        raise ArgumentError(
+            f"{where}: found {at!r}, expected a length along the axis from 0 to {axis.length:.6g} m, or (x, y, z)",
+            argument,
+        )
+    return min(float(given), axis.length)
+
+
+def _directions(ways: ArrayLike, where: str) -> Array:
+    """Return one or several directions of length 1."""
+    given = np.atleast_2d(finite(ways, where))
+    sizes = np.linalg.norm(given, axis=1)
+    if given.shape[1:] != (3,) or not np.all(sizes > 0.0):
+        raise UserError(f"{where}: found direction {np.asarray(ways).tolist()}, expected (x, y, z), not all 0")
+    found = given / sizes[:, None]
+    if np.abs(found @ found.T - np.eye(len(found))).max() > ALONG:
+        raise UserError(f"{where}: found directions that are not at right angles")
+    return np.asarray(found)
+
+
+def _assembled(
+    axis: FrameRoute, s: Array, x: Array, section: SpaceSection, material: Material, flexibility: float | None,
+    up: Array, where: str,
+) -> tuple[Any, Any]:  # fmt: skip
+    """Return stiffness and mass of all nodes, sparse."""
+    if flexibility is not None:
+        positive(flexibility, f"{where}: flexibility")
+    size = MOTIONS * len(s)
+    places: list[Array] = []
+    stiffness, mass = [], []
+    for i, (a, b) in enumerate(pairwise(s)):
+        part = axis.part_at(0.5 * (a + b))
+        soft = 1.0 if part.inward is None else section.flexibility(part.radius) if flexibility is None else flexibility
+        k, m = _element(x[i], x[i + 1], float(b - a), section, material, soft, up, where)
+        places.append(MOTIONS * i + np.arange(2 * MOTIONS))
+        stiffness.append(k.ravel())
+        mass.append(m.ravel())
+    at = np.array(places)
+    rows, columns = np.repeat(at, 2 * MOTIONS, axis=1).ravel(), np.tile(at, (1, 2 * MOTIONS)).ravel()
+    K, M = (sp.csr_matrix((np.concatenate(one), (rows, columns)), (size, size)) for one in (stiffness, mass))
+    return K, M
+
+
+def _element(
+    a: Array, b: Array, arc: float, section: SpaceSection, material: Material, soft: float, up: Array, where: str
+) -> tuple[Array, Array]:
+    """Return stiffness and mass of an element in the axes of space, (12, 12) each; it weighs what its arc does."""
+    length = float(np.linalg.norm(b - a))
+    E, G = material.young_modulus, material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
+    heavy = material.density * arc / length
+    K, M = np.zeros((12, 12)), np.zeros((12, 12))
+    both = (section.second_moment, section.shear_area), (section.lateral_moment, section.lateral_shear_area)
+    for (second, shear), at, sense in zip(both, (STRONG, WEAK), (-1.0, 1.0), strict=True):
+        beam = TimoshenkoBeam(length, 1, E * second / soft, G * shear, heavy * section.area, heavy * second)
+        m, k = beam.element_matrices()
+        turned = np.outer(*[np.array([1.0, sense, 1.0, sense])] * 2)  # w' is -r_y, and r_z
+        K[np.ix_(at, at)], M[np.ix_(at, at)] = k * turned, m * turned
+    unit, share = np.array([[1.0, -1.0], [-1.0, 1.0]]) / length, np.array([[2.0, 1.0], [1.0, 2.0]]) * length / 6.0
+    polar = section.second_moment + section.lateral_moment
+    for at, stiff, inert in (
+        (STRETCH, E * section.area, heavy * section.area), (TWIST, G * section.torsion_constant, heavy * polar)
+    ):  # fmt: skip
+        K[np.ix_(at, at)], M[np.ix_(at, at)] = stiff * unit, inert * share
+    T = np.kron(np.eye(4), _axes((b - a) / length, section, up, where))
+    return T.T @ K @ T, T.T @ M @ T
+
+
+def _axes(along: Array, section: SpaceSection, up: Array, where: str) -> Array:
+    """Return the own axes of an element as rows: along it, across, and along the thickness."""
+    z = up - (up @ along) * along
+    if np.linalg.norm(z) < ALONG * np.linalg.norm(up):
+        unequal = abs(section.second_moment - section.lateral_moment) > 1e-9 * section.second_moment
+        if unequal:
+            raise UserError(
+                f"{where}: found a leg along up, {up.tolist()}, expected `up` across all legs of a section that is not "
+                "as stiff both ways"
+            )
+        z = np.eye(3)[int(np.abs(along).argmin())]
+        z = z - (z @ along) * along
+    z = z / np.linalg.norm(z)
+    return np.array([along, np.cross(z, along), z])
+
+
+def _rigid(x: Array) -> Array:
+    """Return six rigid motions, (DOFs, 6): along x, y, z, and about them through the middle of all nodes."""
+    R = np.zeros((MOTIONS * len(x), MOTIONS))
+    for node, arm in enumerate(x - x.mean(axis=0)):
+        at = MOTIONS * node
+        R[at : at + 3, :3] = np.eye(3)
+        R[at : at + 3, 3:] = np.cross(np.eye(3), arm).T
+        R[at + 3 : at + 6, 3:] = np.eye(3)
+    return R
+
+
+def _free(C: Array) -> Any:
+    """Return a basis of the motions that supports leave, (DOFs, free), sparse: node by node."""
+    blocks = []
+    for at in range(0, C.shape[1], MOTIONS):
+        own = C[:, at : at + MOTIONS]
+        own = own[np.abs(own).max(axis=1, initial=0.0) > 0.0]
+        blocks.append(null_space(own) if len(own) else np.eye(MOTIONS))
+    return sp.csr_matrix(sp.block_diag([one if one.size else np.zeros((MOTIONS, 0)) for one in blocks], format="csr"))

@@ -1,0 +1,307 @@
+"""Frames in space against closed forms: beams, a portal, a ring, Castigliano's theorem, and elbows."""
+
+from __future__ import annotations
+
+import re
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+import gapbeam as gb
+from gapbeam.solver.scene.frame_route import FrameRoute
+from gapbeam.solver.scene.structure import dense
+
+STEEL = gb.material(2e11, 7800.0, 0.3)
+E, G, RHO = 2e11, 2e11 / 2.6, 7800.0
+RADIUS = 0.004
+ROUND = gb.SpaceSection(pi * RADIUS**2, pi / 4 * RADIUS**4, pi / 4 * RADIUS**4, pi / 2 * RADIUS**4)
+A, SECOND, TWIST = ROUND.area, ROUND.second_moment, ROUND.torsion_constant
+Z = [0.0, 0.0, 1.0]
+
+
+def frequencies(one: gb.Structure, count: int) -> np.ndarray:
+    """Return the first angular frequencies beyond rigid motions."""
+    squares = one.modes[0]
+    still = 0 if one.rigid is None else one.rigid.shape[1]
+    assert np.all(np.abs(squares[:still]) <= 1e-9 * squares[still])
+    return np.asarray(np.sqrt(squares[still : still + count]))
+
+
+def deflection(one: gb.Structure, point: str) -> np.ndarray:
+    """Return the motions of a point under a unit force along each of them, as a matrix."""
+    rows = one[point].rows
+    return np.asarray(rows @ np.linalg.solve(dense(one.K), rows.T))
+
+
+@pytest.mark.parametrize("way", [[1.0, 0.0, 0.0], [1.0, 2.0, -2.0]], ids=["along x", "skew"])
+def test_a_free_beam_has_six_rigid_motions_and_its_frequencies(way: list[float]) -> None:
+    """Bending twice, twist n pi c / L, and stretching, of a slender round bar in any direction."""
+    length = 0.8
+    ends = [[0.3, 0.1, 0.2], list(np.array([0.3, 0.1, 0.2]) + length * np.array(way) / np.linalg.norm(way))]
+    bar = gb.frame(ends, ROUND, STEEL, {}, elements=40)
+    assert bar.rigid is not None
+    assert bar.rigid.shape[1] == 6
+    found = frequencies(bar, 40)
+    slow = np.sqrt(E * SECOND / (RHO * A)) / length**2
+    roots = [brentq(lambda b: np.cos(b) - 1 / np.cosh(b), (k + 0.5) * pi - 0.2, (k + 0.5) * pi + 0.2)
+             for k in (1, 2, 3)]  # fmt: skip
+    for k, b in enumerate(roots):
+        assert found[2 * k : 2 * k + 2] == pytest.approx(slow * b * b, rel=1.5e-3)
+    for speed, tight in ((np.sqrt(G * TWIST / (RHO * 2 * SECOND)), 3e-4), (np.sqrt(E / RHO), 3e-4)):
+        assert np.abs(found / (pi * speed / length) - 1.0).min() < tight
+
+
+def test_a_portal_frame_has_the_frequencies_of_its_equation() -> None:
+    """Sway and symmetric modes of a clamped portal without stretch, from dynamic stiffness in closed form.
+
+    Legs and beam of length 1, E I = rho A = 1: joint rotation stiffness of a bar at wave number b.
+    """
+    length = 1.0
+    thin = gb.SpaceSection(1.0, 1e3, 1e-4, 1e3)  # across the plane, along its thickness, it hardly bends
+    corners = [[0, 0, 0], [0, 0, length], [length, 0, length], [length, 0, 0]]
+    portal = gb.frame(corners, thin, gb.material(1e4, 1.0), {}, clamped=[0.0, 3.0 * length], up=[0.0, 1.0, 0.0],
+                      elements=60)  # fmt: skip
+
+    def stiff(b: float) -> tuple[float, float, float, float, float, float]:
+        """Return s, t (near and far moment of a rotation), and moment and forces of a sway, E I = L = 1."""
+        c, s, C, S = np.cos(b), np.sin(b), np.cosh(b), np.sinh(b)
+        d = 1.0 - c * C
+        near, far = b * (s * C - c * S) / d, b * (S - s) / d
+        moment, over = b**2 * s * S / d, b**2 * (C - c) / d
+        force, across = b**3 * (s * C + c * S) / d, b**3 * (s + S) / d
+        return near, far, moment, over, force, across
+
+    def sway(b: float) -> float:
+        """Both joints turn alike and the beam sways as a mass: 2 x 2 determinant."""
+        near, far, moment, _, force, _ = stiff(b)
+        a11 = near + near + far
+        return float(a11 * (2.0 * force - b**4) - 2.0 * moment**2)
+
+    def symmetric(b: float) -> float:
+        near, far, *_ = stiff(b)
+        return near + near - far
+
+    grid = np.linspace(0.3, 4.6, 3000)  # below the first mode of a bar that is clamped at both ends
+    roots = []
+    for equation in (sway, symmetric):
+        values = np.array([equation(b) for b in grid])
+        for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
+            root = brentq(equation, grid[i], grid[i + 1])
+            if abs(equation(root)) < 1.0:  # else a pole
+                roots.append(root)
+    assert frequencies(portal, 3) == pytest.approx(np.sort(roots)[:3] ** 2, rel=3e-3)
+    assert np.sort(roots)[0] ** 2 == pytest.approx(3.2, rel=0.02)  # a textbook figure of this portal's sway
+
+
+def test_a_ring_has_the_frequencies_of_its_plane_modes() -> None:
+    """In its plane n (n^2 - 1) / sqrt(n^2 + 1), and out of it with twist; four bends whose ends are tied."""
+    R = 0.5
+    square = [[R, 0, 0], [R, R, 0], [-R, R, 0], [-R, -R, 0], [R, -R, 0], [R, 0, 0]]
+    ring = gb.frame(square, ROUND, STEEL, {}, bends=R, flexibility=1.0, elements=88)
+    K, M = np.asarray(ring.K), np.asarray(ring.M)
+    n = len(K)
+    Q = np.zeros((n, n - 6))
+    Q[: n - 6] = np.eye(n - 6)
+    Q[n - 6 :, :6] = np.eye(6)
+    closed = gb.Structure(Q.T @ M @ Q, Q.T @ K @ Q)
+    found = np.sqrt(np.abs(closed.modes[0]))[6:20]
+    slow = np.sqrt(E * SECOND / (RHO * A)) / R**2
+    nu = E * SECOND / (G * TWIST)
+    for k in (2, 3, 4):
+        inside = slow * k * (k**2 - 1) / np.sqrt(k**2 + 1)
+        outside = slow * k * (k**2 - 1) / np.sqrt(k**2 + nu)
+        for exact in (inside, outside):
+            assert np.sort(np.abs(found / exact - 1.0))[1] < 4e-3, (k, exact)
+
+
+def test_an_l_bends_and_twists_as_castigliano_says() -> None:
+    """A force out of the plane of an L bends both legs and twists the first; in its plane both bend, one stretches."""
+    a, b = 0.7, 0.4
+    elbow = gb.frame([[0, 0, 0], [a, 0, 0], [a, b, 0]], ROUND, STEEL, {"tip": (a + b, np.eye(3))}, clamped=[0.0])
+    found, bend = deflection(elbow, "tip"), 1.0 / (E * SECOND)
+    assert found[2, 2] == pytest.approx(bend * (a**3 + b**3) / 3.0 + a * b**2 / (G * TWIST), rel=1e-8)
+    assert found[0, 0] == pytest.approx(bend * (b**2 * a + b**3 / 3.0) + a / (E * A), rel=1e-8)
+    assert found[1, 1] == pytest.approx(bend * a**3 / 3.0 + b / (E * A), rel=1e-8)
+    assert found[0, 1] == pytest.approx(-bend * a**2 * b / 2.0, rel=1e-8)
+
+
+@pytest.mark.parametrize("factor", [1.0, None, 7.5], ids=["1", "by the formula", "given"])
+def test_an_elbow_is_as_soft_as_castigliano_says(factor: float | None) -> None:
+    """A quarter bend of a tube between legs: integrals of moment, twist and stretch, bending times the factor."""
+    outer, wall, R, leg = 0.06, 0.003, 0.09, 0.25
+    tube = gb.space_section("tube", outer, wall=wall)._replace(shear_area=np.inf, lateral_shear_area=np.inf)
+    mean = 0.5 * (outer - wall)
+    k = 1.65 / (wall * R / mean**2) if factor is None else factor
+    assert tube.flexibility(R) == pytest.approx(1.65 * 0.0285**2 / (0.003 * 0.09), rel=1e-12)
+    corner = leg + R
+    second, twist = tube.second_moment, tube.torsion_constant
+    assert second == pytest.approx(pi / 64 * (outer**4 - (outer - 2 * wall) ** 4), rel=1e-9)
+    assert twist == pytest.approx(2.0 * second, rel=1e-6)
+    errors = []
+    for elements in (20, 200):
+        pipe = gb.frame([[0, 0, 0], [corner, 0, 0], [corner, corner, 0]], tube, STEEL,
+                        {"tip": (2 * leg + pi / 2 * R, np.eye(3))}, clamped=[0.0], bends=R, flexibility=factor,
+                        elements=elements)  # fmt: skip
+        found = deflection(pipe, "tip")
+
+        def on_bend(f: Any) -> float:
+            return float(quad(f, 0.0, pi / 2)[0]) * R
+
+        # a force along z at (corner, corner): arms of places on the bend at (leg + R sin t, R - R cos t)
+        out = leg**3 / 3 / (E * second)  # last leg
+        out += on_bend(lambda t: k * (leg * np.cos(pi / 2 - t) + R * np.sin(pi / 2 - t)) ** 2) / (E * second)
+        out += on_bend(lambda t: (leg * np.sin(pi / 2 - t) + R * (1 - np.cos(pi / 2 - t))) ** 2) / (G * twist)
+        out += quad(lambda x: (R + x) ** 2, 0.0, leg)[0] / (E * second) + (leg + R) ** 2 * leg / (G * twist)
+        plane = leg**3 / 3 / (E * second)  # a force along x: moment is the distance along y
+        plane += on_bend(lambda t: k * (leg + R * np.cos(t)) ** 2) / (E * second) + (leg + R) ** 2 * leg / (E * second)
+        plane += (leg + on_bend(lambda t: np.cos(t) ** 2)) / (E * tube.area)
+        errors.append([abs(found[2, 2] / out - 1.0), abs(found[0, 0] / plane - 1.0)])
+    assert np.max(errors[0]) < 3e-3
+    assert np.max(errors[1]) < 1e-4
+
+
+def test_supports_hold_in_the_directions_that_they_are_given() -> None:
+    """A skew guide carries its part of the weight; a free pipe falls with all of it."""
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
+    points = {"end": (2.0, Z), "mid": ([1, 0, 0], np.eye(3)[:2])}
+    pipe = gb.frame(corners, ROUND, STEEL, points, clamped=[0.0], held=[(2.0, [0.0, 3.0, 4.0])], name="pipe")  # fmt: skip
+    load = gb.weight(pipe, -9.81, Z)
+    u = np.linalg.solve(np.asarray(pipe.K), -9.81 * load.pattern)
+    full = gb.frame(corners, ROUND, STEEL, {"end": (2.0, [[0.0, 3.0, 4.0], [0.0, 4.0, -3.0]])},
+                    clamped=[0.0])  # fmt: skip
+    force = np.linalg.solve(np.asarray(full.K), -9.81 * gb.weight(full, 1.0, Z).pattern)
+    flexibility = deflection(full, "end")
+    first, second = full["end"].rows @ force
+    held = second - flexibility[1, 0] / flexibility[0, 0] * first  # the guide takes what moves along it
+    along = np.array([0.0, 4.0, -3.0]) / 5.0
+    assert float((pipe["end"].rows @ u)[0]) == pytest.approx(held * along[2], rel=1e-8)
+    free = gb.frame(corners, ROUND, STEEL, {"end": (2.0, Z)})
+    assert gb.weight(free, 1.0, Z).pattern @ np.asarray(free.rigid)[:, 2] == pytest.approx(2.0 * RHO * A, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"route": [[0, 0, 0]]}, "two corners"),
+        ({"route": [[0, 0, 0], [0, 0, 0], [1, 0, 0]]}, "length 0"),
+        ({"route": [[0, 0, 0], [1, 0, 0], [0.5, 0, 0]]}, "turns back"),
+        ({"bends": 3.0}, "for the bends at its ends"),
+        ({"bends": [0.1, 0.1]}, "one for each of 1 corners"),
+        ({"points": {"tip": (9.0, Z)}}, "from 0 to 2 m"),
+        ({"points": {"tip": (1.0, [0, 0, 0])}}, "not all 0"),
+        ({"points": {"tip": (1.0, [[1, 0, 0], [1, 1, 0]])}}, "right angles"),
+        ({"flexibility": 0.0}, "above 0"),
+        ({"up": [0.0, 1.0, 0.0], "section": gb.SpaceSection(1e-4, 1e-9, 2e-9, 1e-9)}, "along up"),
+    ],
+)
+def test_frames_that_cannot_be_are_refused(change: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {
+        "route": [[0, 0, 0], [1, 0, 0], [1, 1, 0]],
+        "section": ROUND,
+        "material": STEEL,
+        "points": {},
+    }
+    with pytest.raises(gb.UserError, match=words):
+        gb.frame(**given | change)
+
+
+def test_the_nearest_place_of_a_route_is_exact() -> None:
+    """On a leg by projection, on a bend toward its center, at an end beyond it."""
+    route = FrameRoute([[0, 0, 0], [1, 0, 0], [1, 1, 0]], 0.3, "pipe")
+    assert route.length == pytest.approx(1.4 + 0.15 * pi, rel=1e-14)
+    assert route.nearest(np.array([0.4, -0.2, 0.5])) == pytest.approx(0.4, rel=1e-14)
+    assert route.nearest(np.array([0.7 + 0.1, 0.3 - 0.1, 7.0])) == pytest.approx(0.7 + 0.075 * pi, rel=1e-14)
+    assert route.nearest(np.array([1.1, 3.0, 0.0])) == route.length
+    assert route.at(0.7 + 0.075 * pi) == pytest.approx([0.7 + 0.3 * 0.5**0.5, 0.3 - 0.3 * 0.5**0.5, 0.0], rel=1e-14)
+
+
+def route_file() -> dict[str, Any]:
+    """Return a file of a clamped pipe in three legs, shaken along three directions, between two stops."""
+    return {
+        "structure": [
+            {"name": "pipe", "model": {"type": "frame", "route": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]],
+                                       "bend_radius": 0.1, "thickness": 0.04, "elements": 12,
+                                       "section": {"type": "tube", "wall": 0.002},
+                                       "material": {"young_modulus": 2e11, "poisson_ratio": 0.3, "density": 7800.0}}},
+        ],
+        "point": [{"name": "mid", "structure": "pipe", "nearest": [1, 0.5, 0], "direction": [1, 0, 0]}],
+        "joint": [
+            {"type": "clamped", "structure": "pipe", "at": 0.0},
+            {"type": "held", "structure": "pipe", "nearest": [1, 1, 1], "direction": [0, 1, 0]},
+        ],
+        "pair": [{"name": "stop", "between": ["pipe.mid"], "region": {"type": "slot", "clearance": 1e-3},
+                  "law": {"type": "kelvin-voigt", "stiffness": 1e6}}],
+        "load": [
+            {"type": "gravity"},
+            {"type": "base_motion", "name": "x", "direction": [1, 0, 0], "amplitude": 30.0, "frequency": 9.0},
+            {"type": "base_motion", "name": "y", "direction": [0, 2, 0], "amplitude": 20.0, "frequency": 7.0},
+            {"type": "base_motion", "name": "z", "direction": [0, 0, 1], "amplitude": 10.0, "frequency": 5.0},
+        ],
+        "time": {"step": 2e-4, "end": 0.2, "scheme": "newmark"},
+    }  # fmt: skip
+
+
+def test_a_pipe_route_follows_a_newton_on_its_matrices() -> None:
+    """Weight, three directions of the ground and a stop: Newmark's scheme in numpy on exported matrices, 1e-6."""
+    scene = gb.scene(route_file())
+    pipe = scene.structures[0]
+    M, K, B = dense(pipe.M), dense(pipe.K), pipe["mid"].rows
+    assert pipe.inertia is not None
+    h, stiff, gap = 2e-4, 1e6, 5e-4
+    found = gb.history(scene, h, 0.2, scheme=gb.newmark())
+    A = 4 / h**2 * M + K
+    acceleration = np.linalg.solve(M, -9.81 * pipe.inertia[:, 2])
+    u, v, motion = np.zeros(len(M)), np.zeros(len(M)), []
+    for k in range(1, 1001):
+        t = k * h
+        ground = [30.0 * np.sin(18 * pi * t), 20.0 * np.sin(14 * pi * t), 10.0 * np.sin(10 * pi * t) + 9.81]
+        guess = u + h * v + 0.25 * h * h * acceleration
+        new = guess.copy()
+        for _ in range(30):
+            x = float((B @ new)[0])
+            deep = np.sign(x) * max(abs(x) - gap, 0.0)
+            rest = 4 / h**2 * M @ (new - guess) + K @ new + pipe.inertia @ ground + stiff * deep * B[0]
+            change = np.linalg.solve(A + (stiff * B.T @ B if deep else 0.0), -rest)
+            new += change
+            if np.abs(change).max() <= 1e-13 * np.abs(new).max():
+                break
+        last, acceleration = acceleration, 4 / h**2 * (new - guess)
+        u, v = new, v + 0.5 * h * (last + acceleration)
+        motion.append(float((B @ u)[0]))
+    assert np.any(found.force["stop"] != 0.0)
+    assert np.abs(found.displacement["mid"] - motion).max() < 1e-6 * np.abs(motion).max()
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "where", "words"),
+    [
+        (("structure", 0, "model", "bend_radius"), 0.6, '"pipe".*bend_radius', "for the bends at its ends"),
+        (("structure", 0, "model", "bend_radius"), [0.1], '"pipe".*bend_radius', "one for each of 2 corners"),
+        (("structure", 0, "model", "route"), [[0, 0, 0], [1, 0, 0], [0, 0, 0]], '"pipe".*route', "turns back"),
+        (("structure", 0, "place"), {}, '"pipe".*place', "leave place out"),
+        (("point", 0), {"name": "mid", "structure": "pipe", "at": 99.0, "direction": [1, 0, 0]}, '"mid"', "from 0 to"),
+        (("point", 0), {"name": "mid", "structure": "pipe", "at": 1.0}, '"mid".*direction', "the key is missing"),
+        (("joint", 1, "direction"), [0, 0, 0], "joint.*direction", "not all 0"),
+        (("joint", 1, "at"), 1.0, "joint", "or nearest"),
+        (("load", 1, "direction"), None, "load.*direction", "placed in space"),
+    ],
+)
+def test_slips_of_frames_in_files_are_refused_by_their_key(
+    path: tuple[Any, ...], value: Any, where: str, words: str
+) -> None:
+    given = route_file()
+    inside: Any = given
+    for part in path[:-1]:
+        inside = inside[part]
+    if value is None:
+        del inside[path[-1]]
+    else:
+        inside[path[-1]] = value
+    with pytest.raises(gb.CaseError) as refused:
+        gb.scene(given)
+    assert any(re.search(where, fault.where) for fault in refused.value.faults), str(refused.value)
+    assert re.search(words, str(refused.value)), str(refused.value)

@@ -168,7 +168,7 @@ def test_supports_hold_in_the_directions_that_they_are_given() -> None:
     """A skew guide carries its part of the weight; a free pipe falls with all of it."""
     corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
     points = {"end": (2.0, Z), "mid": ([1, 0, 0], np.eye(3)[:2])}
-    pipe = gb.frame(corners, ROUND, STEEL, points, clamped=[0.0], held=[(2.0, [0.0, 3.0, 4.0])], name="pipe")  # fmt: skip
+    pipe = gb.frame(corners, ROUND, STEEL, points, clamped=[0.0], held=[(2.0, [0.0, 3.0, 4.0])], name="pipe")
     load = gb.weight(pipe, -9.81, Z)
     u = np.linalg.solve(np.asarray(pipe.K), -9.81 * load.pattern)
     full = gb.frame(corners, ROUND, STEEL, {"end": (2.0, [[0.0, 3.0, 4.0], [0.0, 4.0, -3.0]])},

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
-from scipy.linalg import null_space
+from scipy.linalg import block_diag, null_space
 
 from gapbeam.solver.case.beam_table import Material
 from gapbeam.solver.errors import UserError
@@ -155,17 +155,17 @@ def frame(
     x = np.array([axis.at(float(one)) for one in s])
     K, M = _assembled(axis, s, x, section, material, flexibility, np.asarray(up, dtype=float), where)
     size = MOTIONS * len(s)
-    C = np.zeros((0, size))
+    C: Array = np.zeros((0, size))
     for at, ways, rotates in supports:
         node = int(np.abs(s - at).argmin())
-        rows = np.zeros((len(ways) + 3 * rotates, size))
-        rows[: len(ways), MOTIONS * node : MOTIONS * node + 3] = ways
+        stays: Array = np.zeros((len(ways) + 3 * rotates, size))
+        stays[: len(ways), MOTIONS * node : MOTIONS * node + 3] = ways
         if rotates:
-            rows[len(ways) :, MOTIONS * node + 3 : MOTIONS * node + 6] = np.eye(3)
-        C = np.vstack([C, rows])
+            stays[len(ways) :, MOTIONS * node + 3 : MOTIONS * node + 6] = np.eye(3)
+        C = np.vstack([C, stays])
     Z, R = _free(C), _rigid(x)
     left = null_space(C @ R) if len(C) else np.eye(MOTIONS)
-    rows_of = {}
+    rows_of: dict[str, Array] = {}
     for key, (_, way) in points.items():
         node = int(np.abs(s - known[key]).argmin())
         ways = np.atleast_2d(_directions(way, f"{where}: point {key}"))
@@ -215,7 +215,7 @@ def _assembled(
     if flexibility is not None:
         positive(flexibility, f"{where}: flexibility")
     size = MOTIONS * len(s)
-    places: list[Array] = []
+    places = []
     stiffness, mass = [], []
     for i, (a, b) in enumerate(pairwise(s)):
         part = axis.part_at(0.5 * (a + b))
@@ -250,7 +250,7 @@ def _element(
         (STRETCH, E * section.area, heavy * section.area), (TWIST, G * section.torsion_constant, heavy * polar)
     ):  # fmt: skip
         K[np.ix_(at, at)], M[np.ix_(at, at)] = stiff * unit, inert * share
-    T = np.kron(np.eye(4), _axes((b - a) / length, section, up, where))
+    T = block_diag(*[_axes(np.asarray((b - a) / length), section, up, where)] * 4)
     return T.T @ K @ T, T.T @ M @ T
 
 

@@ -39,7 +39,7 @@ def deflection(one: gb.Structure, point: str) -> np.ndarray:
 
 @pytest.mark.parametrize("way", [[1.0, 0.0, 0.0], [1.0, 2.0, -2.0]], ids=["along x", "skew"])
 def test_a_free_beam_has_six_rigid_motions_and_its_frequencies(way: list[float]) -> None:
-    """Bending twice, twist n pi c / L, and stretching, of a slender round bar in any direction."""
+    """Bending twice, twist and tension n pi c / L, of a slender round bar in any direction."""
     length = 0.8
     ends = [[0.3, 0.1, 0.2], list(np.array([0.3, 0.1, 0.2]) + length * np.array(way) / np.linalg.norm(way))]
     bar = gb.frame(ends, ROUND, STEEL, {}, elements=40)
@@ -56,7 +56,7 @@ def test_a_free_beam_has_six_rigid_motions_and_its_frequencies(way: list[float])
 
 
 def test_a_portal_frame_has_the_frequencies_of_its_equation() -> None:
-    """Sway and symmetric modes of a clamped portal without stretch, from dynamic stiffness in closed form.
+    """Sway and symmetric modes of a clamped portal without tension, from dynamic stiffness in closed form.
 
     Legs and beam of length 1, E I = rho A = 1: joint rotation stiffness of a bar at wave number b.
     """
@@ -119,7 +119,7 @@ def test_a_ring_has_the_frequencies_of_its_plane_modes() -> None:
 
 
 def test_an_l_bends_and_twists_as_castigliano_says() -> None:
-    """A force out of the plane of an L bends both legs and twists the first; in its plane both bend, one stretches."""
+    """A force out of the plane of an L bends both legs and twists one; in its plane both bend, one is in tension."""
     a, b = 0.7, 0.4
     elbow = gb.frame([[0, 0, 0], [a, 0, 0], [a, b, 0]], ROUND, STEEL, {"tip": (a + b, np.eye(3))}, clamped=[0.0])
     found, bend = deflection(elbow, "tip"), 1.0 / (E * SECOND)
@@ -131,7 +131,7 @@ def test_an_l_bends_and_twists_as_castigliano_says() -> None:
 
 @pytest.mark.parametrize("factor", [1.0, None, 7.5], ids=["1", "by the formula", "given"])
 def test_an_elbow_is_as_soft_as_castigliano_says(factor: float | None) -> None:
-    """A quarter bend of a tube between legs: integrals of moment, twist and stretch, bending times the factor."""
+    """A quarter bend of a tube between legs: integrals of moment, twist and tension, bending times the factor."""
     outer, wall, R, leg = 0.06, 0.003, 0.09, 0.25
     tube = gb.space_section("tube", outer, wall=wall)._replace(shear_area=np.inf, lateral_shear_area=np.inf)
     mean = 0.5 * (outer - wall)
@@ -254,6 +254,7 @@ def test_a_pipe_route_follows_a_newton_on_its_matrices() -> None:
     h, stiff, gap = 2e-4, 1e6, 5e-4
     found = gb.history(scene, h, 0.2, scheme=gb.newmark())
     A = 4 / h**2 * M + K
+    inverses = [np.linalg.inv(A), np.linalg.inv(A + stiff * B.T @ B)]
     acceleration = np.linalg.solve(M, -9.81 * pipe.inertia[:, 2])
     u, v, motion = np.zeros(len(M)), np.zeros(len(M)), []
     for k in range(1, 1001):
@@ -265,9 +266,9 @@ def test_a_pipe_route_follows_a_newton_on_its_matrices() -> None:
             x = float((B @ new)[0])
             deep = np.sign(x) * max(abs(x) - gap, 0.0)
             rest = 4 / h**2 * M @ (new - guess) + K @ new + pipe.inertia @ ground + stiff * deep * B[0]
-            change = np.linalg.solve(A + (stiff * B.T @ B if deep else 0.0), -rest)
+            change = -inverses[bool(deep)] @ rest
             new += change
-            if np.abs(change).max() <= 1e-13 * np.abs(new).max():
+            if np.abs(change).max() <= 1e-11 * np.abs(new).max():
                 break
         last, acceleration = acceleration, 4 / h**2 * (new - guess)
         u, v = new, v + 0.5 * h * (last + acceleration)

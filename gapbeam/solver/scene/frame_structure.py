@@ -1,7 +1,6 @@
 """Frames in space as structures: Timoshenko elements along a route with elbows, six motions a node.
 
-An elbow of a tube ovalizes as it bends, and is softer than its section: its bending flexibility is that of the section
-times
+An elbow of a tube ovalizes as it bends, and is softer than its section: its flexibility in bending is multiplied by
 
     k = 1.65 / h >= 1,     h = t R / r^2,
 
@@ -38,14 +37,14 @@ ANGLE = pi / 16.0
 """Largest angle of a bend that an element spans."""
 MOTIONS = 6
 STRONG, WEAK = [2, 4, 8, 10], [1, 5, 7, 11]  # u_z, r_y and u_y, r_z of both ends
-STRETCH, TWIST = [0, 6], [3, 9]
+AXIAL, TWIST = [0, 6], [3, 9]
 
 Station = float | Sequence[float]
 """Length along the axis, m, or coordinates (x, y, z), m, whose nearest place on the axis is meant."""
 
 
 class SpaceSection(NamedTuple):
-    """Figures of a cross-section that bends both ways, twists and stretches.
+    """Figures of a cross-section that bends both ways and carries twist and tension.
 
     Attributes:
         area: m^2.
@@ -122,7 +121,7 @@ def frame(
     elements: int | None = None,
     name: str = "",
 ) -> Structure:
-    """Return a frame in space: a beam that bends both ways, twists and stretches along a route.
+    """Return a frame in space: a beam that bends both ways and carries twist and tension along a route.
 
     Weight and base motions act along any direction of space. Nodes stand at all points and supports.
 
@@ -247,7 +246,7 @@ def _element(
     unit, share = np.array([[1.0, -1.0], [-1.0, 1.0]]) / length, np.array([[2.0, 1.0], [1.0, 2.0]]) * length / 6.0
     polar = section.second_moment + section.lateral_moment
     for at, stiff, inert in (
-        (STRETCH, E * section.area, heavy * section.area), (TWIST, G * section.torsion_constant, heavy * polar)
+        (AXIAL, E * section.area, heavy * section.area), (TWIST, G * section.torsion_constant, heavy * polar)
     ):  # fmt: skip
         K[np.ix_(at, at)], M[np.ix_(at, at)] = stiff * unit, inert * share
     T = block_diag(*[_axes(np.asarray((b - a) / length), section, up, where)] * 4)

@@ -32,6 +32,8 @@ PAGES: dict[str, type[BaseModel]] = {
     "scene-files.md": SceneCase,
 }
 START, END = "<!-- tables: made by docs/tables/case_files.py -->\n", "<!-- end of tables -->\n"
+SHARED = 4
+"""Rows that a table has from that of the first page, where they are named and not shown again."""
 Row = tuple[str, str, str]
 """Key (bold where it is required), its default and what it may be, meaning."""
 
@@ -71,17 +73,25 @@ def reference(name: str) -> str:
         parts += [f"### {_heading(headers)}", ""]
         if section in there:
             heading = _heading(there[section])
-            anchor = re.sub(r"[^\w\- ]", "", heading).replace(" ", "-")
-            parts += [f"As [{heading.replace('[', '').replace(']', '')}]({FIRST}#{anchor}).", ""]
+            parts += [f"As [{heading.replace('[', '').replace(']', '')}]({FIRST}#{_anchor(heading)}).", ""]
             continue
         kinds = section.purposes
         parts += [f"* `{kind}`: {words}" for kind, words in kinds] if kinds[0][0] else [kinds[0][1]]
-        parts += ["", *_table(section.rows, tuple(kind for kind, _ in kinds)), ""] if section.rows else [""]
+        known = {row for other, named in there.items() if headers[0] in named for row, _ in other.rows}
+        shared = dict.fromkeys(row[0] for row, _ in section.rows if row in known)
+        kept = [row for row in section.rows if len(shared) < SHARED or row[0] not in known]
+        parts += ["", *_table(kept, tuple(kind for kind, _ in kinds)), ""] if kept else [""]
+        if len(shared) >= SHARED:
+            parts += [f"As in [case files]({FIRST}#{_anchor(_heading(headers))}): {', '.join(shared)}.", ""]
     return "\n".join(parts)
 
 
 def _heading(headers: Iterable[str]) -> str:
     return ", ".join(f"`{header}`" for header in headers)
+
+
+def _anchor(heading: str) -> str:
+    return re.sub(r"[^\w\- ]", "", heading).replace(" ", "-")
 
 
 def _types(types: tuple[str, ...], kinds: tuple[str, ...]) -> str:

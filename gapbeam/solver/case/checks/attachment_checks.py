@@ -66,7 +66,7 @@ def joints_keep_apart(beam: Beam, joint: Joints) -> Iterator[Fault]:
 
 
 def _one_of(one: Joint, other: Joint, both: Sequence[str]) -> str:
-    """Return how two joints leave their common motions to one of them."""
+    """Return the advice that leaves the common motions of two joints to one of them."""
     springs = next((each for each in (other, one) if isinstance(each, ElasticJoint)), None)
     if springs is not None:
         return f"leave {', '.join(both)} out of the stiffness and damping of {springs.name}"

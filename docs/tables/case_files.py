@@ -33,7 +33,7 @@ PAGES: dict[str, type[BaseModel]] = {
 }
 START, END = "<!-- tables: made by docs/tables/case_files.py -->\n", "<!-- end of tables -->\n"
 SHARED = 4
-"""Rows that a table has from that of the first page, where they are named and not shown again."""
+"""Rows that a table shares with one on the first page: they are named, and not shown again."""
 Row = tuple[str, str, str]
 """Key (bold where it is required), its default and what it may be, meaning."""
 

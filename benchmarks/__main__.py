@@ -18,7 +18,6 @@ LARGE = {
     "fidelity": [],
     "solves": ["--large"],
     "tiers": ["--large"],
-    "iterative_solvers": ["--large"],
 }
 PAGE = "README.md"
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.linear_algebra.iterative.block_matrix import BlockMatrix
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
@@ -33,21 +32,6 @@ def operators_of(mesh: dict[str, object], effective: str) -> PetscOperators:
     operators = beam_model({"mesh": mesh, "solver": {"effective": effective}}).system.operators
     assert isinstance(operators, PetscOperators)
     return operators
-
-
-@pytest.mark.slow(minutes=0.1)
-@pytest.mark.parametrize("mesh", MESHES, ids=NAMES)
-@pytest.mark.parametrize("count", [1, 7, 37])
-def test_products_with_many_columns_are_those_of_each(mesh: dict[str, object], count: int) -> None:
-    operators = operators_of(mesh, "factor")
-    _, stiffness = operators.matrices()
-    product = BlockMatrix.of(stiffness.copy(), 3 if mesh is THREE else 2)
-    x = np.random.default_rng(0).standard_normal((operators.size, count))
-    given, image = stiffness.createVecs()
-    for column, found in zip(x.T, product(x).T, strict=True):
-        given.array[:] = column
-        stiffness.mult(given, image)
-        assert found == pytest.approx(image.array_r, rel=1e-12, abs=1e-12 * np.abs(image.array_r).max())
 
 
 @pytest.mark.parametrize("mesh", MESHES, ids=NAMES)
@@ -102,18 +86,6 @@ class _Counted:
     def solve(self, right_side: Array) -> Array:
         self.solves += 1
         return self._factor.solve(right_side)
-
-
-@pytest.mark.parametrize("mesh", MESHES, ids=NAMES)
-def test_single_precision_leaves_products_its_own_round_off(mesh: dict[str, object]) -> None:
-    operators = operators_of(mesh, "factor")
-    _, stiffness = operators.matrices()
-    product = BlockMatrix.of(stiffness, 3 if mesh is THREE else 2)
-    x = np.random.default_rng(0).standard_normal((operators.size, 20))
-    exact, found = product(x), product.single()(x)
-    assert found.dtype == np.float32
-    off = np.abs(found - exact).max() / np.abs(exact).max()
-    assert 1e-12 < off < 1e-6
 
 
 def test_iterations_feel_no_more_of_rigid_motions_than_their_inertia() -> None:

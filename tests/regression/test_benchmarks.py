@@ -14,7 +14,6 @@ from mpi4py import MPI
 from benchmarks import (
     contact_points,
     getfem_peer,
-    iterative_solvers,
     section_modes,
     section_shear,
     size,
@@ -191,17 +190,6 @@ def test_frequencies_of_sections_are_those_of_beam_theory() -> None:
     assert elements[0] < first, "shear and rotary inertia slow it"
     assert len(elements) == 4
     assert mesh == pytest.approx(elements, rel=0.015)
-
-
-@alone
-@pytest.mark.slow
-def test_iterative_solvers_are_compared_to_the_same_accuracy() -> None:
-    """The coarsest mesh: the same V-cycle in PETSc takes as many iterations, about, and SLEPc is as accurate."""
-    found = iterative_solvers.table((1,))
-    ours, same, _ = found.rows
-    assert same[5] == pytest.approx(ours[5], rel=0.15)
-    errors = [found.figures[f"{way}: error"] for way in (iterative_solvers.OURS, iterative_solvers.SLEPC)]
-    assert all(isinstance(error, float) and 0.0 < error < 1e-6 for error in errors)
 
 
 def test_thick_walls_carry_more_shear_than_the_formulas_for_thin_ones_say() -> None:

@@ -21,6 +21,7 @@ from gapbeam.solver.assembly.form_cache import compiled_form
 from gapbeam.solver.assembly.mass_matrix import mass_matrix
 from gapbeam.solver.linear_algebra.interface_springs import add_springs, as_matrix, enlarge_by_springs
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
+from gapbeam.solver.linear_algebra.iterative.multigrid import columns_product
 from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
 from gapbeam.solver.linear_algebra.solver_choice import FACTORED, LinearSolver
 from gapbeam.solver.linear_algebra.substructuring.substructured_factor import factor_on_ranks, not_factored
@@ -28,7 +29,6 @@ from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, 
 from gapbeam.solver.system.rank_one_update import updated
 
 SHIFTED = "gapbeam_shifted_"  # prefix of PETSc's options for K + sigma M
-AT_ONCE = 16  # columns that one pass through a matrix multiplies
 
 
 class PetscOperators:
@@ -143,7 +143,7 @@ class PetscOperators:
         """Return M x, (n,) or, of several columns, (n, k). Collective."""
         if x.ndim == 2:
             wide = x.reshape(-1, self._components * x.shape[1])  # of a node: all columns of all components
-            return _columns_product(self._component_mass, wide).reshape(x.shape)
+            return columns_product(self._component_mass, wide).reshape(x.shape)
         self._components_in.getDenseArray()[:] = x.reshape(-1, self._components)
         self._component_mass.matMult(self._components_in, self._components_out)
         return np.ascontiguousarray(self._components_out.getDenseArray()).reshape(-1)
@@ -283,7 +283,7 @@ class PetscOperators:
 
     def _product(self, matrix: PETSc.Mat, x: Array) -> Array:
         if x.ndim == 2:
-            return _columns_product(matrix, x)
+            return columns_product(matrix, x)
         self._vector_in.array[:] = x
         matrix.mult(self._vector_in, self._vector_out)
         return np.array(self._vector_out.array_r)
@@ -294,20 +294,3 @@ def _assemble(form: Any) -> PETSc.Mat:
     matrix.assemble()
     matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
     return matrix
-
-
-def _columns_product(matrix: PETSc.Mat, x: Array) -> Array:
-    """Return A X, (n, k), of which the entries of A are read once for AT_ONCE columns. Collective."""
-    rows, total = matrix.getSizes()[1]
-    result = np.empty((rows, x.shape[1]), order="F")
-    for start in range(0, x.shape[1], AT_ONCE):
-        columns = x[:, start : start + AT_ONCE]
-        given = PETSc.Mat().createDense(((rows, total), (PETSc.DECIDE, columns.shape[1])), comm=matrix.comm)
-        given.setUp()
-        given.getDenseArray()[:] = columns
-        given.assemble()
-        made = matrix.matMult(given)
-        result[:, start : start + AT_ONCE] = made.getDenseArray()
-        given.destroy()
-        made.destroy()
-    return result

@@ -6,10 +6,13 @@ Contact that is stiff beside what holds a floating body would leave R to hundred
 Errors are measured in the energy norm of the operator A, with the residual r = b - A x and B for A^-1:
 
     sqrt(r^T B r) ~ sqrt(e^T A e),    against sqrt(x^T A x) of the solution
+
+Source: Hestenes and Stiefel (1952), J. Res. Natl. Bur. Stand. 49, 409: the iteration, for several right sides at once.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import sqrt
 
 import numpy as np
@@ -19,10 +22,8 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.linear_algebra.interface_springs import add_springs
-from gapbeam.solver.linear_algebra.iterative.block_matrix import AT_ONCE, BlockMatrix
-from gapbeam.solver.linear_algebra.iterative.conjugate_gradients import conjugate_gradients
 from gapbeam.solver.linear_algebra.iterative.deflation import Deflation, Map
-from gapbeam.solver.linear_algebra.iterative.multigrid import multigrid
+from gapbeam.solver.linear_algebra.iterative.multigrid import AT_ONCE, Multigrid, columns_product
 from gapbeam.solver.system.operators import Array, Interface, Operators, RankOnes, Springs
 
 MOST_ITERATIONS = 2000
@@ -67,7 +68,7 @@ class ConjugateGradients:
         self.solves = self.iterations = 0
         more = None if added is None else lambda x: _columns(lambda column: added.apply(column, operators), x)
         self._layout = matrix.getSizes(), matrix.getBlockSize(), matrix.comm
-        self._levels = multigrid(matrix, space, prefix, self.dots, more)
+        self._levels = Multigrid(matrix, space, prefix, more)
         self._product: Map = self._levels.multiply
         self._deflation = Deflation(rigid, self._product(rigid) if images is None else images, operators.sum)
         if images is not None:
@@ -126,11 +127,10 @@ class ConjugateGradients:
         if springs is None:
             return self._solved(right_sides, first, relative, least)[:, 0]
         rows = self._rows_of(springs)
-        product = BlockMatrix.of(rows.copy(), self._layout[1])
-        deflation = Deflation(self.rigid, self._deflation.images + product(self.rigid), self.sum)
+        deflation = Deflation(self.rigid, self._deflation.images + columns_product(rows, self.rigid), self.sum)
 
         def multiply(x: Array) -> Array:
-            return self.multiply(x) + product(x)
+            return self.multiply(x) + columns_product(rows, x)
 
         precondition = deflation.preconditioner(self._stiff.precondition)
         self.solves += 1
@@ -141,7 +141,7 @@ class ConjugateGradients:
             self.iterations += iterations
             if solved:
                 return first[:, 0]
-            self._stiff = self._levels.stiffened(rows, product)
+            self._stiff = self._levels.stiffened(rows)
             precondition = deflation.preconditioner(self._stiff.precondition)
         raise self._not_solved()
 
@@ -202,3 +202,61 @@ class ConjugateGradients:
 def _columns(part: Map, x: Array) -> Array:
     """Return the images of columns under a map of vectors."""
     return np.stack([part(column) for column in x.T], axis=1)
+
+
+def conjugate_gradients(
+    multiply: Map,
+    precondition: Map,
+    dots: Callable[[Array, Array], Array],
+    right_sides: Array,
+    start: Array | None,
+    relative: float,
+    least: float,
+    most: int,
+) -> tuple[Array, int, bool]:
+    """Solve A X = B; each column of B has its own iteration.
+
+    A column has converged when sqrt(r^T P r) of its residual r, with the preconditioner P, is below `relative` times
+    that of its right side, or below `least`. As P ~ A^-1, this is about the error in the energy norm.
+
+    Args:
+        multiply: A, (n, k) -> (n, k), symmetric positive definite.
+        precondition: P, likewise.
+        dots: x_j^T y_j over all ranks, (n, k), (n, k) -> (k,).
+        right_sides: B, (n, k).
+        start: A guess at X, (n, k), or None.
+        relative: Relative tolerance.
+        least: Absolute tolerance.
+        most: Largest number of iterations.
+
+    Returns:
+        X, the sum of the iterations of all columns, and whether all columns converged.
+
+    Collective.
+    """
+    x = np.zeros_like(right_sides) if start is None else np.array(start)
+    residual = np.array(right_sides) if start is None else right_sides - multiply(x)
+    weighed = precondition(residual)
+    squares = dots(residual, weighed)
+    sizes = squares if start is None else dots(right_sides, precondition(right_sides))
+    wanted = np.maximum(relative**2 * sizes, least**2)
+    left = np.flatnonzero(~(squares <= wanted))
+    residual, squares = residual[:, left], squares[left]
+    direction = weighed[:, left]
+    iterations = 0
+    for _ in range(most):
+        if len(left) == 0 or not np.all(np.isfinite(squares)):
+            break
+        image = multiply(direction)
+        lengths = squares / dots(direction, image)
+        x[:, left] += lengths * direction
+        residual -= lengths * image
+        weighed = precondition(residual)
+        former, squares = squares, dots(residual, weighed)
+        iterations += len(left)
+        direction = weighed + (squares / former) * direction
+        unsolved = ~(squares <= wanted[left])
+        if not np.all(unsolved):
+            left, squares = left[unsolved], squares[unsolved]
+            residual, direction = residual[:, unsolved], direction[:, unsolved]
+    return x, iterations, len(left) == 0

@@ -81,7 +81,7 @@ def ensemble(
         found = ", ".join(f"{name}: {count}" for name, count in lengths.items()) or "none"
         raise UserError(f"ensemble: expected one length for all values (members); found {found}")
     if scene.is_large:
-        raise UserError("ensemble: a structure has too many DOFs; reduce it at its points: gapbeam.reduced_at_points")
+        raise UserError("ensemble: a structure is too large; reduce it: gapbeam.reduced_at_points")
     count = next(iter(lengths.values()))
     state = start or scene.state()
     steps = {name: np.broadcast_to(value, (count,)) for name, value in clock.items()}

@@ -102,7 +102,7 @@ def limit_cycle(
             "and a time above 0"
         )
     if scene.is_large:
-        raise UserError("limit cycle: a structure has too many DOFs; reduce it at its points: gapbeam.reduced_at_points")
+        raise UserError("limit cycle: a structure is too large; reduce it: gapbeam.reduced_at_points")
     if not scene.contacts:
         raise UserError("limit cycle: the scene has no contacts, and nothing else limits a motion that grows")
     _check_autonomous(scene, 0.0 if start is None else start.t, period or _slowest(scene))

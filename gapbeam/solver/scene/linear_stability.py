@@ -52,7 +52,7 @@ def eigenvalues(scene: Scene, closed: Closed = ()) -> Any:
 def state_matrix(scene: Scene, closed: Closed = ()) -> Array:
     """Return S of x' = S x, x = (q, v, z); see `eigenvalues`."""
     if scene.is_large:
-        raise UserError("eigenvalues: a structure has too many DOFs; reduce it at its points: gapbeam.reduced_at_points")
+        raise UserError("eigenvalues: a structure is too large; reduce it: gapbeam.reduced_at_points")
     n, w, C = scene.size, scene.squares, scene.damping
     feedbacks = [*scene.feedbacks, *closed_joints(scene, closed)]
     whole = 2 * n + sum(len(one.A) for one in feedbacks)

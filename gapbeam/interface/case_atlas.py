@@ -1,4 +1,4 @@
-"""The scenes of a case for an atlas: under loads that repeat after one period."""
+"""The scenes of a case under loads that repeat after one period: for an atlas, and for uncertain values."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from gapbeam.interface.case_scene import scene_of_model
 from gapbeam.interface.single_case import model
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.errors import UserError
 from gapbeam.studies.atlas.run_atlas import PeriodicScene
 
@@ -24,28 +25,33 @@ def scenes_of(case: Path, fixed: Sequence[str]) -> Callable[[tuple[str, ...]], P
         case: Path of the case file.
         fixed: Overrides of every point, KEY=VALUE.
     """
+    return lambda changes: repeating_scene(case, [*fixed, *changes])
 
-    def scene_at(changes: tuple[str, ...]) -> PeriodicScene:
-        read = read_case(case, [*fixed, *changes])
-        period, rise = _repetition(read)
-        made = model(read).model
-        return PeriodicScene(scene_of_model(made), period, float(made.case.time.step), rise)
 
-    return scene_at
+def repeating_scene(case: Path, overrides: Overrides) -> PeriodicScene:
+    """Return the scene of a case whose loads repeat.
+
+    Raises:
+        UserError: The case has what a scene has no noun for, or its loads do not repeat.
+    """
+    read = read_case(case, overrides)
+    period, rise = _repetition(read)
+    made = model(read).model
+    return PeriodicScene(scene_of_model(made), period, float(made.case.time.step), rise)
 
 
 def _repetition(case: Case) -> tuple[float, float]:
     """Return the period of all loads of a case, and the time after which they have their full amplitude, s."""
     never = [load.name or str(load.type) for load in case.load if not load.repeats]
     if never:
-        raise UserError(f"atlas: {', '.join(never)}: expected loads that repeat; random and recorded ones never do")
+        raise UserError(f"{', '.join(never)}: expected loads that repeat; random and recorded ones never do")
     found = sorted({load.forcing_frequency for load in case.load if load.forcing_frequency is not None})
     if not found:
-        raise UserError("atlas: no load has a frequency; expected a harmonic load")
+        raise UserError("no load has a frequency; expected a harmonic load")
     lowest = found[0]
     others = [f for f in found if abs(f / lowest - round(f / lowest)) > WHOLE]
     if others:
         raise UserError(
-            f"atlas: found frequencies of {', '.join(f'{f:g}' for f in found)} Hz; expected multiples of the lowest one"
+            f"found frequencies of {', '.join(f'{f:g}' for f in found)} Hz; expected multiples of the lowest one"
         )
     return 1.0 / lowest, max(load.rise_time for load in case.load)

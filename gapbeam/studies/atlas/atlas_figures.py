@@ -22,7 +22,8 @@ from gapbeam.postprocess.figures.figure_style import (
 )
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.atlas.response_atlas import CHAOTIC, Atlas
+from gapbeam.studies.atlas.response_atlas import Atlas
+from gapbeam.studies.atlas.response_search import CHAOTIC
 
 COLORS = (BLACK, VERMILION, BLUE, GREEN, PURPLE, SKY)
 OPEN = "#F0E442"  # yellow: not settled, or failed

@@ -126,7 +126,7 @@ def run_atlas(
             texts = tuple(f"{axis.key}={value}" for axis, value in zip(axes, values, strict=True))
             one = scene_at(texts)
             scene = scene or one.scene
-            begin = _starts(one, settle, starts, reach, seed)
+            begin = starts_of(one, settle, starts, reach, seed)
             steps = ceil(one.period / one.step * (1.0 - 1e-9))
             part = atlas(
                 one.scene, period=one.period, starts=begin, steps=steps, settle=settle, rounds=rounds, orders=orders
@@ -156,26 +156,42 @@ def _numbers(axis: Axis) -> Any:
         raise UserError(f"atlas: {axis.key}: found {', '.join(axis.values)}; expected numbers") from None
 
 
-def _starts(one: PeriodicScene, settle: int, count: int, reach: float, seed: int) -> SceneState:
-    """Return drawn starts, at a time when the loads have their full amplitude."""
-    scene, T = one.scene, one.period
+def rest_of(one: PeriodicScene) -> SceneState:
+    """Return the seat at a time when the loads have their full amplitude; undeformed where there is none."""
+    t = ceil(one.rise / one.period - 1e-9) * one.period
+    try:
+        rest = seat(one.scene, t)
+    except (NoSeat, NotConverged):
+        rest = one.scene.state()
+    rest.t = t
+    return rest
+
+
+def starts_of(one: PeriodicScene, settle: int, count: int, reach: float, seed: int) -> SceneState:
+    """Return drawn starts: the seat with velocities of the probes, at a time when the loads have their full amplitude.
+
+    Args:
+        one: What starts.
+        settle: Periods after which the motion from the seat is measured.
+        count: Starts.
+        reach: Largest velocity, over that of the motion from the seat.
+        seed: Of the draws.
+
+    Raises:
+        UserError: The scene has no probe, or its loads move none.
+    """
+    scene, T, rest = one.scene, one.period, rest_of(one)
     names = [name for name, point in scene.point_names.items() if len(point.rows) == 1]
     if not names:
-        raise UserError("atlas: the case has no probe; starts are drawn by velocities of probes: add a [[probe]]")
+        raise UserError("starts are drawn by velocities of probes, and the case has none: add a [[probe]]")
     if not reach > 0.0:
-        raise UserError(f"atlas: found a reach of {reach:g}, expected one above 0")
-    t = ceil(one.rise / T - 1e-9) * T
-    try:
-        rest = seat(scene, t)
-    except (NoSeat, NotConverged):
-        rest = scene.state()
-    rest.t = t
+        raise UserError(f"found a reach of {reach:g}, expected one above 0")
     steps = ceil(T / one.step * (1.0 - 1e-9))
     first = ensemble(
         scene,
         step=T / steps,
-        end=t + 2 * settle * T,
-        settle=t + settle * T,
+        end=rest.t + 2 * settle * T,
+        settle=rest.t + settle * T,
         start=rest,
         members=1,
         period=T,
@@ -186,7 +202,7 @@ def _starts(one: PeriodicScene, settle: int, count: int, reach: float, seed: int
         moved = first.rms[name][0] ** 2 - abs(first.harmonics[name][0, 0]) ** 2
         speeds[name] = float(2.0 * pi / T * np.sqrt(max(2.0 * moved, 0.0)))
     if not max(speeds.values()) > 0.0:
-        raise UserError("atlas: the loads do not move the probes")
+        raise UserError("the loads do not move the probes")
     ranges = {name: (-reach * speed, reach * speed) for name, speed in speeds.items()}
     return drawn_starts(scene, count, velocity=ranges, seed=seed, rest=rest)
 

@@ -72,6 +72,8 @@ if TYPE_CHECKING:
     from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
     from gapbeam.studies.atlas.response_atlas import atlas
     from gapbeam.studies.atlas.start_set import drawn_starts, gridded_starts
+    from gapbeam.studies.uncertain.uncertain_scene import uncertain
+    from gapbeam.studies.uncertain.uncertain_writing import draw_distributions
 
     __version__: str
 
@@ -120,6 +122,8 @@ _MODULES = {
     "studies.atlas.response_atlas": ("atlas",),
     "studies.atlas.start_set": ("drawn_starts", "gridded_starts"),
     "solver.scene.structure_pose": ("Pose",),
+    "studies.uncertain.uncertain_scene": ("uncertain",),
+    "studies.uncertain.uncertain_writing": ("draw_distributions",),
     "solver.scene.structure_writing": ("write_structure",),
     "solver.scene.modal_files": ("read_modes",),
 }
@@ -178,6 +182,7 @@ __all__ = [
     "connors",
     "critical_velocity",
     "draw_basins",
+    "draw_distributions",
     "draw_responses",
     "drawn_starts",
     "eigenvalues",
@@ -227,6 +232,7 @@ __all__ = [
     "sweep",
     "theta",
     "tradeoff",
+    "uncertain",
     "unsteady",
     "view",
     "weight",

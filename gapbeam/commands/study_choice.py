@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gapbeam.commands import atlas, compare, identify, life, modes, stability, sweep, tradeoff
+from gapbeam.commands import atlas, compare, identify, life, modes, stability, sweep, tradeoff, uncertain
 from gapbeam.commands.study import StudyCommand
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ STUDIES: tuple[StudyCommand, ...] = (
     stability.STUDY,
     tradeoff.STUDY,
     atlas.STUDY,
+    uncertain.STUDY,
     identify.STUDY,
     life.STUDY,
     compare.STUDY,

@@ -61,19 +61,20 @@ class _Walls:
 
 @dataclass(frozen=True)
 class _Factor:
-    """The function of time of a load, for arrays of any shape."""
+    """The function of time of a load, for arrays of any shape, times a scale that members may differ in."""
 
     factors: Callable[[Array], Array]
 
-    def __call__(self, times: Any) -> Array:
-        return self.factors(np.ravel(times)).reshape(np.shape(times))
+    def __call__(self, times: Any, scale: Any) -> Array:
+        return np.asarray(self.factors(np.ravel(times)).reshape(np.shape(times)) * scale)
 
 
 def scene_of_model(model: Model) -> Scene:
     """Return the scene of a model.
 
     The structure is called "beam" and has the probes as points, each with its motion across the beam. Each contact
-    point is a contact, called after its face, with a number where the face has several. Loads keep their names.
+    point is a contact, called after its face, with a number where the face has several. Loads keep their names, and
+    have a "scale", 1 by default, which members of an ensemble may differ in.
 
     Raises:
         UserError: The case has what a scene has no noun for; all of it in the message.
@@ -92,7 +93,7 @@ def scene_of_model(model: Model) -> Scene:
     points = {name: probe.evaluate(unit, operators)[:, UP] for name, probe in model.probes.items()}
     beam = Structure(operators.mass, operators.stiffness, damping, points, name="beam")
     contacts = list(_contacts(model, beam))
-    loads = [Load(beam, one.pattern, _Factor(one.factors), name=one.name) for one in system.loads]
+    loads = [Load(beam, one.pattern, _Factor(one.factors), one.name, scale=1.0) for one in system.loads]
     return Scene(beam, contacts=contacts, loads=loads)
 
 

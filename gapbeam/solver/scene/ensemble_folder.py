@@ -71,7 +71,15 @@ class EnsembleFolder:
 
     def keep(self, number: int, members: Members) -> None:
         """Write a block."""
-        self._write(self.path / f"block_{number:06d}.npz", lambda file: np.savez(file, **members.flat()))
+        self.write(f"block_{number:06d}.npz", lambda file: np.savez(file, **members.flat()))
+
+    def write(self, name: str, write: Any) -> None:
+        """Write another file, whole or not at all: `write` takes the open file.
+
+        Raises:
+            NotWritten: The disk takes no file.
+        """
+        self._write(self.path / name, write)
 
 
 def ensemble_key(

@@ -1,0 +1,54 @@
+"""The command `gapbeam uncertain`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gapbeam.commands.study import StudyCommand
+from gapbeam.commands.terminal import progress_bar, screen
+
+if TYPE_CHECKING:
+    from gapbeam.postprocess.report.folder_report import Kind
+
+WIDTH = 160  # columns of the tables where there is no terminal to fit them to
+
+
+def uncertain(
+    study: Annotated[Path, typer.Argument(metavar="STUDY", help="what is uncertain, and limits (TOML)")],
+    override: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
+    ] = None,
+    output: Annotated[Path | None, typer.Option(help="folder; by default results/<study>")] = None,
+) -> int:
+    """Find figures as distributions for each response, and probabilities; resumes where it stopped.
+
+    Exit status: 0 done, 5 some members did not settle or a limit was not reached, 2 a fault of the input, 6 results
+    could not be written.
+    """
+    from gapbeam.interface.case_atlas import repeating_scene
+    from gapbeam.studies.uncertain.run_uncertain import read_uncertain, run_uncertain, settings_of_study
+
+    read = read_uncertain(study)
+    folder = output if output is not None else Path("results") / study.stem
+    with progress_bar("members") as bar:
+        one = repeating_scene(study.parent / read.case, settings_of_study(study, read, override or []))
+        result = run_uncertain(read, one, folder, lambda done: bar.show(done, read.expected))
+    console = screen(WIDTH)
+    for table in result.tables():
+        console.print(table)
+    console.print(str(folder), markup=False)
+    console.print(result.headline(), markup=False)
+    return result.exit_status
+
+
+def _kind() -> Kind:
+    from gapbeam.postprocess.report.folder_report import Kind
+    from gapbeam.postprocess.report.sections.uncertain_section import UNCERTAIN_FILE, uncertain_sections
+
+    return Kind("uncertain", "Uncertain values", (UNCERTAIN_FILE,), uncertain_sections)
+
+
+STUDY = StudyCommand(uncertain, _kind)

@@ -1,0 +1,1 @@
+"""Scenes with uncertain values: distributions of figures for each response, probabilities, causes of scatter."""

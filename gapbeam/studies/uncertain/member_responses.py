@@ -1,0 +1,212 @@
+"""Members with values of their own: the response that each comes to, and its figures."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.ensemble_members import Members
+from gapbeam.solver.scene.given_numbers import finite
+from gapbeam.solver.scene.linear_scheme import LinearScheme
+from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.system.operators import Array
+from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, FoundOrbit, Search, repeating
+
+START = "start"
+"""Input that draws one of several starts."""
+WORDS = {CHAOTIC: "chaotic", UNSETTLED: "unsettled", FAILED: "failed"}
+NUMBERED = re.compile(r"(.+) \d+")
+UNKNOWN = ("unsettled", "failed")
+Period = float | Callable[[dict[str, float]], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """Responses and figures of members.
+
+    Attributes:
+        response: The name of the response of each member, (members,).
+        figures: By name, (members,); NaN where a member failed or did not settle.
+    """
+
+    response: Any
+    figures: dict[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneModel:
+    """A scene under loads that repeat, as a function from values to responses and figures.
+
+    Attributes:
+        scene: What all members share.
+        period: Of the loads, s; or a function of the values by path.
+        starts: One state, or lanes of which the input "start" takes one.
+        steps: In a period.
+        settle: Periods before responses are looked for.
+        rounds: Marches of so many periods at most.
+        orders: Highest number of periods after which a response may repeat.
+        measure: Periods over which figures are taken, or the next multiple of the order.
+        exponents: Periods over which exponents are taken.
+        scheme: Of the time integration.
+        threads: As of `ensemble`.
+    """
+
+    scene: Scene
+    period: Period
+    starts: SceneState
+    steps: int
+    settle: int
+    rounds: int
+    orders: int
+    measure: int
+    exponents: int
+    scheme: LinearScheme
+    threads: int | None
+
+    def __call__(self, values: dict[str, Array]) -> Answers:
+        """March members, tell their responses apart by shooting, and take their figures.
+
+        Raises:
+            UserError: The scene does not take a value that was drawn, or loads do not repeat after the period.
+        """
+        count = len(next(iter(values.values())))
+        own = {path: value for path, value in values.items() if path != START}
+        try:
+            self.scene.with_(own)
+            self._check_signs(own)
+        except UserError as fault:
+            raise UserError(
+                f"{fault}\nuncertain: a drawn value is out of range, or a path is unknown; end a distribution where "
+                "the scene does, such as scipy.stats.truncnorm"
+            ) from fault
+        which = values[START].astype(int) if START in values else np.zeros(count, dtype=int)
+        lanes = SceneState(self.starts.t, *(one[:, which] for one in self._start_lanes()))
+        every = [{path: float(value[i]) for path, value in own.items()} for i in range(count)]
+        T = finite([self.period(one) if callable(self.period) else self.period for one in every], "uncertain: period")
+        strobe = repeating(self.scene, own, T, lanes, self.steps, self.scheme, self.threads)
+        X = np.vstack([lanes.q, lanes.v, lanes.z])
+        search = Search(strobe, 1, X, self.settle, self.rounds, self.orders, self.exponents)
+        search.run()
+        return self._measured(search)
+
+    def _check_signs(self, own: dict[str, Array]) -> None:
+        """Refuse parameters of a law that change their sign: a stiffness below 0 pulls."""
+        for path, value in own.items():
+            name, _, key = path.partition(".")
+            for one in self.scene.contacts:
+                if one.name and fnmatchcase(one.name, name) and key in one.law.kind.names:
+                    before = float(np.ravel(one.law.values[one.law.kind.names.index(key)])[0])
+                    if before > 0.0 and value.min() < 0.0:
+                        raise UserError(
+                            f"{path!r}: found {value.min():.6g}, {before:.6g} in the scene; expected its sign"
+                        )
+
+    def _start_lanes(self) -> tuple[Array, ...]:
+        whole = self.starts.spread(self.starts.q.shape[1])
+        return whole.q, whole.v, whole.z, whole.F
+
+    def _measured(self, search: Search) -> Answers:
+        """March each kind of members over whole orbits, periodic ones from their orbit."""
+        count = len(search.which)
+        names, order, X = np.empty(count, dtype=object), np.zeros(count, dtype=int), search.X.copy()
+        for i, which in enumerate(search.which):
+            if which >= 0:
+                one = search.found[which]
+                names[i], order[i], X[:, i] = name_of(one), one.order, one.orbit.x
+            else:
+                names[i], order[i] = WORDS[which], 1 if which == CHAOTIC else 0
+        figures: dict[str, Array] = {}
+        for n in np.unique(order[order > 0]):
+            mine = np.flatnonzero(order == n)
+            many = search.strobe.march(mine, X[:, mine], int(n) * -(-self.measure // int(n)))
+            names[mine[many.failed]] = WORDS[FAILED]
+            for name, value in figures_of(many).items():
+                figures.setdefault(name, np.full(count, np.nan))[mine] = value
+        return Answers(names, figures)
+
+
+class CalledModel:
+    """A function of values as a model: its members have one response, "all", or "failed" where a figure is missing.
+
+    Args:
+        function: Returns figures by name, (members,), at values by path, (members,).
+    """
+
+    def __init__(self, function: Callable[[dict[str, Array]], Mapping[str, Any]]) -> None:
+        self.function = function
+
+    def __call__(self, values: dict[str, Array]) -> Answers:
+        """Return figures.
+
+        Raises:
+            UserError: The function returns something else.
+        """
+        count = len(next(iter(values.values())))
+        figures = self.function(values)
+        if not isinstance(figures, Mapping) or not figures:
+            raise UserError(f"uncertain: the function returned {type(figures).__name__}, expected figures by name")
+        found = {}
+        for name, value in figures.items():
+            found[name] = np.asarray(value, dtype=float)
+            if found[name].shape != (count,):
+                raise UserError(
+                    f"uncertain: the function returned figure {name!r} of shape {found[name].shape} for {count} "
+                    "members; expected one number for each"
+                )
+        whole = np.all([np.isfinite(value) for value in found.values()], axis=0)
+        return Answers(np.where(whole, "all", WORDS[FAILED]).astype(object), found)
+
+
+def name_of(one: FoundOrbit) -> str:
+    """Return the name of a response: its order, and its impacts at each contact over the orbit.
+
+    Of a face with several contact points, only whether it is touched: their impacts depend on the mesh.
+    """
+    parts = []
+    for face, contacts in faces_of(one.impacts).items():
+        hits = round(one.impacts[contacts[0]] * one.order)
+        if len(contacts) == 1 and hits:
+            parts.append(f"{face} {hits}")
+        elif any(one.peak_force[contact] > 0.0 for contact in contacts):
+            parts.append(f"{face} touched" if len(contacts) > 1 else f"{face} closed")
+    return f"order {one.order}: {', '.join(parts) or 'no contact'}"
+
+
+def faces_of(contacts: Iterable[str | int]) -> dict[str, list[str | int]]:
+    """Return the contacts of each face: "gland 1", "gland 2", ... are those of "gland"; others stand alone."""
+    found: dict[str, list[str | int]] = {}
+    for contact in contacts:
+        numbered = NUMBERED.fullmatch(str(contact))
+        found.setdefault(numbered[1] if numbered else str(contact), []).append(contact)
+    return found
+
+
+def figures_of(many: Members) -> dict[str, Array]:
+    """Return figures of members by name.
+
+    "peak/tip" and "rms/tip", m, by point; by contact "peak_force/stop" and "mean_force/stop", N, "impact_rate/stop",
+    1/s, "work_rate/stop", W, and "closed/stop", the share of time in contact. Of a face with several contact points:
+    mean force and work rate of all, the others of the point that has most.
+    """
+    found: dict[str, Array] = {}
+    for kind, table in (("peak", many.peak), ("rms", many.rms)):
+        for point, value in table.items():
+            rows = value[None] if value.ndim == 1 else value
+            names = [f"{kind}/{point}"] if len(rows) == 1 else [f"{kind}/{point}.{i + 1}" for i in range(len(rows))]
+            found |= dict(zip(names, rows, strict=True))
+    for kind, each, per in (
+        ("peak_force", many.peak_force, 1.0), ("mean_force", many.impulse, many.span),
+        ("impact_rate", many.impacts, many.span), ("work_rate", many.work, many.span),
+        ("closed", many.closed, many.span),
+    ):  # fmt: skip
+        for face, contacts in faces_of(each).items():
+            rows = np.array([each[contact] for contact in contacts])
+            whole = rows.sum(axis=0) if kind in ("mean_force", "work_rate") else rows.max(axis=0)
+            found[f"{kind}/{face}"] = np.asarray(whole / per, dtype=float)
+    return found

@@ -14,7 +14,7 @@ from gapbeam.solver.scene.given_numbers import finite
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, Search, repeating
+from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, ResponseSearch, repeating
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +137,7 @@ def atlas(
     strobe = repeating(scene, values, finite(periods, "atlas: period"), starts, steps, scheme, threads)
     each = starts.q.shape[1]
     X = np.vstack([np.tile(one, (1, count)) for one in (starts.q, starts.v, starts.spread(each).z)])
-    search = Search(strobe, each, X, settle, rounds, orders, exponents)
+    search = ResponseSearch(strobe, each, X, settle, rounds, orders, exponents)
     exponent = search.run()
     points = [_summary(search, i, one, exponent) for i, one in enumerate(every)]
     which = search.which.reshape(count, each)
@@ -151,14 +151,14 @@ def atlas(
     return Atlas(axes, points, which, starts, strobes)
 
 
-def _numbered(search: Search, i: int) -> Any:
+def _numbered(search: ResponseSearch, i: int) -> Any:
     """Return a table from numbers of all orbits to those of a parameter point; negative ones stay."""
     table = np.concatenate([np.zeros(len(search.found), dtype=int), [FAILED, UNSETTLED, CHAOTIC]])
     table[search.ranked(i)] = np.arange(len(search.ranked(i)))
     return table
 
 
-def _summary(search: Search, i: int, values: dict[str, float], exponent: Any) -> AtlasPoint:
+def _summary(search: ResponseSearch, i: int, values: dict[str, float], exponent: Any) -> AtlasPoint:
     """Return everything found at a parameter point."""
     which, n = search.which[search.point == i], search.strobe.scene.size
     responses = []

@@ -35,7 +35,7 @@ class FoundOrbit:
     members: list[int] = field(default_factory=list)
 
 
-class Search:
+class ResponseSearch:
     """Members of all parameter points: their last strobes, and the orbits that were found.
 
     Args:

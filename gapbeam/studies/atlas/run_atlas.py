@@ -174,7 +174,7 @@ def starts_of(one: PeriodicScene, settle: int, count: int, reach: float, seed: i
         one: What starts.
         settle: Periods after which the motion from the seat is measured.
         count: Starts.
-        reach: Largest velocity, over that of the motion from the seat.
+        reach: Largest velocity, over the velocity of the motion from the seat.
         seed: Of the draws.
 
     Raises:

@@ -38,7 +38,7 @@ class Inputs:
 
     @property
     def is_correlated(self) -> bool:
-        """Whether inputs depend on each other."""
+        """True where inputs depend on each other."""
         return not np.array_equal(self.factor, np.eye(len(self.factor)))
 
     def values(self, normal: Array) -> dict[str, Array]:

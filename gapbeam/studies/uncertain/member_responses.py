@@ -16,7 +16,7 @@ from gapbeam.solver.scene.given_numbers import finite
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, FoundOrbit, Search, repeating
+from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, FoundOrbit, ResponseSearch, repeating
 
 START = "start"
 """Input that draws one of several starts."""
@@ -70,7 +70,7 @@ class SceneModel:
     threads: int | None
 
     def __call__(self, values: dict[str, Array]) -> Answers:
-        """March members, tell their responses apart by shooting, and take their figures.
+        """March members, distinguish their responses by shooting, and take their figures.
 
         Raises:
             UserError: The scene does not take a value that was drawn, or loads do not repeat after the period.
@@ -91,7 +91,7 @@ class SceneModel:
         T = finite([self.period(one) if callable(self.period) else self.period for one in every], "uncertain: period")
         strobe = repeating(self.scene, own, T, lanes, self.steps, self.scheme, self.threads)
         X = np.vstack([lanes.q, lanes.v, lanes.z])
-        search = Search(strobe, 1, X, self.settle, self.rounds, self.orders, self.exponents)
+        search = ResponseSearch(strobe, 1, X, self.settle, self.rounds, self.orders, self.exponents)
         search.run()
         return self._measured(search)
 
@@ -111,7 +111,7 @@ class SceneModel:
         whole = self.starts.spread(self.starts.q.shape[1])
         return whole.q, whole.v, whole.z, whole.F
 
-    def _measured(self, search: Search) -> Answers:
+    def _measured(self, search: ResponseSearch) -> Answers:
         """March each kind of members over whole orbits, periodic ones from their orbit."""
         count = len(search.which)
         names, order, X = np.empty(count, dtype=object), np.zeros(count, dtype=int), search.X.copy()

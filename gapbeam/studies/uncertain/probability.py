@@ -16,7 +16,7 @@ UP = 0.975
 
 
 @dataclass(frozen=True)
-class Estimate:
+class IntervalEstimate:
     """A number with its interval.
 
     Attributes:
@@ -35,11 +35,11 @@ class Estimate:
     unknown: float = 0.0
 
 
-def probability(event: Any, known: Any, independent: bool) -> Estimate:
+def probability(event: Any, known: Any, independent: bool) -> IntervalEstimate:
     """Return the probability of an event.
 
     Independent members: the interval of Wilson. Replicates of randomised points: Student's t of their means, where
-    ten members or more have the event and ten have not; else that of Wilson, which is wider for such points.
+    ten members or more have the event and ten have not; else the interval of Wilson, which is wider for such points.
 
     Args:
         event: Whether it happened, (replicates, members).
@@ -51,7 +51,7 @@ def probability(event: Any, known: Any, independent: bool) -> Estimate:
     yes, maybe = event & known, event | ~known
     low, high = _ends(yes, independent)[0], _ends(maybe, independent)[1]
     count, every = int(yes.sum()), int(known.sum())
-    return Estimate(count / every if every else float("nan"), low, high, count, 1.0 - every / known.size)
+    return IntervalEstimate(count / every if every else float("nan"), low, high, count, 1.0 - every / known.size)
 
 
 def _ends(event: Any, independent: bool) -> tuple[float, float]:
@@ -69,7 +69,7 @@ def mean_and_half_width(means: Array) -> tuple[float, float]:
     return float(np.mean(means)), float(t.ppf(UP, len(means) - 1)) * spread if len(means) > 1 else spread
 
 
-def mean_of(values: Array, inside: Any, independent: bool) -> Estimate:
+def mean_of(values: Array, inside: Any, independent: bool) -> IntervalEstimate:
     """Return the mean of a figure over the members inside.
 
     Independent members: Student's t of these. Replicates: Student's t of the residuals of a ratio, of the sum inside
@@ -84,11 +84,11 @@ def mean_of(values: Array, inside: Any, independent: bool) -> Estimate:
     """
     count = int(inside.sum())
     if not count:
-        return Estimate(float("nan"), float("nan"), float("nan"), 0)
+        return IntervalEstimate(float("nan"), float("nan"), float("nan"), 0)
     if independent:
         mean, half = mean_and_half_width(values[inside])
-        return Estimate(mean, mean - half, mean + half, count)
+        return IntervalEstimate(mean, mean - half, mean + half, count)
     sums, counts = np.where(inside, values, 0.0).sum(axis=1), inside.sum(axis=1)
     mean = float(sums.sum() / count)
     _, half = mean_and_half_width((sums - mean * counts) / counts.mean())
-    return Estimate(mean, mean - half, mean + half, count)
+    return IntervalEstimate(mean, mean - half, mean + half, count)

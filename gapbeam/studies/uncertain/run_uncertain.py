@@ -32,7 +32,7 @@ def read_uncertain(path: Path) -> UncertainStudy:
 
 
 def settings_of_study(path: Path, study: UncertainStudy, overrides: Sequence[str]) -> dict[str, object]:
-    """Return what differs from the case: [set], and texts KEY=VALUE over it.
+    """Return the settings over those of the case: [set], and texts KEY=VALUE over it.
 
     Raises:
         CaseError: A text is no KEY=VALUE.

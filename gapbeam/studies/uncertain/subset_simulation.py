@@ -44,9 +44,9 @@ def subset_simulation(
 ) -> RareProbability:  # fmt: skip
     """Return the probability that a figure exceeds a limit.
 
-    Each replicate samples the standard normal space, keeps the tenth that is largest, and goes on from there by Markov
-    chains conditional on that threshold; the probability is the product of the shares kept. The interval is that of
-    Student's t for the mean over replicates, on the scale of the logarithm.
+    Each replicate samples the standard normal space, keeps the largest tenth, and continues from there by Markov
+    chains conditional on that threshold; the probability is the product of the shares kept. The interval is
+    by Student's t for the mean over replicates, on the logarithmic scale.
 
     Args:
         figure: Values (points,) at standard normal points, (points, inputs); NaN where there is none.

@@ -95,7 +95,7 @@ class UncertainStudy(Table):
         default=1, ge=1, le=100_000, description="1: all members start from the seat; more: with drawn velocities, too"
     )
     reach: Positive = Field(
-        default=2.0, description="largest velocity of a start, over that of the motion from the seat, no unit"
+        default=2.0, description="largest velocity of a start, over the velocity of the motion from the seat, no unit"
     )
     settle: Whole = Field(default=100, ge=1, description="periods before responses are looked for")
     rounds: Whole = Field(default=4, ge=1, le=1000, description="marches of so many periods at most")

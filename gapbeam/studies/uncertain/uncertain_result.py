@@ -11,7 +11,7 @@ from rich.table import Table
 
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.uncertain.probability import Estimate
+from gapbeam.studies.uncertain.probability import IntervalEstimate
 from gapbeam.studies.uncertain.sobol_indices import Indices
 from gapbeam.studies.uncertain.subset_simulation import RareProbability
 
@@ -33,7 +33,7 @@ class Distribution:
         largest: Of all members.
     """
 
-    mean: Estimate
+    mean: IntervalEstimate
     deviation: float
     quantiles: dict[float, float]
     least: float
@@ -50,7 +50,7 @@ class Convergence:
     """
 
     members: list[int]
-    exceeded: dict[str, list[Estimate]]
+    exceeded: dict[str, list[IntervalEstimate]]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -81,10 +81,10 @@ class Uncertain(PrintedResult):
     figures: dict[str, Array]
     replicates: int
     limits: dict[str, float]
-    responses: dict[str, Estimate]
+    responses: dict[str, IntervalEstimate]
     unknown: float
     distributions: dict[tuple[str, str], Distribution]
-    exceeded: dict[str, Estimate]
+    exceeded: dict[str, IntervalEstimate]
     rare: dict[str, RareProbability]
     inputs: list[str]
     indices: dict[str, Indices]
@@ -93,7 +93,7 @@ class Uncertain(PrintedResult):
 
     @property
     def is_complete(self) -> bool:
-        """Whether each member came to a response or to chaos, and subset simulation to its limits."""
+        """True where each member came to a response or to chaos, and subset simulation to its limits."""
         missing = any(one.missing for one in self.indices.values())
         rare = all(one.complete and not one.failed for one in self.rare.values())
         return not self.unknown and rare and not missing

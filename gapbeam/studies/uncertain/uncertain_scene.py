@@ -40,7 +40,7 @@ def uncertain(
 ) -> Uncertain:  # fmt: skip
     """Return figures as distributions for each response, and probabilities with 95 % intervals.
 
-    Members of a scene march in lock-step to their responses, which are told apart as `atlas` does: by shooting, with
+    Members of a scene march in lock-step to their responses, which are distinguished as by `atlas`: by shooting, with
     their multipliers, order and impacts. Figures are taken over `measure` periods of the response; see
     `found.figures`. Several starts are one more input, "start", which takes each of them as often.
 

@@ -78,8 +78,8 @@ def main(words: Sequence[str]) -> None:
     for name, law in laws.items():
         scene = tube(law)
         few = 64 if name == "Kelvin-Voigt" else 0
-        measured(scene, 64, 2, steps)  # compiles
-        single(scene, 2, steps)
+        measured(scene, 64, 4, steps)  # compiles
+        single(scene, 4, steps)
         rounds = [
             (measured(scene, members, periods, steps), single(scene, 10 * periods, steps),
              measured(scene, few, periods, steps, own=True) if few else np.nan)

@@ -1,7 +1,7 @@
 """Short runs whose figures are kept: what is run, what is kept of it, and the command that makes the file anew.
 
 Each run covers several choices at once: law, formulation, scheme, load, model, and which of the two marches it takes.
-They are short, so that round-off has no time to grow through impacts: what differs on another machine stays below 1e-7.
+They are short, so that round-off has no time to grow through impacts: what differs on another machine stays below 1e-9.
 
     environment/run python3 -m tests.regression.golden_figures
 

@@ -85,7 +85,8 @@ def test_a_companion_that_fails_is_left_out() -> None:
     wrong = Companion(COARSER, changes | {"mesh.size": -1.0})
     motions = list(companion_motions(gapbeam.read_case(DEMO), [wrong, Companion(HALF_STEP, changes)], 0.01, 1.0e-4))
     assert motions[0].motion is None
-    assert "coarser mesh" in motions[0].failure
+    assert motions[0].name == "coarser mesh"
+    assert "mesh.size: found: -1.0" in motions[0].failure
     assert motions[1].motion is not None
 
 

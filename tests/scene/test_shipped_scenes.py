@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -24,20 +25,25 @@ def driven(t: Any, amplitude: float, frequency: float, ramp: float) -> Any:
     return amplitude * np.sin(2.0 * np.pi * frequency * t) * (10.0 * s**3 - 15.0 * s**4 + 6.0 * s**5)
 
 
+def short(name: str) -> float:
+    """Return the time of 200 steps, s."""
+    return 200.0 * float(tomllib.loads((FOLDER / name).read_text())["time"]["step"])
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_file_is_checked_and_run(name: str, tmp_path: Path) -> None:
     """A short run ends with exit status 0, and its records hold all that was marched."""
     assert "first frequencies" in str(gb.check(FOLDER / name))
-    outcome = gb.run(FOLDER / name, {"time.end": 0.01}, output=tmp_path / "out")
+    outcome = gb.run(FOLDER / name, {"time.end": short(name)}, output=tmp_path / "out")
     assert outcome.exit_status == 0, outcome.message
-    assert gb.open_results(tmp_path / "out").history.time[-1] == pytest.approx(0.01)
+    assert gb.open_results(tmp_path / "out").history.time[-1] == pytest.approx(short(name))
 
 
 @pytest.mark.slow(minutes=0.5)
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_file_is_plotted_and_reported(name: str, tmp_path: Path) -> None:
     """Figures, and a report that names all contacts."""
-    gb.run(FOLDER / name, {"time.end": 0.01}, output=tmp_path / "out")
+    gb.run(FOLDER / name, {"time.end": short(name)}, output=tmp_path / "out")
     assert any(path.name == "time_history.png" for path in gb.plot(tmp_path / "out"))
     [page] = [Path(path) for path in gb.report(tmp_path / "out") if str(path).endswith(".html")]
     text = page.read_text(encoding="utf-8")
@@ -193,5 +199,6 @@ def test_two_tubes_have_the_frequencies_and_the_first_impact_of_slender_beams() 
 
 
 def test_all_files_are_covered() -> None:
-    """Files of this folder are those that the tests above know."""
-    assert sorted(["clip.toml", "rack.toml", "two-tubes.toml", "pipe-route.toml"]) == SHIPPED
+    """Files of this folder are those that the tests above and in `test_feedback_files` and `test_frames` know."""
+    flows = ["freeplay-flutter.toml", "tube-fluidelastic.toml"]
+    assert sorted(["clip.toml", "rack.toml", "two-tubes.toml", "pipe-route.toml", *flows]) == SHIPPED

@@ -19,16 +19,20 @@ from scipy.sparse import csr_matrix, identity, kron
 from gapbeam.solver.assembly.elasticity import ElasticForms
 from gapbeam.solver.assembly.form_cache import compiled_form
 from gapbeam.solver.assembly.mass_matrix import mass_matrix
+from gapbeam.solver.linear_algebra.deflated_factor import DeflatedFactor
 from gapbeam.solver.linear_algebra.interface_springs import add_springs, as_matrix, enlarge_by_springs
+from gapbeam.solver.linear_algebra.iterative.deflation import Deflation
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.iterative.multigrid import columns_product
 from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
+from gapbeam.solver.linear_algebra.smooth_modes import smooth_modes
 from gapbeam.solver.linear_algebra.solver_choice import FACTORED, LinearSolver
 from gapbeam.solver.linear_algebra.substructuring.substructured_factor import factor_on_ranks, not_factored
 from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, Springs
 from gapbeam.solver.system.rank_one_update import updated
 
 SHIFTED = "gapbeam_shifted_"  # prefix of PETSc's options for K + sigma M
+FAST = 1.0e7  # c_k K over c_m M, largest entries: beyond, steps are so long that a free flight would cancel in contact
 
 
 class PetscOperators:
@@ -41,10 +45,13 @@ class PetscOperators:
         lumped: Make M diagonal.
         extrapolation: E, which moves mass from the contact nodes into the body (`assembly.mass_redistribution`).
         solver: Choice of the solver for effective operators.
+        marched: True where a march uses M and K themselves. Products and solves are then exact on the smooth modes,
+            whose digits are lost in the round-off of K where the body is slender.
 
     Attributes:
         solver: As given.
         has_massless: Whether any rank has DOFs without mass.
+        smooth: The smooth modes Z and K Z, where M and K are marched and factored; else None.
 
     Raises:
         UserError: A lumped mass is not positive.
@@ -60,6 +67,7 @@ class PetscOperators:
         lumped: bool = False,
         extrapolation: PETSc.Mat | None = None,
         solver: LinearSolver = FACTORED,
+        marched: bool = False,
     ) -> None:
         self.solver = solver
         self._comm, self._space = space.mesh.comm, space
@@ -95,6 +103,9 @@ class PetscOperators:
         self._components_out = self._component_mass.matMult(self._components_in)
         self._vector_in, self._vector_out = self._elastic.createVecs()
         self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._restraint.getDiagonal().array_r)
+        stiffest = self._comm.allreduce(float(np.max(self._stiffness_diagonal, initial=0.0)), op=MPI.MAX)
+        self._fastest = stiffest / self._component_mass.getDiagonal().max()[1]
+        self.smooth = smooth_modes(space, self._elastic, self.sum) if marched and not solver.iterative else None
 
     def hold(self, springs: RankOnes | None, restraint: RankOnes | None = None) -> None:
         """Add stiff springs to K, and to the restraint; they may couple DOFs of different cells. Collective."""
@@ -184,9 +195,13 @@ class PetscOperators:
             add_springs(effective, springs, self.sum)
         effective.setOption(PETSc.Mat.Option.SPD, True)
         if self.solver.iterative and stiffness != 0.0:
-            rigid = self._images(mass, stiffness, springs, added)
+            rigid = self._images(mass, stiffness, self._rigid, None, springs, added)
             return self._iterated(effective, "gapbeam_effective_", self.solver.tolerance, added, rigid)
-        return updated(self._factored(effective, "gapbeam_effective_"), self, added)
+        factor = self._factored(effective, "gapbeam_effective_")
+        if self.smooth is not None and springs is None and 0.0 < stiffness * self._fastest < FAST * mass:
+            images = self._images(mass, stiffness, self.smooth.basis, self.smooth.images)
+            factor = DeflatedFactor(factor, Deflation(self.smooth.basis, images, self.sum))
+        return updated(factor, self, added)
 
     def solver_of(self, matrix: PETSc.Mat, prefix: str, tolerance: float) -> Factor:
         """Return a solver for a symmetric positive definite matrix on the body's DOFs.
@@ -214,7 +229,7 @@ class PetscOperators:
         shifted, tolerance = self._whole_stiffness(), self.solver.basis_tolerance
         shifted.axpy(shift, self._whole_mass(), self._mass_pattern)
         if self.solver.iterative:
-            return self._iterated(shifted, SHIFTED, tolerance, None, self._images(shift, 1.0))
+            return self._iterated(shifted, SHIFTED, tolerance, None, self._images(shift, 1.0, self._rigid, None))
         return self.solver_of(shifted, SHIFTED, tolerance)
 
     def shifted_solver(self, mass: PETSc.Mat, stiffness: PETSc.Mat, shift: float, tolerance: float) -> Factor:
@@ -233,12 +248,32 @@ class PetscOperators:
         return ConjugateGradients(matrix, self._space, self._rigid, self, prefix, tolerance, added, images)
 
     def _images(
-        self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
+        self,
+        mass: float,
+        stiffness: float,
+        motions: Array,
+        elastic: Array | None,
+        springs: Springs | None = None,
+        added: RankOnes | None = None,
     ) -> Array:
-        """Return (mass M + stiffness K + springs + added) R of the rigid motions R, without strain. Collective."""
-        images = np.empty_like(self._rigid)
-        for number, motion in enumerate(self._rigid.T):
-            image = mass * self.apply_mass(motion) + stiffness * self._product(self._springs, motion)
+        """Return (mass M + stiffness K + springs + added) of motions, (n, k), with known elastic forces.
+
+        Args:
+            mass: c_m.
+            stiffness: c_k.
+            motions: The motions, (n, k).
+            elastic: Their elastic forces, (n, k); None: they are motions without strain.
+            springs: Springs.
+            added: Rank-one terms.
+
+        Collective.
+        """
+        images = np.empty_like(motions)
+        for number, motion in enumerate(motions.T):
+            held = self._product(self._springs, motion)
+            image = mass * self.apply_mass(motion) + stiffness * (
+                held if elastic is None else elastic[:, number] + held
+            )
             if springs is not None:
                 springs.interface.add(image, springs.matrix @ springs.interface.trace(motion, self))
             if added is not None:
@@ -264,6 +299,8 @@ class PetscOperators:
 
     def _elastic_force(self, x: Array) -> Array:
         """Return the elastic part of K x, without the round-off that products have on rigid-body modes."""
+        if self.smooth is not None:
+            return self.smooth.product(lambda rest: self._product(self._elastic, rest))(x)
         return self._product(self._elastic, x - self._rigid @ self.sum(self._rigid.T @ x))
 
     def _whole_stiffness(self) -> PETSc.Mat:

@@ -196,7 +196,8 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
     moved = None
     if case.contact.mass == "redistributed":
         moved = extrapolation(space, np.concatenate(list(meshed.faces.values())), explicit)
-    operators = PetscOperators(forms, space, correction, explicit, moved, _solver(case, meshed))
+    marched = isinstance(case.model, FullModel) and not explicit
+    operators = PetscOperators(forms, space, correction, explicit, moved, _solver(case, meshed), marched)
     contact, patch = gathered(case, contact)
     sections = SectionRows(space)
     patterns = load_patterns(case, sections, operators)

@@ -23,7 +23,7 @@ SHOWN = 60
 
 def _is_number(value: Any, kind: type = Real) -> bool:
     value = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
-    return isinstance(value, kind) and not isinstance(value, bool) and value == value
+    return isinstance(value, kind) and not isinstance(value, bool)
 
 
 PLAIN: dict[str, Kind] = {
@@ -55,7 +55,7 @@ ARTICLES = {
 def checked(function: Callable[P, R]) -> Callable[P, R]:
     """Refuse arguments of another kind than the annotation says, before the function sees them.
 
-    NaN is no number, nor is True. Checked are numbers, texts, dicts, lists, functions and the nouns of scenes;
+    Checked are numbers (True is none), texts, dicts, lists, functions and the nouns of scenes;
     annotations of other kinds, such as arrays, are left to the function.
 
     Raises:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Protocol
+from typing import Any, Protocol
 
 from gapbeam.solver.case.case import Output
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.wording.short_words import apart, exceeds
 
 MOST_STEPS = 1e9
@@ -53,7 +52,7 @@ def run_has_steps(time: MarchSpan) -> Iterator[Fault]:
         )
 
 
-def step_follows_the_forcing(time: MarchSpan, load: Mapping[int, LoadTable]) -> Iterator[Fault]:
+def step_follows_the_forcing(time: MarchSpan, load: Mapping[int, Any]) -> Iterator[Fault]:
     """The step is far shorter than the period of every load."""
     if isinstance(time.step, str):
         return

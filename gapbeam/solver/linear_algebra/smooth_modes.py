@@ -1,0 +1,185 @@
+"""Smooth modes of a slender body: motions that vary slowly along the axis x, and their elastic forces.
+
+The modes are bending, stretching and twisting with Legendre polynomials P(x); the rigid-body modes are among them:
+
+    bending  u_t = P(x), u_x = -t P'(x)  (t = y or z);    stretching  u_x = P(x);    twisting  u_y = -z P, u_z = y P
+
+The elastic forces K Z are small, and in a product K z large entries of K cancel. Therefore K Z is computed once from
+strains alone. In each short segment of the beam a fitted rigid-body motion r is subtracted first:
+
+    (K z)_i = sum_j K_ij (z_j - r_j),    r the rigid-body motion of the segment that node i lies in
+
+Z and K Z make a `Deflation` of K, without the round-off of the large entries of K: slender beams keep the digits of
+their first frequencies and of their seat. The forces of the rigid-body modes are exactly zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.legendre import legder, legval
+from petsc4py import PETSc
+from scipy.linalg import solve_triangular
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.linear_algebra.iterative.deflation import Deflation, Map
+from gapbeam.solver.system.operators import Array, Indices
+
+BENDING, AXIAL, TWIST = 16, 4, 4  # polynomials of each kind
+SEGMENTS = 64  # along the beam
+DEPENDENT = 1.0e-3  # least squared sine between a mode and those before it, which a coarse mesh may not resolve
+
+
+def smooth_modes(space: Any, stiffness: PETSc.Mat, total: Map) -> Deflation:
+    """Return the smooth modes Z on a blocked vector Lagrange space, with K Z, both (n, k).
+
+    Args:
+        space: The space.
+        stiffness: K, with the rigid-body modes as null space, distributed like vectors of that space.
+        total: Sums an array over the ranks.
+
+    Collective.
+    """
+    block, owned = space.dofmap.index_map_bs, space.dofmap.index_map.size_local
+    places = np.ascontiguousarray(space.tabulate_dof_coordinates()[:owned, :block])
+    frame = _Frame.of(places, total)
+    shapes = raw = frame.shapes(places)
+    scale = np.eye(raw.shape[1])
+    for _ in range(3):
+        scale = scale @ space.mesh.comm.bcast(_orthonormal(total(shapes.T @ shapes)))
+        shapes = raw @ scale
+    images = _images(stiffness, places, shapes)
+    rigid = shapes[:, : 3 * block - 3]
+    images[:, : rigid.shape[1]] = 0.0
+    images -= rigid @ total(rigid.T @ images)
+    return Deflation(shapes, images, total)
+
+
+def _orthonormal(products: Array) -> Array:
+    """Return C, (k, r), so that V C is orthonormal, from the scalar products V^T V, (k, k).
+
+    Cholesky row by row. Vectors that depend on the ones before are left out: their remainder would have few digits.
+    """
+    lengths = np.sqrt(np.maximum(np.diagonal(products), np.finfo(float).tiny))
+    cosines = products / np.outer(lengths, lengths)
+    kept: list[int] = []
+    factor = np.empty((0, 0))
+    for one in range(len(cosines)):
+        along = solve_triangular(factor, cosines[kept, one], lower=True) if kept else np.empty(0)
+        rest = cosines[one, one] - along @ along
+        if rest > DEPENDENT:
+            kept.append(one)
+            factor = np.block([[factor, np.zeros((len(factor), 1))], [along, np.sqrt(rest)]])
+    combinations = np.zeros((len(cosines), len(kept)))
+    combinations[kept] = solve_triangular(factor, np.eye(len(kept)), lower=True).T
+    return np.asarray(combinations / lengths[:, None])
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """Center of a body, (d,), m, and half its length, m."""
+
+    center: Array
+    half: float
+
+    @classmethod
+    def of(cls, places: Array, total: Map) -> _Frame:
+        count = total(np.array([float(len(places))]))[0]
+        center = total(places.sum(axis=0)) / count
+        spread = total(((places[:, 0] - center[0]) ** 2).sum(keepdims=True))[0] / count
+        return cls(center, float(np.sqrt(3.0 * spread)))
+
+    def shapes(self, places: Array) -> Array:
+        """Return all modes at the nodes (m, d), node by node, (m d, k); rigid-body modes first."""
+        block = places.shape[1]
+        along, *across = (places - self.center).T
+        along = along / self.half
+        waves, count = np.eye(max(BENDING, AXIAL, TWIST)), len(places)
+        values, slopes = legval(along, waves), legval(along, legder(waves)) / self.half
+        kinds = []
+        for axis in range(1, block):
+            bending = np.zeros((BENDING, count, block))
+            bending[..., axis], bending[..., 0] = values[:BENDING], -across[axis - 1] * slopes[:BENDING]
+            kinds.append(bending)
+        axial = np.zeros((AXIAL, count, block))
+        axial[..., 0] = values[:AXIAL]
+        kinds.append(axial)
+        if block == 3:
+            twist = np.zeros((TWIST, count, block))
+            twist[..., 1], twist[..., 2] = -across[1] * values[:TWIST], across[0] * values[:TWIST]
+            kinds.append(twist)
+        rigid = [*(bending[:2] for bending in kinds[: block - 1]), *(other[:1] for other in kinds[block - 1 :])]
+        others = [*(bending[2:] for bending in kinds[: block - 1]), *(other[1:] for other in kinds[block - 1 :])]
+        return np.ascontiguousarray(np.concatenate([*rigid, *others]).reshape(-1, count * block).T)
+
+
+def _images(stiffness: PETSc.Mat, places: Array, shapes: Array) -> Array:
+    """Return K Z, (n, k). Collective."""
+    block = places.shape[1]
+    rows, needed = _rows(stiffness)
+    around = _gathered(stiffness, np.column_stack([places.reshape(-1), shapes]), needed)
+    images = np.zeros_like(shapes)
+    first, length = places[:, 0].min(initial=np.inf), np.ptp(places[:, 0]) if len(places) else 1.0
+    segment = np.floor((places[:, 0] - first) / max(length, np.finfo(float).tiny) * SEGMENTS)
+    for one in np.unique(segment):
+        dofs = _dofs(np.flatnonzero(segment == one), block)
+        part = rows[dofs]
+        columns = _dofs_of_nodes(part.indices, len(needed), block)
+        part = part[:, columns]
+        images[dofs] = part @ _without_rigid_motion(around[columns, 1:], around[columns, 0].reshape(-1, block))
+    return images
+
+
+def _dofs_of_nodes(columns: Indices, count: int, block: int) -> Indices:
+    """Return all DOFs of the nodes that some of the `count` columns belong to, ascending."""
+    nodes = np.zeros(count // block, dtype=bool)
+    nodes[columns // block] = True
+    return _dofs(np.flatnonzero(nodes), block)
+
+
+def _dofs(nodes: Indices, block: int) -> Indices:
+    """Return the DOFs of nodes, node by node."""
+    return np.asarray((nodes[:, None] * block + np.arange(block)).reshape(-1))
+
+
+def _without_rigid_motion(moved: Array, places: Array) -> Array:
+    """Return motions (m d, k) of nodes near each other, (m, d), less their rigid-body motion in least squares."""
+    block = places.shape[1]
+    middle = int(np.argmin(np.sum((places - places.mean(axis=0)) ** 2, axis=1)))
+    # differences of neighbors have all their digits
+    rest = moved.reshape(len(places), block, -1) - moved.reshape(len(places), block, -1)[middle]
+    arms = places - places[middle]
+    turns = []
+    for first in range(block):
+        for second in range(first + 1, block):
+            turn = np.zeros_like(places)
+            turn[:, first], turn[:, second] = -arms[:, second], arms[:, first]
+            turns.append(turn.reshape(-1))
+    turning, rest = np.stack(turns, axis=1), rest.reshape(len(places) * block, -1)
+    return np.asarray(rest - turning @ np.linalg.lstsq(turning, rest)[0])
+
+
+def _rows(stiffness: PETSc.Mat) -> tuple[csr_matrix, Indices]:
+    """Return the rows of this rank without the columns of unconnected nodes, and the numbers of the columns kept."""
+    starts, columns, values = stiffness.getValuesCSR()
+    block, count = stiffness.getBlockSize(), stiffness.getSize()[1]
+    needed = _dofs_of_nodes(columns, count, block)
+    number = np.empty(count, dtype=PETSc.IntType)
+    number[needed] = np.arange(len(needed))
+    return csr_matrix((values, number[columns], starts), (len(starts) - 1, len(needed))), needed
+
+
+def _gathered(stiffness: PETSc.Mat, vectors: Array, needed: Indices) -> Array:
+    """Return rows of distributed vectors (n, k) by their numbers over all ranks, unrounded. Collective."""
+    whole = stiffness.createVecRight()
+    wanted = PETSc.IS().createGeneral(needed.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
+    found = PETSc.Vec().createSeq(len(needed), comm=PETSc.COMM_SELF)
+    scatter = PETSc.Scatter().create(whole, wanted, found, None)
+    result = np.empty((len(needed), vectors.shape[1]))
+    for place in range(vectors.shape[1]):
+        whole.array[:] = vectors[:, place]
+        scatter.scatter(whole, found)
+        result[:, place] = found.array_r
+    return result

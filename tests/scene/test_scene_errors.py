@@ -80,3 +80,14 @@ def test_no_errors_where_a_run_cannot_be_repeated(tmp_path: Path) -> None:
     assert "observers may set loads" in outcome.summary["errors"]["reason"]
     assert outcome.exit_status == 0
     assert "errors" not in gb.run(oscillator(), step=0.05, end=5.0, errors=False, output=tmp_path / "b").summary
+
+
+def test_each_motion_of_a_plane_has_its_own_figure(tmp_path: Path) -> None:
+    """Steps of 1 N and 3 N on equal springs without damping: ranges of 2 F / k, along z and across."""
+    block = gb.mass(1.0, motions=2, stiffness=100.0, name="block")
+    pushes = [gb.Force(block["at"], force, direction=way) for force, way in ((1.0, [1.0, 0.0]), (3.0, [0.0, 1.0]))]
+    ring = gb.Contact(block["at"], gb.Disc(1.0), gb.KelvinVoigt(stiffness=1e4), name="ring")
+    outcome = gb.run(gb.Scene(block, contacts=[ring], loads=pushes), step=2e-3, end=2.0, output=tmp_path / "a")
+    found = figures(outcome)
+    assert found["at peak-to-peak displacement"][0] == pytest.approx(0.06, rel=1e-3)
+    assert found["at lateral peak-to-peak displacement"][0] == pytest.approx(0.02, rel=1e-3)

@@ -62,7 +62,7 @@ class MotionRecord:
         farthest = None
         if probes:
             steps = np.diff(times, prepend=times[0])[:, None]
-            axes = (-1, 1) if in_space else (-1,)
+            axes = (-1, -2) if in_space else (-1,)
             displacement, acceleration = (
                 np.concatenate([np.asarray(history[name].values)[:, :, axis] for axis in axes], axis=1)
                 for name in ("displacement", _acceleration_in(history))

@@ -248,3 +248,12 @@ def test_a_full_disk_ends_with_status_6(tmp_path: Path) -> None:
     assert outcome.exit_status == 6
     assert "history.h5" in outcome.message
     assert gb.run(rattling(), resume=True, **asked).exit_status == 0
+
+
+def test_smoothing_follows_the_first_period_where_nothing_forces(tmp_path: Path) -> None:
+    """A twentieth of 2 pi / w of the softest motion that is not rigid; of the run where that is shorter."""
+    free, held = gb.mass(1.0, name="free"), gb.mass(1.0, stiffness=1e4, name="held")
+    stop = gb.Contact((free["at"], held["at"]), gb.HalfPlane(1.0), gb.KelvinVoigt(stiffness=1e6), name="stop")
+    for end, expected in ((1.0, 2.0 * pi / 100.0), (0.05, 0.05)):
+        outcome = gb.run(gb.Scene(free, held, contacts=[stop]), step=1e-3, end=end, output=tmp_path / f"{end}")
+        assert outcome.summary["smoothing"]["window"] == pytest.approx(0.05 * expected, rel=1e-9)

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.signals.enlarged_part import unit_of_time
 from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning, peaks, peaks_per_period, probe_signal
 from gapbeam.postprocess.signals.smoothing import moving_average, resample, smooth
 from tests.unit.test_postprocess_synthetic import write_results
@@ -161,3 +162,11 @@ def test_smoothing_is_linear_and_keeps_constants(values: list[float], scale: flo
     np.testing.assert_allclose(moved.values, scale * plain.values + offset, rtol=1e-9, atol=1e-6)
     assert plain.values.max() <= array.max() + 1e-9
     assert plain.values.min() >= array.min() - 1e-9
+
+
+@pytest.mark.parametrize(("end", "unit"), [(1500.0, "s"), (0.5, "ms"), (2e-5, "µs")])
+def test_enlarged_parts_have_a_unit_in_which_their_times_can_be_read(end: float, unit: str) -> None:
+    """At any size the last time lies between 10 and 10 000 units."""
+    name, scale = unit_of_time((0.9 * end, end))
+    assert name == unit
+    assert 10.0 <= scale * end < 1e4

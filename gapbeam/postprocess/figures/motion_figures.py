@@ -27,7 +27,7 @@ from gapbeam.postprocess.figures.figure_style import (
 )
 from gapbeam.postprocess.figures.room_in_support import room_of
 from gapbeam.postprocess.results.supports_of_run import RunSupport, wall_motion_series
-from gapbeam.postprocess.signals.enlarged_part import enlarged_span
+from gapbeam.postprocess.signals.enlarged_part import enlarged_span, unit_of_time
 from gapbeam.postprocess.signals.signal import SignalError, face_signal
 
 ASIDE = 1.0e-6  # of the vertical motion; less is round-off
@@ -150,6 +150,7 @@ def draw_contact(history: xr.Dataset, forcing_frequency: float | None, zoom: int
     faces = [str(name) for name in history["face"].values]
     forces = [face_signal(history, "contact_force", face).values for face in faces]
     start, stop = enlarged_span(time, np.sum(forces, axis=0), forcing_frequency, zoom)
+    unit, in_unit = unit_of_time((start, stop))
     figure, axes = panels(3, 2, height=1.35, sharey="row", sharex="col", width_ratios=[1.5, 1.0])
     for face, force in zip(faces, forces, strict=True):
         depth = _MICRO * face_signal(history, "penetration", face).values
@@ -158,7 +159,7 @@ def draw_contact(history: xr.Dataset, forcing_frequency: float | None, zoom: int
         for values, (whole, end) in zip(rows, axes, strict=True):
             whole.plot(time, values, **{**style, "linewidth": 0.5, "linestyle": "-"})
             keep = (time >= start) & (time <= stop)
-            end.plot(1e3 * time[keep], values[keep], label=face, **style)
+            end.plot(in_unit * time[keep], values[keep], label=face, **style)
     labels = ("contact force (N)", "smallest gap (µm)", "penetration (µm)")
     for label, (whole, _) in zip(labels, axes, strict=True):
         whole.set_ylabel(label)
@@ -166,7 +167,7 @@ def draw_contact(history: xr.Dataset, forcing_frequency: float | None, zoom: int
         whole.set_ylim(0.0, max(whole.get_ylim()[1], 1e-6))
     axes[0][1].legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, columnspacing=1.2)
     axes[-1][0].set_xlabel("time (s)")
-    axes[-1][1].set_xlabel("time (ms)")
+    axes[-1][1].set_xlabel(f"time ({unit})")
     if time.size == 1:
         _one_record(axes)
     figure.align_ylabels(axes[:, 0])
@@ -239,6 +240,7 @@ def _stored(
     whole: Axes, end: Axes, history: xr.Dataset, time: np.ndarray, span: tuple[float, float], marker: dict[str, Any]
 ) -> None:
     start, stop = span
+    unit, in_unit = unit_of_time(span)
     keep = (time >= start) & (time <= stop)
     total = np.zeros(time.size)
     parts = []
@@ -248,13 +250,13 @@ def _stored(
         parts.append((values, label, color, line))
     for values, label, color, line in parts:
         if values.max() > _SMALL * total.max():
-            end.plot(1e3 * time[keep], values[keep], color=color, ls=line, label=label, **marker)
+            end.plot(in_unit * time[keep], values[keep], color=color, ls=line, label=label, **marker)
     whole.plot(time, total, color=BLACK, lw=0.7, **marker)
-    end.plot(1e3 * time[keep], total[keep], color=BLACK, lw=0.8, label="sum", zorder=1, **marker)
+    end.plot(in_unit * time[keep], total[keep], color=BLACK, lw=0.8, label="sum", zorder=1, **marker)
     whole.axvspan(start, stop, color=GRAY, alpha=0.25, lw=0)
     whole.set_ylabel("stored energy (mJ)")
     whole.set_xlabel("time (s)")
-    end.set_xlabel("time (ms)")
+    end.set_xlabel(f"time ({unit})")
 
 
 def _balance(panel: Axes, history: xr.Dataset, time: np.ndarray, marker: dict[str, Any]) -> None:

@@ -9,7 +9,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, GRAY, VERMILION, letter, limits_around, panels
-from gapbeam.postprocess.signals.enlarged_part import enlarged_span
+from gapbeam.postprocess.signals.enlarged_part import enlarged_span, unit_of_time
 from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
 from gapbeam.postprocess.signals.signal import Signal
 
@@ -127,6 +127,7 @@ def draw_time_history(analysis: Analysis, zoom: int = 3) -> Figure:
     frequency = analysis.forcing_frequency
     motion = rows[-1].signal
     span = enlarged_span(motion.time, motion.values, frequency, zoom)
+    time_unit, in_unit = unit_of_time(span)
     for row, (whole, end) in zip(rows, axes, strict=True):
         if frequency is not None:  # each record to its own end
             span = enlarged_span(row.signal.time, row.signal.values, frequency, zoom)
@@ -135,18 +136,20 @@ def draw_time_history(analysis: Analysis, zoom: int = 3) -> Figure:
         smoothed = analysis.smoothed.signal if analysis.smoothed and row is analysis.acceleration else None
         for panel, part in ((whole, signal), (end, last)):
             if smoothed is None:
-                panel.plot(1e3 * part.time if panel is end else part.time, factor * part.values, color=BLACK, lw=0.7)
+                panel.plot(
+                    in_unit * part.time if panel is end else part.time, factor * part.values, color=BLACK, lw=0.7
+                )
             else:
-                _both(panel, part, smoothed, factor, 1e3 if panel is end else 1.0, thin=panel is whole)
+                _both(panel, part, smoothed, factor, in_unit if panel is end else 1.0, thin=panel is whole)
         limits_around(whole, factor * signal.values)
         whole.axvspan(last.time[0], last.time[-1], color=GRAY, alpha=0.25, lw=0)
         whole.set_ylabel(f"{signal.name} ({unit})")
         if smoothed is not None:
             end.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, columnspacing=1.2)
         if frequency is not None:
-            _period_grid(end, last, frequency)
+            _period_grid(end, last, frequency, in_unit)
     axes[-1][0].set_xlabel("time (s)")
-    axes[-1][1].set_xlabel("time (ms)")
+    axes[-1][1].set_xlabel(f"time ({time_unit})")
     for panel in (axes[-1][0], axes[-1][1]):
         panel.locator_params(axis="x", nbins=7)
     letter(list(axes.flat))
@@ -165,10 +168,10 @@ def _both(panel: Axes, raw: Signal, smoothed: Signal, factor: float, scale: floa
     )
 
 
-def _period_grid(panel: Axes, part: Signal, frequency: float) -> None:
+def _period_grid(panel: Axes, part: Signal, frequency: float, in_unit: float) -> None:
     first = np.ceil(part.time[0] * frequency - _NARROW)
     for j in np.arange(first, np.floor(part.time[-1] * frequency + _NARROW) + 1):
-        panel.axvline(1e3 * j / frequency, color=GRAY, lw=0.5, ls=":", zorder=0)
+        panel.axvline(in_unit * j / frequency, color=GRAY, lw=0.5, ls=":", zorder=0)
 
 
 def draw_period_peaks(analysis: Analysis) -> Figure:

@@ -35,3 +35,9 @@ def enlarged_span(time: np.ndarray, values: np.ndarray, frequency: float | None,
     found = np.interp(starts + width, time, energy) - np.interp(starts, time, energy)
     start = max(first, float(starts[np.argmax(found)]) - LEAD * width)
     return start, start + width
+
+
+def unit_of_time(span: tuple[float, float]) -> tuple[str, float]:
+    """Return the unit of the time axis of the part, and the number of these units in a second."""
+    end = abs(span[1])
+    return ("s", 1.0) if end >= 10.0 else ("ms", 1e3) if end >= 0.01 or end == 0.0 else ("µs", 1e6)

@@ -18,6 +18,7 @@ from pydantic import ValidationError
 
 from gapbeam.meshes.versions.installed_versions import python_versions
 from gapbeam.solver.case.gates_table import Gates
+from gapbeam.solver.case.smoothing_window import SHARE
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
 from gapbeam.solver.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE
@@ -45,6 +46,8 @@ from gapbeam.solver.table import faults_in
 
 LOG = logging.getLogger("gapbeam")
 WEAR = ("coefficient", "area")
+STILL = 1e-12
+"""Part of the largest squared frequency below which a motion is rigid, but for round-off."""
 Observer = Callable[[SceneStep], Any]
 
 
@@ -219,9 +222,20 @@ def _left(folder: Path, mark: str) -> dict[str, Any]:
     return found
 
 
+def _smoothing(asked: SceneRun, whole: float) -> dict[str, Any]:
+    """Return the window of smoothed accelerations: a share of the forcing period, the first period, or the run, s."""
+    period, words = asked.period, "forcing period"
+    if period is None and not asked.scene.is_large:
+        squares = asked.scene.squares
+        moving = squares[squares > STILL * squares.max(initial=0.0)]
+        if moving.size:
+            period, words = float(2.0 * np.pi / np.sqrt(moving.min())), "first period of the structures"
+    if period is None or period > whole:
+        period, words = whole, "run"
+    return {"window": SHARE * period, "reason": f"{SHARE:g} of the {words}"}
+
+
 def _opening(asked: SceneRun, folder: Path, marcher: Marcher) -> dict[str, Any]:
-    window = asked.period if asked.period is not None else asked.end - marcher.t0
-    share = min(0.05 * window, asked.end - marcher.t0)
     return {
         "title": asked.title or folder.name,
         "status": "running",
@@ -231,7 +245,7 @@ def _opening(asked: SceneRun, folder: Path, marcher: Marcher) -> dict[str, Any]:
         "warnings": [],
         "versions": python_versions(),
         "forcing": {"frequency": None if asked.period is None else 1.0 / asked.period, "period": asked.period},
-        "smoothing": {"window": share, "reason": f"0.05 of the {'run' if asked.period is None else 'forcing period'}"},
+        "smoothing": _smoothing(asked, asked.end - marcher.t0),
         "model": {"type": "scene", "dofs": asked.scene.size, "contact_points": len(asked.scene.contacts),
                   "supports": []},
         "scene": describe_scene(asked.scene, marcher.h, asked.end, asked.scheme),

@@ -105,7 +105,7 @@ class Uncertain(PrintedResult):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        words = [f"{len(self.response)} members", f"{len(self.responses)} responses"]
+        words = [f"{len(self.response)} members", f"{len(self.responses)} response{'s' * (len(self.responses) != 1)}"]
         words += [
             f"{name} above {self.limits[name]:.4g}: {one.value:.3g} ({one.low:.3g} to {one.high:.3g})"
             for name, one in self.exceeded.items()

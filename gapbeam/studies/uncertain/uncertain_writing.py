@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import StrMethodFormatter
 
 from gapbeam.postprocess.figures.figure_style import (
     BLACK,
@@ -83,7 +84,7 @@ def draw_distributions(found: Uncertain, figures: Iterable[str] = ()) -> Figure:
     kinds = [name for name in found.responses if any((name, one) in found.distributions for one in names)]
     for (axes,), name in zip(grid, names, strict=False):
         y = found.figures[name]
-        ends = np.histogram_bin_edges(y[np.isfinite(y)], bins=60) if np.isfinite(y).any() else np.array([0.0, 1.0])
+        ends = np.histogram_bin_edges(y[np.isfinite(y)], bins="auto") if np.isfinite(y).any() else np.array([0.0, 1.0])
         base: Array = np.zeros(len(ends) - 1)
         for number, kind in enumerate(kinds):
             mine = (found.response == kind) & np.isfinite(y)
@@ -106,7 +107,9 @@ def draw_distributions(found: Uncertain, figures: Iterable[str] = ()) -> Figure:
                 found.convergence.members, middle, np.maximum(np.abs(ends - middle), 0.0),
                 color=COLORS[number % len(COLORS)], marker="o", ms=3.0, capsize=2.0, label=name,
             )  # fmt: skip
-        axes.set_xscale("log")
+        axes.set_xscale("log", base=2)
+        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:.0f}"))
+        axes.margins(x=0.03)
         axes.set_xlabel("members")
         axes.set_ylabel("probability")
         if len(found.convergence.exceeded) > 1:

@@ -40,7 +40,7 @@ def tables_in(value: Any) -> Iterator[BaseModel]:
 def takes(case: BaseModel, choice: Choice) -> bool:
     """Return whether a case has made a choice."""
     for table in tables_in(case):
-        if choice.table != type(table).__name__:
+        if choice.table not in [one.__name__ for one in type(table).__mro__]:
             continue
         held = getattr(table, choice.key)
         for one in held if isinstance(held, tuple) else (held,):

@@ -104,13 +104,13 @@ def _where(maps: Mapping[str, WearMap], command: str) -> list[Block]:
 
 
 def _parts(found: dict[str, Any]) -> list[Block] | None:
-    """Return the work by mode of motion; None: nothing was done, or the run is of an earlier release."""
+    """Return the work by mode of motion; None: nothing was done, or the run did not separate impact from sliding."""
     rows = [
         (face, of_face["work"], *(100.0 * part / of_face["work"] for part in of_face["work_by_mode"].values()))
         for face, of_face in found["faces"].items()
         if of_face["work"] > 0.0 and "work_by_mode" in of_face
     ]
-    if not rows:
+    if not rows or "impact_time" not in found:
         return None
     words = f"Impact: the first {number(found['impact_time'])} s of each contact of a face. "
     slip = found["sticking_speed"]

@@ -18,7 +18,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.linear_algebra.iterative.deflation import Deflation
+from gapbeam.solver.linear_algebra.deflation import Deflation
 from gapbeam.solver.linear_algebra.mumps_factor import SOLVE_BLOCK
 from gapbeam.solver.system.operators import Array, Factor, Interface
 

@@ -20,8 +20,8 @@ from gapbeam.solver.assembly.elasticity import ElasticForms
 from gapbeam.solver.assembly.form_cache import compiled_form
 from gapbeam.solver.assembly.mass_matrix import mass_matrix
 from gapbeam.solver.linear_algebra.deflated_factor import DeflatedFactor
+from gapbeam.solver.linear_algebra.deflation import Deflation
 from gapbeam.solver.linear_algebra.interface_springs import add_springs, as_matrix, enlarge_by_springs
-from gapbeam.solver.linear_algebra.iterative.deflation import Deflation
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.iterative.multigrid import columns_product
 from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes

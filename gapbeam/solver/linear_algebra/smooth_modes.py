@@ -24,7 +24,7 @@ from petsc4py import PETSc
 from scipy.linalg import solve_triangular
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.linear_algebra.iterative.deflation import Deflation, Map
+from gapbeam.solver.linear_algebra.deflation import Deflation, Map
 from gapbeam.solver.system.operators import Array, Indices
 
 BENDING, AXIAL, TWIST = 16, 4, 4  # polynomials of each kind

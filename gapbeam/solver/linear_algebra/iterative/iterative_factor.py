@@ -21,8 +21,8 @@ from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.errors import RunError
+from gapbeam.solver.linear_algebra.deflation import Deflation, Map
 from gapbeam.solver.linear_algebra.interface_springs import add_springs
-from gapbeam.solver.linear_algebra.iterative.deflation import Deflation, Map
 from gapbeam.solver.linear_algebra.iterative.multigrid import AT_ONCE, Multigrid, columns_product
 from gapbeam.solver.system.operators import Array, Interface, Operators, RankOnes, Springs
 

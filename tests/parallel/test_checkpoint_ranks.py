@@ -12,12 +12,12 @@ import gapbeam
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.solver.record_table import STRESS_FIELDS
 from tests.parallel.test_ranks_agree import check_fields, disagreements
-from tests.shared.command import DEMO, RATTLE, alone, on_ranks
+from tests.shared.command import DEMO, RATTLE, alone, on_ranks, settings
 from tests.shared.interrupted import differing, stopped_after
 
 pytestmark = [alone, pytest.mark.versions]
 
-CLOSE = 1.0e-7  # of the largest magnitude of a variable; of energies, of the largest of them
+CLOSE = 1.0e-10  # of the largest magnitude of a variable; of energies, of the largest of them
 # The demo, shaken so hard that it leaves and strikes both faces at once.
 FULL = (*RATTLE, "time.end=0.05", "output.fields_interval=0.01", "output.stress=true")
 JOINT = 'joint=[{name = "end", type = "pinned", point = 0.51}]'
@@ -50,7 +50,7 @@ def test_two_ranks_go_on_to_the_same_bits(folder: Path) -> None:
 @pytest.mark.slow(minutes=0.4)
 @pytest.mark.parametrize(("whole", "parts"), [("one", "from-one"), ("whole", "begun")], ids=["1 to 2", "2 to 1"])
 def test_other_ranks_go_on_to_round_off(whole: str, parts: str, folder: Path) -> None:
-    """A full model on another number of ranks, over a whole run of many impacts: within 1e-7, and not the same run."""
+    """A full model on another number of ranks, over a whole run of many impacts: within 1e-10, and not the same run."""
     expected, found = open_results(folder / "full" / whole), open_results(folder / "full" / parts)
     before = expected.history["time"].values <= found.summary["resumed"][0]
     assert 0.1 < before.mean() < 0.3
@@ -72,9 +72,44 @@ def test_reduced_model_goes_on_to_the_same_bits_on_other_ranks(whole: str, parts
     assert [name for name in differing(one, other) if " at " not in name] == []
     assert open_results(other).summary["resumed"]
     results = [open_results(one), open_results(other)]
-    check_fields(results, 1e-13)
+    check_fields(results, 1e-3 * CLOSE)
     for name in STRESS_FIELDS:  # slopes across a cell enlarge the round-off of displacements
-        check_fields(results, 1e-10, name)
+        check_fields(results, CLOSE, name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chaotic", [True, False], ids=["chaotic", "not chaotic"])
+def test_round_off_after_a_resume_on_other_ranks(
+    chaotic: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The demo, resumed on two ranks: the same motion, until chaos, where it is chaotic, has multiplied the round-off.
+
+    Found elsewhere with two beam codes of their own: exponents of 18 to 84 1/s for stiff rattling under 20 N.
+    """
+    keys = ("load.shaker.ramp=0.0",) if chaotic else RATTLE
+    keys = (*keys, "output.fields_interval=0.1")
+    assert gapbeam.run(DEMO, keys, tmp_path / "one").exit_status == 0
+    with stopped_after(200):
+        assert gapbeam.run(DEMO, keys, tmp_path / "two").exit_status == 143
+    done = on_ranks(2, "run", DEMO, "--output", tmp_path / "two", "--resume", *settings(*keys))
+    assert done.returncode == 0, done.stderr
+    one, two = (open_results(tmp_path / name).history["displacement"] for name in ("one", "two"))
+    time, size = one["time"].values, float(np.abs(one).max())
+    apart = np.abs(one.values - two.values).max(axis=(1, 2)) / size
+    if not chaotic:
+        with capsys.disabled():
+            print(f"\n{apart.max():.1e} of the largest displacement within {time[-1]:g} s")
+        assert apart.max() < 2e-9
+        return
+    large = np.flatnonzero(apart > 1e-4)
+    end = large[0] if len(large) else len(time)
+    grown = (np.arange(len(time)) < end) & (apart > CLOSE)
+    rate = float(np.polyfit(time[grown], np.log(apart[grown]), 1)[0])
+    with capsys.disabled():
+        print(f"\nround-off grows by exp({rate:.3g} t / s), to {apart[:end].max():.1e} of the largest displacement")
+    assert apart[(time > 0.02) & (time < 0.05)].max() < 1e-8
+    assert apart[grown].max() > 1e4 * CLOSE  # grown by four orders, which is what the rate is fitted to
+    assert 18.0 < rate < 84.0
 
 
 def relative(expected: Results, found: Results) -> dict[str, float]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
+from functools import partial
 from math import pi, sqrt
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,9 @@ import numpy as np
 import pytest
 
 import gapbeam as gb
+from tests.shared import slips
+from tests.shared.slips import Change, Tables, check_refused
 
-Tables = dict[str, Any]
 STEEL = {"young_modulus": 2.0e11, "poisson_ratio": 0.3, "density": 7850.0}
 STREAM = {"velocity": 3.0, "density": 1000.0}
 TUBE = {**STREAM, "diameter": 0.019}
@@ -182,22 +182,7 @@ def test_a_tube_in_two_planes_has_each_frequency_twice() -> None:
     assert not np.any(pattern[1])
 
 
-Change = Callable[[Tables, Path], None]
-
-
-def put(number: int, *path: str, value: Any) -> Change:
-    """Return what sets a key of a [[feedback]]; None removes it."""
-
-    def change(given: Tables, _: Path) -> None:
-        inside: Any = given["feedback"][number]
-        for part in path[:-1]:
-            inside = inside[part]
-        if value is None:
-            del inside[path[-1]]
-        else:
-            inside[path[-1]] = value
-
-    return change
+put = partial(slips.put, "feedback")
 
 
 def coefficients(text: str) -> Change:
@@ -279,8 +264,4 @@ def test_slips_are_refused_by_their_key(tmp_path: Path, slip: str) -> None:
     given = tables(tmp_path)
     change, where, words = SLIPS[slip]
     change(given, tmp_path)
-    with pytest.raises(gb.CaseError) as refused:
-        gb.scene(given)
-    assert refused.value.exit_status == 2
-    assert any(re.search(where, fault.where) for fault in refused.value.faults), str(refused.value)
-    assert re.search(words, str(refused.value)), str(refused.value)
+    check_refused(given, where, words)

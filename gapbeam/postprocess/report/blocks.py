@@ -303,3 +303,8 @@ def _grouped(text: str) -> str:
     if len(whole) > 4:
         whole = f"{int(whole):,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
     return f"{sign}{whole}{point}{rest}".replace("-", MINUS)
+
+
+def picture_section(path: Path, caption: str, command: str) -> list[ReportSection]:
+    """Return the section of a picture; none where the file is not there."""
+    return [ReportSection("Picture", "picture", [Picture(path, caption, command)])] if path.is_file() else []

@@ -9,23 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from gapbeam.postprocess.figures.figure_style import (
-    BLACK,
-    BLUE,
-    GRAY,
-    GREEN,
-    PURPLE,
-    SKY,
-    VERMILION,
-    journal_style,
-    panels,
-)
+from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas
 from gapbeam.studies.atlas.response_search import CHAOTIC
 
-COLORS = (BLACK, VERMILION, BLUE, GREEN, PURPLE, SKY)
 OPEN = "#F0E442"  # yellow: not settled, or failed
 
 

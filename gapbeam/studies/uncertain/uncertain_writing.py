@@ -13,24 +13,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 
-from gapbeam.postprocess.figures.figure_style import (
-    BLACK,
-    BLUE,
-    GRAY,
-    GREEN,
-    PURPLE,
-    SKY,
-    VERMILION,
-    journal_style,
-    panels,
-)
+from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels
 from gapbeam.postprocess.report.sections.uncertain_section import UNCERTAIN_FILE, UNCERTAIN_PICTURE
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.study_folder import study_written
 from gapbeam.studies.uncertain.uncertain_result import Uncertain
 
-COLORS = (BLACK, VERMILION, BLUE, GREEN, PURPLE, SKY)
 MOST_PANELS = 4
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import Block, Cell, Picture, ReportSection, TableBlock, Verdict
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict, picture_section
 from gapbeam.postprocess.report.study_json import read_records
 
 ATLAS_FILE, ATLAS_PICTURE = "atlas.json", "atlas-responses.png"
@@ -64,9 +64,8 @@ def atlas_sections(folder: Path, command: str) -> list[ReportSection]:
             digits=4,
         )
     )
-    sections = [ReportSection("Summary", "summary", blocks)]
-    picture = folder / ATLAS_PICTURE
-    if picture.is_file():
-        caption = "Responses over the keys, or over the starts; gray: chaotic, yellow: not settled."
-        sections.append(ReportSection("Picture", "picture", [Picture(picture, caption, "gapbeam atlas")]))
-    return sections
+    caption = "Responses over the keys, or over the starts; gray: chaotic, yellow: not settled."
+    return [
+        ReportSection("Summary", "summary", blocks),
+        *picture_section(folder / ATLAS_PICTURE, caption, "gapbeam atlas"),
+    ]

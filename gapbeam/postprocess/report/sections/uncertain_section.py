@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gapbeam.postprocess.report.blocks import Block, Picture, ReportSection, TableBlock, Verdict
+from gapbeam.postprocess.report.blocks import Block, ReportSection, TableBlock, Verdict, picture_section
 from gapbeam.postprocess.report.study_json import read_records
 
 UNCERTAIN_FILE, UNCERTAIN_PICTURE = "uncertain.json", "uncertain.png"
@@ -33,9 +33,8 @@ def uncertain_sections(folder: Path, command: str) -> list[ReportSection]:
         heads, rows = record[name]["heads"], record[name]["rows"]
         if rows:
             blocks.append(TableBlock(caption, tuple(heads), [tuple(row) for row in rows], digits=4))
-    sections = [ReportSection("Summary", "summary", blocks)]
-    picture = folder / UNCERTAIN_PICTURE
-    if picture.is_file():
-        caption = "Figures of all members by response; dashed: limits."
-        sections.append(ReportSection("Picture", "picture", [Picture(picture, caption, "gapbeam.uncertain")]))
-    return sections
+    caption = "Figures of all members by response; dashed: limits."
+    return [
+        ReportSection("Summary", "summary", blocks),
+        *picture_section(folder / UNCERTAIN_PICTURE, caption, "gapbeam.uncertain"),
+    ]

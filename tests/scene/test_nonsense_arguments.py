@@ -43,6 +43,15 @@ def calls() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
                 "elements": 10, "name": "b",
             },
         ),
+        "frame": (
+            gb.frame,
+            {
+                "route": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]],
+                "section": gb.space_section("round", 0.02),
+                "material": material, "points": {"tip": (2.0, [0.0, 0.0, 1.0])}, "bends": 0.0, "flexibility": None,
+                "clamped": [0.0], "pinned": [], "held": [], "up": [0.0, 0.0, 1.0], "elements": 10, "name": "f",
+            },
+        ),
         "mass": (gb.mass, {"value": 1.0, "motions": 2, "stiffness": 1e4, "name": "m"}),
         "Contact": (
             gb.Contact,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from functools import partial, wraps
+from functools import cache, partial, wraps
 from numbers import Integral, Real
 from os import PathLike
 from typing import Any, ParamSpec, TypeVar
@@ -13,12 +13,11 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.wording.short_words import printable
 
 P = ParamSpec("P")
 R = TypeVar("R")
 Kind = tuple[Callable[[Any], bool], str]
-SHOWN = 60
-"""Characters of a value that messages show."""
 
 
 def _is_number(value: Any, kind: type = Real) -> bool:
@@ -44,6 +43,7 @@ ARTICLES = {
     "StructurePoint": 'a point of a structure, such as beam["tip"]',
     "Material": "a material, as of gapbeam.material",
     "CrossSection": "a section, as of gapbeam.section",
+    "SpaceSection": "a section, as of gapbeam.space_section",
     "LinearScheme": "a scheme, such as gapbeam.midpoint()",
     "FlowSpan": "a span, as of gapbeam.span",
     "ConvexRegion": "a region, such as gapbeam.Slot(1e-4)",
@@ -95,11 +95,11 @@ def _refuse(called: str, name: str, value: object, wanted: Sequence[Kind] | None
 
 def shown(value: object) -> str:
     """Return a value as messages show it: one line, not longer than it can be read."""
-    words = " ".join(repr(value).split())
-    return words if len(words) <= SHOWN else f"{words[:SHOWN]} ..."
+    return printable(" ".join(repr(value).split()))
 
 
-def _kinds(annotation: str) -> list[Kind]:
+@cache
+def _kinds(annotation: str) -> tuple[Kind, ...]:
     """Return the kinds that an annotation names; none where one of them is not known here."""
     found: list[Kind] = []
     for part in annotation.split(" | "):
@@ -109,8 +109,8 @@ def _kinds(annotation: str) -> list[Kind]:
         elif name in ARTICLES:
             found.append((partial(_is_a, name), ARTICLES[name]))
         else:
-            return []
-    return found
+            return ()
+    return tuple(found)
 
 
 def _is_a(name: str, value: object) -> bool:

@@ -155,9 +155,7 @@ def beam(
     size = float(positive(length, f"{where}: length"))
     places = {key: float(finite(x, f"{where}: point {key}")) for key, x in points.items()}
     clamps, pins = ([float(x) for x in finite(some, f"{where}: supports").ravel()] for some in (clamped, pinned))
-    held = [*clamps, *pins]
-    if elements is not None and elements < 1:
-        raise UserError(f"{where}: elements: found {elements}, expected 1 or more")
+    held, count = [*clamps, *pins], element_count(elements, where)
     off = {key: x for key, x in (places | {f"support at {x:g}": x for x in held}).items() if not 0.0 <= x <= size}
     if off:
         raise UserError(f"{where}: expected places from 0 to {size:g} m, found {off}")
@@ -177,7 +175,7 @@ def beam(
             "gapbeam.scene(case)"
         )
     shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) * section.shear_area
-    uniform = TimoshenkoBeam(size, elements or ELEMENTS, bending, shear, mass + added, rotary)
+    uniform = TimoshenkoBeam(size, count, bending, shear, mass + added, rotary)
     parts = _parts(uniform, [*places.values(), *held])
     ends = np.cumsum([0.0, *(part.length for part in parts)])
     x = np.concatenate([*(end + part.places[:-1] for end, part in zip(ends, parts, strict=False)), [size]])
@@ -197,6 +195,17 @@ def beam(
         M, K = M.toarray(), K.toarray()
     whole = Structure(M, K, None, rows, rigid[free] if left else None, name, carried, along[free])
     return whole if modes is None and not ratio else whole.reduced(modes or len(free), ratio)
+
+
+def element_count(elements: int | None, where: str) -> int:
+    """Return about how many elements a beam or a frame has.
+
+    Raises:
+        UserError: Fewer than one were asked for.
+    """
+    if elements is not None and elements < 1:
+        raise UserError(f"{where}: elements: found {elements}, expected 1 or more")
+    return ELEMENTS if elements is None else elements
 
 
 def in_two_planes(one: Structure) -> Structure:

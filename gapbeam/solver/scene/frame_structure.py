@@ -23,16 +23,14 @@ from scipy.linalg import block_diag, null_space
 from gapbeam.solver.case.beam_table import Material
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
-from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.beam_structure import section_table
+from gapbeam.solver.scene.argument_checks import checked, shown
+from gapbeam.solver.scene.beam_structure import element_count, section_table
 from gapbeam.solver.scene.frame_route import FrameRoute
 from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.scene.structure_pose import ALONG
 from gapbeam.solver.system.operators import Array
 
-ELEMENTS = 40
-"""Elements of a frame by default, about, along its straight legs."""
 ANGLE = pi / 16.0
 """Largest angle of a bend that an element spans."""
 MOTIONS = 6
@@ -106,6 +104,7 @@ def space_figures(table: Any, thickness: float, width: float, poisson_ratio: flo
     )
 
 
+@checked
 def frame(
     route: Sequence[Sequence[float]],
     section: SpaceSection,
@@ -143,16 +142,20 @@ def frame(
         UserError: The route is none, a place is off the route, or a direction is none.
     """
     where = f"frame {name or '?'}"
-    axis = FrameRoute(route, bends, where)
-    known = {key: _station(axis, at, f"{where}: point {key}", f"points.{key}") for key, (at, _) in points.items()}
+    axis, height = FrameRoute(route, bends, where), finite(up, f"{where}: up")
+    if height.shape != (3,) or not np.linalg.norm(height) > 0.0:
+        raise UserError(f"{where}: found up {shown(up)}, expected three numbers that are not all 0")
+    placed = {key: _placed(one, f"{where}: point {key}") for key, one in points.items()}
+    known = {key: _station(axis, at, f"{where}: point {key}", f"points.{key}") for key, (at, _) in placed.items()}
     fixed = [(at, np.eye(3), kind == "clamped") for kind, group in (("clamped", clamped), ("pinned", pinned))
              for at in group]  # fmt: skip
-    fixed += [(at, np.atleast_2d(_directions(way, f"{where}: support")), False) for at, way in held]
+    pairs = [_placed(one, f"{where}: support") for one in held]
+    fixed += [(at, np.atleast_2d(_directions(way, f"{where}: support")), False) for at, way in pairs]
     supports = [(_station(axis, at, f"{where}: support"), ways, rotates) for at, ways, rotates in fixed]
-    count = elements or ELEMENTS
-    s = axis.stations([*known.values(), *(at for at, _, _ in supports)], axis.length / count, ANGLE)
+    longest = axis.length / element_count(elements, where)
+    s = axis.stations([*known.values(), *(at for at, _, _ in supports)], longest, ANGLE)
     x = np.array([axis.at(float(one)) for one in s])
-    K, M = _assembled(axis, s, x, section, material, flexibility, np.asarray(up, dtype=float), where)
+    K, M = _assembled(axis, s, x, section, material, flexibility, height, where)
     size = MOTIONS * len(s)
     C: Array = np.zeros((0, size))
     for at, ways, rotates in supports:
@@ -165,7 +168,7 @@ def frame(
     Z, R = _free(C), _rigid(x)
     left = null_space(C @ R) if len(C) else np.eye(MOTIONS)
     rows_of: dict[str, Array] = {}
-    for key, (_, way) in points.items():
+    for key, (_, way) in placed.items():
         node = int(np.abs(s - known[key]).argmin())
         ways = np.atleast_2d(_directions(way, f"{where}: point {key}"))
         rows_of[key] = np.zeros((len(ways), size))
@@ -179,6 +182,13 @@ def frame(
     still = np.asarray(Z.T @ (R @ left)) if left.shape[1] else None
     rows = {key: np.asarray((Z.T @ row.T).T) for key, row in rows_of.items()}
     return Structure(0.5 * (Mf + Mf.T), 0.5 * (Kf + Kf.T), None, rows, still, name, inertia, moved)
+
+
+def _placed(given: Any, where: str) -> tuple[Station, ArrayLike]:
+    """Return a place and its directions."""
+    if not (isinstance(given, tuple | list) and len(given) == 2):
+        raise UserError(f"{where}: found {shown(given)}, expected (place, directions)")
+    return given[0], given[1]
 
 
 def _station(axis: FrameRoute, at: Station, where: str, argument: str = "clamped") -> float:

@@ -47,6 +47,7 @@ GOOD = '[[variable]]\npath = "stop*.clearance"\ndistribution = "norm"\nparameter
         (HEAD + GOOD.replace("norm", "beta"), "no a, b"),
         (HEAD + GOOD.replace("1e-4", "-1e-4"), "parameters that norm has a meaning for"),
         (HEAD + GOOD.replace("stop*.clearance", "clearance"), "name.value"),
+        (HEAD + GOOD.replace("stop*.clearance", "a"), "text in quotes, 3 to 100 characters"),
         (HEAD + GOOD + GOOD, "every path once"),
         (HEAD + "members = 2\n" + GOOD, "members"),
         (HEAD + 'sampling = "grid"\n' + GOOD, "sobol"),

@@ -109,8 +109,9 @@ def in_words(schema: Mapping[str, Any]) -> str:
         case "string" if "pattern" in schema:
             return f"a name in quotes, at most {schema['maxLength']} letters, digits, - and _, a letter first"
         case "string":
-            most = f", at most {schema['maxLength']} characters" if "maxLength" in schema else ""
-            return f"text in quotes{most}"
+            least, most = schema.get("minLength", 0), schema.get("maxLength")
+            count = f"{least} to {most}" if least > 1 and most else f"at most {most}"
+            return f"text in quotes, {count} characters" if most else "text in quotes"
         case "array" if "prefixItems" in schema:
             items = schema["prefixItems"]
             if items[0].get("type") not in ("number", "integer"):

@@ -23,7 +23,7 @@ def test_members_are_those_of_the_scene(tmp_path: Path) -> None:
     """A member of the table has the peak of a single march of the scene of the case with its values."""
     done = called_anew("uncertain", STUDY, "--output", tmp_path / "found")
     assert done.returncode == 0, done.stderr
-    assert "64 members; 1 responses" in done.stdout
+    assert "64 members; 1 response;" in done.stdout
     row = list(csv.DictReader((tmp_path / "found" / "members.csv").open()))[17]
     one = repeating_scene(STUDY.parent / "../cantilever-stop.toml", settings_of_study(STUDY, read_uncertain(STUDY), []))
     scene = one.scene.with_({path: float(row[path]) for path in ("stop*.clearance", "shaker.scale")})

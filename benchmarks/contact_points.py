@@ -8,9 +8,9 @@ from __future__ import annotations
 import sys
 
 from benchmarks.apart import exponent, measured_apart, print_figures
-from benchmarks.marching import marched, seated
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
+from benchmarks.textbook_newton import marched, seated
 
 DEGREES = (1, 3, 5, 7, 9, 11)  # of the quadrature on the faces
 STEPS = 200

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 import gapbeam as gb
-from gapbeam.solver.scene.modal_march import Marcher
+from gapbeam.solver.scene.scene_march import Marcher
 
 STEPS, REPEATS, STEP = 40_000, 7, 1e-5
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from gapbeam.solver.record_table import FIELDS_FILE, HISTORY
-from gapbeam.solver.run.output.growing_xdmf import GrowingSeries
+from gapbeam.solver.run.output.hdf5_files import GrowingSeries
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.system.operators import Array
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 import sys
 
 from benchmarks.apart import exponents, measured_apart, print_figures
-from benchmarks.marching import marched, seated
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
+from benchmarks.textbook_newton import marched, seated
 
 CELLS = (2, 3, 4, 5, 6, 8)  # across and through the beam
 STEPS = 40

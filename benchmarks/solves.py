@@ -20,7 +20,7 @@ from benchmarks.apart import exponents, measured_apart, print_figures
 from benchmarks.size import mesh_overrides
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
-from gapbeam.solver.contact.solve.matrix_free_condensation import MatrixFreeOperator
+from gapbeam.solver.contact.solve.condensation import MatrixFreeOperator
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.semi_discrete import State, imaged

@@ -21,8 +21,7 @@ from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.block_means import missed_share
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
-from gapbeam.solver.march.simulation import Simulation
-from gapbeam.solver.march.step_blocks import Wanted, marched
+from gapbeam.solver.march.simulation import Simulation, Wanted, marched
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import statistics_of
 from gapbeam.studies.trials.starts import KeptBody

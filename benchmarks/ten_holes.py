@@ -24,8 +24,7 @@ from gapbeam import read_case
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.simulation import Simulation
-from gapbeam.solver.march.step_blocks import Wanted, marched
+from gapbeam.solver.march.simulation import Simulation, Wanted, marched
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.system.semi_discrete import State
 

@@ -14,9 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.marching import Marched, marched, seated
 from benchmarks.table import Cell, Table, machine_words, options, seconds
-from benchmarks.textbook_newton import TextbookBeam
+from benchmarks.textbook_newton import Marched, TextbookBeam, marched, seated
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 

@@ -13,10 +13,10 @@ from __future__ import annotations
 import sys
 
 from benchmarks.apart import Figures, exponents, measured_apart, print_figures
-from benchmarks.marching import marched, seated
 from benchmarks.size import mesh_overrides
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
+from benchmarks.textbook_newton import marched, seated
 
 TIERS = {
     "factor, responses kept": ("solver.effective=factor", "solver.columns=keep"),

@@ -7,8 +7,12 @@ leave_quietly_while_loading()  # before anything that takes long to load
 from importlib import import_module  # noqa: E402
 from typing import TYPE_CHECKING, Any  # noqa: E402
 
-from gapbeam.process.process_environment import cache_by_default, home_by_default, signals_by_default  # noqa: E402
-from gapbeam.process.thread_default import one_thread_by_default  # noqa: E402
+from gapbeam.process.process_environment import (  # noqa: E402
+    cache_by_default,
+    home_by_default,
+    one_thread_by_default,
+    signals_by_default,
+)
 
 home_by_default()  # before anything loads Open MPI
 cache_by_default()  # before anything loads DOLFINx
@@ -44,34 +48,29 @@ if TYPE_CHECKING:
     from gapbeam.interface.shown_results import compare, open_results, plot, render, report
     from gapbeam.interface.single_case import check, model, modes, run, scene
     from gapbeam.solver.scene.beam_structure import CrossSection, beam, material, section
-    from gapbeam.solver.scene.connors_margin import connors
     from gapbeam.solver.scene.contact_pair import Contact
     from gapbeam.solver.scene.convex_region import Disc, HalfPlane, Polar, Polygon, Slot, region
-    from gapbeam.solver.scene.delayed_force import quasi_steady
     from gapbeam.solver.scene.feedback import Feedback, Joint, memory
-    from gapbeam.solver.scene.flow_span import in_fluid, span
+    from gapbeam.solver.scene.flow_force import in_fluid, quasi_steady, span
+    from gapbeam.solver.scene.flow_margin import connors
     from gapbeam.solver.scene.force_law import law
     from gapbeam.solver.scene.frame_structure import SpaceSection, frame, space_section
     from gapbeam.solver.scene.lagged_force import aerodynamic_lag, measured, unsteady
     from gapbeam.solver.scene.lane_ensemble import ensemble
-    from gapbeam.solver.scene.limit_cycle import limit_cycle
+    from gapbeam.solver.scene.limit_cycle import limit_cycle, periodic
     from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, midpoint, newmark, theta
     from gapbeam.solver.scene.linear_stability import critical_velocity, eigenvalues, idle_supports, root_locus
     from gapbeam.solver.scene.modal_files import read_modes
-    from gapbeam.solver.scene.periodic_orbit import periodic
-    from gapbeam.solver.scene.point_basis import reduced_at_points
     from gapbeam.solver.scene.scene import Scene
     from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
     from gapbeam.solver.scene.scene_march import history, march
     from gapbeam.solver.scene.scene_seat import NoSeat, seat
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, ElastoGap, HuntCrossley, KelvinVoigt
-    from gapbeam.solver.scene.structure import Structure, from_modes, mass
-    from gapbeam.solver.scene.structure_files import read_structure
+    from gapbeam.solver.scene.structure import Structure, from_modes, mass, reduced_at_points
+    from gapbeam.solver.scene.structure_files import read_structure, write_structure
     from gapbeam.solver.scene.structure_pose import Pose
-    from gapbeam.solver.scene.structure_writing import write_structure
     from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
-    from gapbeam.studies.atlas.response_atlas import atlas
-    from gapbeam.studies.atlas.start_set import drawn_starts, gridded_starts
+    from gapbeam.studies.atlas.response_atlas import atlas, drawn_starts, gridded_starts
     from gapbeam.studies.uncertain.uncertain_scene import uncertain
     from gapbeam.studies.uncertain.uncertain_writing import draw_distributions
 
@@ -80,52 +79,35 @@ if TYPE_CHECKING:
 _MODULES = {
     "interface.case_picture": ("view",),
     "interface.case_source": ("read_case",),
-    "interface.single_case": ("check", "model", "modes", "run", "scene"),
     "interface.case_studies": ("Workers", "identify", "life", "stability", "sweep", "tradeoff"),
     "interface.shown_results": ("compare", "export", "open_results", "plot", "render", "report"),
+    "interface.single_case": ("check", "model", "modes", "run", "scene"),
     "solver.scene.beam_structure": ("CrossSection", "beam", "material", "section"),
-    "solver.scene.shipped_laws": ("Adhesive", "Cubic", "ElastoGap", "HuntCrossley", "KelvinVoigt"),
     "solver.scene.contact_pair": ("Contact",),
+    "solver.scene.convex_region": ("Disc", "HalfPlane", "Polar", "Polygon", "Slot", "region"),
     "solver.scene.feedback": ("Feedback", "Joint", "memory"),
-    "solver.scene.connors_margin": ("connors",),
-    "solver.scene.delayed_force": ("quasi_steady",),
-    "solver.scene.flow_span": (
-        "in_fluid",
-        "span",
-    ),
-    "solver.scene.lagged_force": (
-        "aerodynamic_lag",
-        "measured",
-        "unsteady",
-    ),
-    "solver.scene.linear_stability": (
-        "critical_velocity",
-        "eigenvalues",
-        "idle_supports",
-        "root_locus",
-    ),
+    "solver.scene.flow_force": ("in_fluid", "quasi_steady", "span"),
+    "solver.scene.flow_margin": ("connors",),
     "solver.scene.force_law": ("law",),
     "solver.scene.frame_structure": ("SpaceSection", "frame", "space_section"),
+    "solver.scene.lagged_force": ("aerodynamic_lag", "measured", "unsteady"),
     "solver.scene.lane_ensemble": ("ensemble",),
-    "solver.scene.limit_cycle": ("limit_cycle",),
+    "solver.scene.limit_cycle": ("limit_cycle", "periodic"),
     "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "midpoint", "newmark", "theta"),
-    "solver.scene.periodic_orbit": ("periodic",),
-    "solver.scene.convex_region": ("Disc", "HalfPlane", "Polar", "Polygon", "Slot", "region"),
-    "solver.scene.point_basis": ("reduced_at_points",),
+    "solver.scene.linear_stability": ("critical_velocity", "eigenvalues", "idle_supports", "root_locus"),
+    "solver.scene.modal_files": ("read_modes",),
     "solver.scene.scene": ("Scene",),
     "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "weight"),
     "solver.scene.scene_march": ("history", "march"),
     "solver.scene.scene_seat": ("NoSeat", "seat"),
-    "solver.scene.structure": ("Structure", "from_modes", "mass"),
-    "solver.scene.structure_files": ("read_structure",),
-    "studies.atlas.atlas_figures": ("draw_basins", "draw_responses"),
-    "studies.atlas.response_atlas": ("atlas",),
-    "studies.atlas.start_set": ("drawn_starts", "gridded_starts"),
+    "solver.scene.shipped_laws": ("Adhesive", "Cubic", "ElastoGap", "HuntCrossley", "KelvinVoigt"),
+    "solver.scene.structure": ("Structure", "from_modes", "mass", "reduced_at_points"),
+    "solver.scene.structure_files": ("read_structure", "write_structure"),
     "solver.scene.structure_pose": ("Pose",),
+    "studies.atlas.atlas_figures": ("draw_basins", "draw_responses"),
+    "studies.atlas.response_atlas": ("atlas", "drawn_starts", "gridded_starts"),
     "studies.uncertain.uncertain_scene": ("uncertain",),
     "studies.uncertain.uncertain_writing": ("draw_distributions",),
-    "solver.scene.structure_writing": ("write_structure",),
-    "solver.scene.modal_files": ("read_modes",),
 }
 """Modules of the public names, each loaded on first use of one of its names; error classes share one module."""
 

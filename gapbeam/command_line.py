@@ -32,9 +32,8 @@ from gapbeam.commands.tradeoff import judged_by, level_within
 from gapbeam.commands.watch import watch
 from gapbeam.process.failing_ranks import abort_together, first_rank, on_one_rank
 from gapbeam.process.launcher import end_with_launcher, leave
-from gapbeam.process.lost_screen import NoRoomError, outlive_the_screen
 from gapbeam.process.process_environment import REMARKS, is_somewhere, refuse_cramped, words_of_the_command
-from gapbeam.process.terminal_text import OptionWords, harmless, with_options
+from gapbeam.process.terminal_text import NoRoomError, OptionWords, harmless, outlive_the_screen, with_options
 from gapbeam.process.usage_errors import BadParameter, ClickException, UsageError
 
 INPUT_FAULT = 2

@@ -16,8 +16,7 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from benchmarks.drawn_cases.attempts import Attempt, Figure, attempted
-from benchmarks.drawn_cases.coverage import coverage, missed
+from benchmarks.drawn_cases.attempts import Attempt, Figure, attempted, coverage, missed
 
 SIGNALS = 128  # a status above: a signal ended a run, and with it the benchmark
 

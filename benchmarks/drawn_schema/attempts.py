@@ -1,4 +1,7 @@
-"""One drawn case: its run as a user starts it, then another way, each in a process of its own with a time limit."""
+"""One drawn case: its run as a user starts it, then another way, each in a process of its own with a time limit.
+
+Comparison of a run with an independent computation.
+"""
 
 from __future__ import annotations
 
@@ -8,19 +11,165 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import gapbeam
 from benchmarks.drawn_schema.cases import drawn
-from benchmarks.drawn_schema.comparison import compared, curve_of
 from benchmarks.drawn_schema.earlier import before, earlier_folder
-from benchmarks.drawn_schema.references import NoReferenceError
+from benchmarks.drawn_schema.references import NoReferenceError, long_march, motion_by
 from benchmarks.drawn_schema.ways import IN_MEMORY, Way, ways_of
 from benchmarks.fuzz.command_work import command
 from benchmarks.fuzz.sandbox import Limits, Outcome, attempt
+from benchmarks.true_errors import true_errors
+from gapbeam.postprocess.results.results import Results, open_results
+from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.placed_support import own_law
-from gapbeam.solver.errors import RunError, UserError
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.case.symmetry import bends_in_two_planes
+from gapbeam.solver.errors import CaseError, RunError, UserError
+from gapbeam.solver.record_table import CURVE_FILE
+from gapbeam.studies.error_estimate.motion_record import MotionRecord
+
+CHANGES = 10  # of contact: before, motions that are the same are the same
+PRESSED = 1.0e-9  # N s: less is round-off
+NEGLIGIBLE = 1.0e-6  # of the scale
+FACTOR = 2.0  # times its stated error: beyond, a figure is a finding
+SETTLED = 1.0e-4  # change over a period, relative
+CLOSED = 1.0e-4  # of its range: what a period may miss its start by, times the multiplier of disturbances
+PERIODIC = 0.01  # difference from a settled march, relative
+NOT_ASKED = {"status": "not asked for", "reason": "no errors were asked for"}
+ENDS = 1.0e-6  # of a period: how near to its end the last record is
+ANOTHER = 0.2  # difference from which a march has settled on another response, which says nothing of the curve
+CURVE_POINTS = 3  # that are compared
+UNSTABLE = 0.995  # multipliers closer to 1 take longer than a long march to settle
+
+
+def compared(way: Way, case: Case, folder: Any) -> dict[str, Any]:
+    """Compare the run in a folder with another way, and return what was found, for a line of JSON."""
+    results = open_results(folder)
+    summary = results.summary
+    computed = {one["key"]: one["value"] for one in summary["defaults"]}
+    step = float(computed.get("time.step", case.time.step))
+    if way.name == "long march":
+        found = _periodic(way, case, results, step, computed)
+        return found if curve_of(case) is None else _added(found, _comparison_curve(way, case, results, step, computed))
+    run = MotionRecord.of_history(results.history, bends_in_two_planes(case))
+    other = motion_by(way, case, run, step, computed)
+    if way.exact is not None:
+        return _exactly(run, other, way.exact, way.forces)
+    return _within(summary, other)
+
+
+def _exactly(run: MotionRecord, other: MotionRecord, limit: float, forces: float) -> dict[str, Any]:
+    mine, theirs = _waves(run), _waves(other, forces)
+    count = min(len(mine), len(theirs), _calm(run))
+    sizes = np.abs(mine).max(axis=0)
+    if not run.probes and max(float(sizes.max(initial=0.0)), float(np.abs(theirs).max(initial=0.0))) < PRESSED:
+        return {"figures": 0, "above": 0, "worst": None, "what": "no probe, and no face presses but for round-off"}
+    if run.in_space and run.probes:  # what does not move aside but for round-off is the same
+        sizes = np.tile(sizes.reshape(2, -1).max(axis=0), 2)
+    apart = np.abs(mine[:count] - theirs[:count]) / np.maximum(sizes, 1.0e-30)
+    largest = float(apart.max(initial=0.0))
+    return {"figures": 1, "above": int(largest > limit), "worst": largest / limit, "what": "motion"}
+
+
+def _calm(motion: MotionRecord) -> int:
+    """Return the number of records before contacts have changed so often that chaos multiplies round-off."""
+    changes = np.flatnonzero(np.any(np.diff(motion.force > 0.0, axis=0), axis=1))
+    return int(changes[CHANGES]) if len(changes) > CHANGES else len(motion.times)
+
+
+def _waves(motion: MotionRecord, forces: float = 1.0) -> Any:
+    """Return displacements, or impulses, divided by a factor of forces, where there is no probe."""
+    return motion.displacement if motion.probes else motion.impulse / forces
+
+
+def _within(summary: dict[str, Any], other: MotionRecord) -> dict[str, Any]:
+    """Compare each figure that has an error; figures of which both difference and error are negligible are not."""
+    errors = summary.get("errors", NOT_ASKED)
+    if errors["status"] != "estimated":
+        return {"figures": 0, "above": 0, "worst": None, "what": errors["reason"]}
+    rows = []
+    for row, difference in true_errors(summary, other):
+        size = max(abs(row["value"]), 1.0e-300)
+        if max(difference, row["error"]) > NEGLIGIBLE * size:
+            rows.append((difference / max(row["error"], 1.0e-300), f"{row['name']}, {row['span']}", difference / size))
+    worst = max(rows, default=(None, "", 0.0), key=lambda row: row[0] or 0.0)
+    above = sum(ratio > FACTOR for ratio, _, _ in rows)
+    return {"figures": len(rows), "above": above, "worst": worst[0], "what": worst[1], "relative": worst[2]}
+
+
+def _periodic(way: Way, case: Case, results: Results, step: float, computed: dict[str, float]) -> dict[str, Any]:
+    """Look whether the marched period closes, and compare a stable response with the end of a march that settles."""
+    found = results.summary["periodic"]
+    run = MotionRecord.of_history(results.history, bends_in_two_planes(case))
+    if not run.probes:
+        return {"figures": 0, "above": 0, "worst": None, "what": "no probe"}
+    if abs(run.times[-1] - run.times[0] - found["period"]) > ENDS * found["period"]:
+        return {"figures": 0, "above": 0, "worst": None, "what": "no record at the end of the period"}
+    closes = np.abs(run.displacement[-1] - run.displacement[0]) / np.maximum(np.ptp(run.displacement, axis=0), 1e-30)
+    multiplier = found["largest_multiplier"] or 1.0
+    worst = float(closes.max()) / (CLOSED * max(1.0, multiplier))
+    report = {"figures": 1, "above": int(worst > 1.0), "worst": worst, "what": "the marched period closes"}
+    if not found["stable"] or multiplier > UNSTABLE:
+        return report
+    last, change = long_march(way, case, step, computed, multiplier)
+    if change > SETTLED:
+        return report
+    mine, theirs = (np.ptp(motion.displacement, axis=0) for motion in (run, last))
+    apart = float((np.abs(mine - theirs) / theirs).max())
+    if apart <= PERIODIC:
+        return report | {"figures": 2, "worst": max(worst, apart / PERIODIC)}
+    return {"figures": 2, "above": 1, "worst": apart / PERIODIC, "what": "range beside a long march"}
+
+
+def _comparison_curve(
+    way: Way, case: Case, results: Results, step: float, computed: dict[str, float]
+) -> dict[str, Any]:
+    """Compare stable points of a curve, spread along it, with marches that settle there, unless on another response."""
+    asked = curve_of(case)
+    assert asked is not None
+    rows = json.loads((results.folder / CURVE_FILE).read_text("utf-8"))["points"]
+    stable = [row for row in rows if row["stable"] and row["largest_multiplier"] < UNSTABLE]
+    chosen = [stable[number] for number in np.linspace(0, len(stable) - 1, CURVE_POINTS).astype(int)] if stable else []
+    found: dict[str, Any] = {"figures": 0, "above": 0, "worst": None, "what": "no stable point of a curve"}
+    for row in chosen:
+        varied = keys_at(case, asked.key, row["value"])
+        frequency = next((load.forcing_frequency for load in case.load if load.forcing_frequency is not None), 1.0)
+        slower = frequency / row["value"] if asked.key.endswith(".frequency") else 1.0
+        last, change = long_march(way, case, step * slower, computed, row["largest_multiplier"], varied)
+        if change > SETTLED:
+            continue
+        ranges = {name: row.get(f"{name}.peak_to_peak") for name in last.probes}  # lateral motion is no column
+        pairs = [
+            pair for pair in zip(ranges.values(), np.ptp(last.displacement, axis=0), strict=True) if None not in pair
+        ]
+        apart = max((abs(mine / theirs - 1.0) for mine, theirs in pairs if theirs > 0.0), default=0.0)
+        if not pairs or apart > ANOTHER:
+            continue
+        words = f"point of a curve, {asked.key} = {row['value']:.6g}"
+        found = _added(found, {"figures": 1, "above": int(apart > PERIODIC), "worst": apart / PERIODIC, "what": words})
+    return found
+
+
+def _added(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """Return two comparisons as one, with the words of the worse."""
+    worse = max(one, other, key=lambda found: found["worst"] or 0.0)
+    return worse | {key: one[key] + other[key] for key in ("figures", "above")}
+
+
+def curve_of(case: Case) -> Continuation | None:
+    """Return the continuation of a case that asks for a curve."""
+    return case.analysis.continuation if isinstance(case.analysis, Periodic) else None
+
+
+def keys_at(case: Case, key: str, value: float) -> dict[str, float]:
+    """Return the keys of a case at a point of a curve; a frequency is that of all loads that have one."""
+    if not key.endswith(".frequency"):
+        return {key: value}
+    return {f"load.{load.name}.frequency": value for load in case.load if "frequency" in load.curve_units}
+
 
 PART_OF_A_CURVE = 5  # status of a curve that misses a part of its range; what it has is compared
 DOCUMENTED = (124,)  # beside those that the sandbox knows: the wall-time limit

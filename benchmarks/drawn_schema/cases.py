@@ -13,8 +13,7 @@ from benchmarks.drawn_schema.finishing import entries_of, finished
 from benchmarks.drawn_schema.scene import drawn_scene
 from benchmarks.drawn_schema.tables import Draw
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.faults import CaseError, Fault
+from gapbeam.solver.errors import CaseError, Fault, UserError
 from gapbeam.solver.table import models_in
 
 TRIES = 400  # of drawing tables again

@@ -11,7 +11,7 @@ from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.run.checkpoint.left_state import left_state
+from gapbeam.solver.run.checkpoint.resume import left_state
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import seated

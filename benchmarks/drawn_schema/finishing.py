@@ -11,7 +11,7 @@ from benchmarks.drawn_schema.drawn_segments import drawn_segments, with_segments
 from benchmarks.drawn_schema.rules import LeftOut
 from benchmarks.drawn_schema.tables import Draw
 from gapbeam.solver.case.case import Beam, Case, Mesh, Probe
-from gapbeam.solver.case.model_table import BeamModel, ReducedModel
+from gapbeam.solver.case.solution_tables import BeamModel, ReducedModel
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.law_choice import Law
 from gapbeam.solver.integrators.scheme_choice import Scheme

@@ -15,7 +15,7 @@ from benchmarks.drawn_schema.earlier import begun
 from benchmarks.drawn_schema.ways import FINER, Way
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.model_table import FullModel
+from gapbeam.solver.case.solution_tables import FullModel
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.trials.response import TrialResponse, respond
@@ -130,5 +130,5 @@ def _step_by_step(wanted: bool) -> Iterator[None]:
     if not wanted:
         yield
         return
-    with patch("gapbeam.solver.march.step_blocks.why_not_compiled", return_value="another way"):
+    with patch("gapbeam.solver.march.simulation.why_not_compiled", return_value="another way"):
         yield

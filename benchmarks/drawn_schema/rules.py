@@ -10,8 +10,7 @@ from collections.abc import Callable
 from math import pi
 from typing import Any
 
-from benchmarks.drawn_schema.records import write_record, write_spectrum
-from benchmarks.drawn_schema.scene import Scene
+from benchmarks.drawn_schema.scene import Scene, write_record, write_spectrum
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT
 
 EARLIER = "earlier"  # folder with the results of the run whose last state a case starts from

@@ -10,8 +10,8 @@ from benchmarks.drawn_schema.earlier import earlier_folder
 from gapbeam.solver.attachments.attachment_tables import ElasticJoint, Fluid
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.checks.factor_checks import factor_needed
-from gapbeam.solver.case.model_table import FullModel, ReducedModel
+from gapbeam.solver.case.checks.load_checks import factor_needed
+from gapbeam.solver.case.solution_tables import FullModel, ReducedModel
 from gapbeam.solver.integrators.scheme_choice import scheme_names
 from gapbeam.solver.loads.places import LineForce, PointForce
 from gapbeam.studies.error_estimate.companions import FINEST_MODES, FINEST_SHAPES

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.fuzz import checkpoint_targets
+from benchmarks.fuzz import checkpoint_mutations as checkpoint_targets
 from benchmarks.fuzz.checkpoint_seeds import PROJECT
 from benchmarks.fuzz.command_work import Work, command
 from benchmarks.fuzz.mutations import NUMBERS, WORDS, put_in_place, spoil_bytes, spoil_hdf5, spoil_json, spoil_text

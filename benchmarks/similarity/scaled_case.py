@@ -13,9 +13,9 @@ from pydantic import BaseModel
 
 from benchmarks.similarity.size_exponents import size_exponent
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.case.reading.case_reader import read_case_tables
-from gapbeam.solver.case.units_in_descriptions import unit_in
 from gapbeam.solver.supports.support_tables import OneSupport
 from gapbeam.solver.table import type_name
 

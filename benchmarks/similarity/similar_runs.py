@@ -14,8 +14,7 @@ import gapbeam
 from benchmarks.similarity.scaled_case import scaled_tables
 from benchmarks.similarity.size_exponents import size_exponent
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.checks.case_warnings import unusual_loads
-from gapbeam.solver.case.checks.unit_questions import unit_questions
+from gapbeam.solver.case.checks.case_warnings import unit_questions, unusual_loads
 from gapbeam.solver.case.reading.case_reader import read_case_tables
 from gapbeam.solver.record_table import HISTORY_FILE
 

@@ -56,7 +56,7 @@ enter_root() {
     esac
   done
   [[ ! -d /run/media ]] || shared+=(/run/media) # removable disks
-  GAPBEAM_SHARED=$(IFS=: && printf '%s' "${shared[*]}") # what is written elsewhere is lost: solver/run/output/output_paths.py
+  GAPBEAM_SHARED=$(IFS=: && printf '%s' "${shared[*]}") # what is written elsewhere is lost: solver/run/output/results_folder.py
   export GAPBEAM_SHARED
   "enter_with_$way"
   # what points into this machine's own /usr has no meaning there

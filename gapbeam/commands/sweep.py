@@ -10,7 +10,7 @@ import typer
 from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import progress_bar, screen
 from gapbeam.commands.worker_options import SchedulerAddress, SlurmOptions, WorkerCount, workers_from
-from gapbeam.solver.faults import in_one_line
+from gapbeam.solver.errors import in_one_line
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind

@@ -29,7 +29,7 @@ def uncertain(
     could not be written.
     """
     from gapbeam.interface.case_atlas import repeating_scene
-    from gapbeam.studies.uncertain.run_uncertain import read_uncertain, run_uncertain, settings_of_study
+    from gapbeam.studies.uncertain.uncertain_scene import read_uncertain, run_uncertain, settings_of_study
 
     read = read_uncertain(study)
     folder = output if output is not None else Path("results") / study.stem

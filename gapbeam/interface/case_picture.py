@@ -152,7 +152,7 @@ def _check(path: Path) -> None:
         UserError: Another suffix, a link or a folder.
     """
     from gapbeam.solver.errors import UserError
-    from gapbeam.solver.run.output.output_paths import check_name, check_place
+    from gapbeam.solver.run.output.results_folder import check_name, check_place
 
     check_name(path)
     if path.suffix.lower() != ".png":

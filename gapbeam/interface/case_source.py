@@ -94,8 +94,7 @@ def case_file(source: CaseSource, folder: Path) -> Path:
     """
     if not isinstance(source, Case | Mapping) and not (isinstance(source, str) and "\n" in source):
         return Path(source)
-    from gapbeam.solver.run.output.output_paths import check_place
-    from gapbeam.solver.run.output.results_folder import write_beside
+    from gapbeam.solver.run.output.results_folder import check_place, write_beside
 
     text = case_to_toml(read_case(source), ["the case of the study in this folder"])
     check_place(folder)

@@ -10,6 +10,7 @@ from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.solver.errors import (
     AssumptionBroken,
+    CaseError,
     EnergyCreated,
     EnergyLost,
     Interrupted,
@@ -22,7 +23,6 @@ from gapbeam.solver.errors import (
     RunError,
     UserError,
 )
-from gapbeam.solver.faults import CaseError
 
 __all__ = [
     "AssumptionBroken",

@@ -281,7 +281,7 @@ def folder_of(results: Given) -> Path:
 def _place(folder: Path, output: str | PathLike[str] | None, name: str) -> Path | None:
     """Return the folder that was asked for, after refusing one that nothing should be written into."""
     from gapbeam.postprocess.results.damaged_files import as_written
-    from gapbeam.solver.run.output.output_paths import check_place
+    from gapbeam.solver.run.output.results_folder import check_place
     from gapbeam.studies.study_folder import refuse_links
 
     place = None if output is None else Path(output)

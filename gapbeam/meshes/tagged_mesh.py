@@ -110,16 +110,16 @@ def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
     """Mesh the beam in the current gmsh model; returns the tags of its facet groups."""
     import gmsh
 
-    from gapbeam.meshes.gmsh_models.structured import (
+    from gapbeam.meshes.gmsh_models.beam_mesh import (
         beam_layers,
         beside_sections,
         beside_slice,
         check_faces,
         draw_section,
         draw_structured,
+        draw_unstructured,
         name_faces,
     )
-    from gapbeam.meshes.gmsh_models.unstructured import draw_unstructured
 
     unit = geometry.thickness  # gmsh's tolerances are absolute: it sees a beam of thickness 1
     cell = sizing.cell_of(geometry.dimension)

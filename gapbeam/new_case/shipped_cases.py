@@ -121,7 +121,7 @@ def check_new(path: Path) -> None:
     Raises:
         UserError: It is there, has another suffix, or cannot lie there.
     """
-    from gapbeam.solver.run.output.output_paths import REMEDY, check_name, check_place
+    from gapbeam.solver.run.output.results_folder import REMEDY, check_name, check_place
 
     try:
         check_name(path)

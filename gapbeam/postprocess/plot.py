@@ -57,8 +57,7 @@ from gapbeam.postprocess.signals.shock_spectrum import (
     shock_rows,
     shock_spectrum,
 )
-from gapbeam.postprocess.signals.smoothing import POINTS, Sampling
-from gapbeam.postprocess.signals.spectra import Window
+from gapbeam.postprocess.signals.spectra import POINTS, Sampling, Window
 from gapbeam.solver.record_table import CURVE_FILE, HISTORY
 
 FOLDER = "figures"

@@ -1,4 +1,8 @@
-"""Environment of the process: home, cache and signals, set where they are missing."""
+"""Environment of the process: home, cache and signals, set where they are missing, and threads.
+
+One thread a rank unless the user says otherwise: the ranks are the parallelism (docs/how-to/run-on-a-cluster.md).
+Numerical libraries read these variables once, when they are loaded, which `import gapbeam` therefore comes before.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from gapbeam.solver.errors import OutOfMemory
-from gapbeam.solver.run.rank_threads import threads_a_rank
+from gapbeam.solver.run.rank_threads import THREADS, is_count, threads_a_rank
 
 OTHERS = stat.S_IWGRP | stat.S_IWOTH
 LEAST_SPACE = 1.0e9  # bytes of addresses: what the libraries take before they multiply matrices, and some more
@@ -91,3 +95,15 @@ def is_somewhere() -> bool:
         return bool(os.getcwd())  # noqa: PTH109 - Path.cwd() is no shorter way to ask
     except OSError:
         return False
+
+
+def one_thread_by_default() -> None:
+    """Set the variables for the threads of libraries to 1, unless they hold a number.
+
+    Libraries of their own variable follow OMP_NUM_THREADS where that is set and theirs is not.
+    """
+    wanted = os.environ.get(THREADS[0], "")
+    default = wanted if is_count(wanted) else "1"
+    for name in THREADS:
+        if not is_count(os.environ.get(name, "")):
+            os.environ[name] = default

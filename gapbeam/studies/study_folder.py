@@ -14,8 +14,7 @@ from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, Validati
 
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.errors import NotWritten, UserError
-from gapbeam.solver.run.output.folder_lock import by_one, locked
-from gapbeam.solver.run.output.output_paths import check_place
+from gapbeam.solver.run.output.results_folder import by_one, check_place, locked
 from gapbeam.solver.wording.short_words import printable
 
 if TYPE_CHECKING:

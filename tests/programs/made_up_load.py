@@ -12,7 +12,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.point_load import PointLoad
 from gapbeam.solver.loads.time_function import TimeFunction, smooth
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Vector

@@ -11,7 +11,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
+from gapbeam.solver.contact.solve.condensation import Condensed
 from gapbeam.solver.integrators.generalized_alpha import AlphaFamily, Weights
 from gapbeam.solver.integrators.midpoint import Midpoint
 from gapbeam.solver.system.accepted_step import Step

@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
-from gapbeam.solver.faults import Fault
+from gapbeam.solver.errors import Fault
 from gapbeam.solver.sections.section_table import SectionTable, solid_shear, thin_enough, wall_cells
 from gapbeam.solver.table import Positive
 

@@ -15,7 +15,7 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.run.checkpoint.checkpoint_files import found, read_checkpoint
 from gapbeam.solver.run.checkpoint.checkpoints import last_checkpoint
-from gapbeam.solver.run.checkpoint.dof_layout import layout_of
+from gapbeam.solver.run.checkpoint.state_checks import layout_of
 from gapbeam.solver.run.run_consumers import steps_between
 from tests.shared.command import DEMO
 from tests.shared.interrupted import stopped_after

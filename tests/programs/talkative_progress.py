@@ -6,7 +6,7 @@ import sys
 
 import gapbeam.solver.run.output.progress as progress
 from gapbeam.command_line import main
-from gapbeam.solver.march import step_blocks as gathered_steps
+from gapbeam.solver.march import simulation as gathered_steps
 
 progress.LINE = 0.0
 gathered_steps.MOST_STEPS = 1

@@ -60,6 +60,6 @@ if __name__ == "__main__":
         "elastic": run_of("elastic", "contact.law=kelvin-voigt"),
         "gated": run_of("gated", *(f"gates.{gate}=1e-6" for gate in ("impact_growth", "impact_loss", "total_growth"))),
     }
-    with patch("gapbeam.solver.march.step_blocks.why_not_compiled", return_value="asked for by a test"):
+    with patch("gapbeam.solver.march.simulation.why_not_compiled", return_value="asked for by a test"):
         words["steps"] = run_of("steps")
     print(json.dumps(words))

@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 
+from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.reading.case_reader import read_case, schema, warnings
 from gapbeam.solver.case.reading.known_keys import tables
-from gapbeam.solver.case.units_in_descriptions import unit_in
 from tests.shared.case_texts import GOOD, spoiled
 
 ROOT = Path(__file__).parents[2]

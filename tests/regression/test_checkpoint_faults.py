@@ -19,12 +19,12 @@ from mpi4py import MPI
 import gapbeam
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.march import step_blocks as gathered_steps
+from gapbeam.solver.march import simulation as gathered_steps
 from gapbeam.solver.run import run_consumers
 from gapbeam.solver.run.checkpoint.checkpoint_files import VERSION
 from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.march_summary import describe_march
-from gapbeam.solver.run.output.folder_lock import locked
+from gapbeam.solver.run.output.results_folder import locked
 from tests.shared.command import DEMO, RATTLE, alone, called, settings
 from tests.shared.interrupted import differing, run_in_parts, stopped_after
 from tests.shared.processes import beside, command, ended, often, until

@@ -13,7 +13,7 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
-import gapbeam.solver.march.step_blocks
+import gapbeam.solver.march.simulation
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.run import run_consumers
 from gapbeam.solver.run.outcome import Outcome
@@ -42,7 +42,7 @@ def case_of(**changes: Any) -> Case:
 def run_both(case: Case, folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Outcome, Outcome]:
     """Return the outcomes of the compiled loop and of the march step by step."""
     compiled = run_case(case, folder / "compiled", MPI.COMM_SELF)
-    monkeypatch.setattr(gapbeam.solver.march.step_blocks, "why_not_compiled", lambda _plan: "asked for by a test")
+    monkeypatch.setattr(gapbeam.solver.march.simulation, "why_not_compiled", lambda _plan: "asked for by a test")
     return compiled, run_case(case, folder / "steps", MPI.COMM_SELF)
 
 

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 import gapbeam
-from benchmarks.drawn_cases.attempts import Attempt, Figure, attempted
-from benchmarks.drawn_cases.coverage import coverage, missed
+from benchmarks.drawn_cases.attempts import Attempt, Figure, attempted, coverage, missed
 from benchmarks.drawn_cases.scenes import CLASSES, drawn_scene
 
 FAST = (7,)

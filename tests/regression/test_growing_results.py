@@ -12,9 +12,9 @@ import pytest
 from gapbeam.postprocess.results.results import ResultsError, open_results
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.record_table import HISTORY, history_pieces
-from gapbeam.solver.run.output import growing_xdmf as growing_series
+from gapbeam.solver.run.output import hdf5_files as growing_series
 from gapbeam.solver.run.output import history_file as histories
-from gapbeam.solver.run.output.growing_xdmf import HEAD, SECTOR, SWITCH, TAIL, GrowingSeries
+from gapbeam.solver.run.output.hdf5_files import HEAD, SECTOR, SWITCH, TAIL, GrowingSeries
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from tests.shared.history_labels import LABELS as SLICE
 

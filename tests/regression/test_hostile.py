@@ -34,8 +34,7 @@ from gapbeam.process.terminal_text import harmless
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.history_rows import Recorder
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.record_table import (
     CASE_FILE,
     FIELDS_DATA_FILE,
@@ -44,7 +43,7 @@ from gapbeam.solver.record_table import (
     HISTORY_FILE,
     SUMMARY_FILE,
 )
-from gapbeam.solver.run.output.disk_space import check_space, size_of_results
+from gapbeam.solver.run.output.disk_errors import check_space, size_of_results
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.studies.study_folder import StoredPiece, StoredResponse, checked, refuse_links
 from gapbeam.studies.sweep.sweep_plan import Sweep, chains_of, point_file, prepare, read_points

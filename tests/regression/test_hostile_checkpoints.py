@@ -25,9 +25,9 @@ from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.checkpoint.checkpoints import Left, last_checkpoint
-from gapbeam.solver.run.checkpoint.dof_layout import NODES, POINTS
 from gapbeam.solver.run.checkpoint.kept_model import EXPANSION, sum_of
 from gapbeam.solver.run.checkpoint.resume import find_left
+from gapbeam.solver.run.checkpoint.state_checks import NODES, POINTS
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.results_folder import check_folder
 from gapbeam.solver.run.run_consumers import steps_between

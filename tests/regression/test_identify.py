@@ -17,7 +17,7 @@ from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.signals.steady_figures import steady
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError
 from gapbeam.solver.record_table import SMOOTHING_WINDOW
 from gapbeam.studies.identification.identification_file import read_identification, unit_of_key
 from gapbeam.studies.sweep.sweep_point import span

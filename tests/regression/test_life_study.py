@@ -15,7 +15,7 @@ import gapbeam
 from gapbeam.postprocess.report.blocks import TableBlock, Verdict
 from gapbeam.postprocess.report.sections.curve_section import life_sections
 from gapbeam.solver.case.case_writer import case_to_toml
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError
 from gapbeam.studies.life.case_rates import CaseRates
 from gapbeam.studies.life.time_words import YEAR, long_time, time_words
 from gapbeam.studies.life.worn_case import worn_case

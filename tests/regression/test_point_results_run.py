@@ -14,7 +14,7 @@ import gapbeam
 from gapbeam.postprocess.plot import DATA_FILE, FOLDER
 from gapbeam.postprocess.results.columns_of_run import points_of
 from gapbeam.solver.case.case_writer import case_to_toml
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError
 from gapbeam.solver.record_table import POINTS_FILE
 from tests.regression.test_hole_pictures import KEYS
 from tests.shared.command import DEMO, alone, on_ranks

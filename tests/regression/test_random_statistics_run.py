@@ -11,7 +11,7 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
-import gapbeam.solver.march.step_blocks
+import gapbeam.solver.march.simulation
 from gapbeam.postprocess.report.blocks import TableBlock, Words
 from gapbeam.postprocess.report.sections.statistics_section import statistics_section
 from gapbeam.solver.case.computed_defaults import overhang_frequency
@@ -81,7 +81,7 @@ def test_both_marches_count_alike(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     """Before chaos parts them, contact times and closings of both marches are the same numbers."""
     case = gapbeam.read_case(CASE, [*KEYS, "time.end=0.05"])
     run_case(case, tmp_path / "compiled", MPI.COMM_SELF)
-    monkeypatch.setattr(gapbeam.solver.march.step_blocks, "why_not_compiled", lambda _plan: "asked for by a test")
+    monkeypatch.setattr(gapbeam.solver.march.simulation, "why_not_compiled", lambda _plan: "asked for by a test")
     run_case(case, tmp_path / "steps", MPI.COMM_SELF)
     with h5py.File(tmp_path / "compiled" / "history.h5") as one, h5py.File(tmp_path / "steps" / "history.h5") as other:
         assert one["closings"][-1].sum() >= 2

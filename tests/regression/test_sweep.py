@@ -18,8 +18,7 @@ from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import figures_of_record
 from gapbeam.postprocess.study_figures.response_census import census, census_words
 from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.march.python.march import march
 from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.models.model import Model, model_of

@@ -10,8 +10,8 @@ import pytest
 
 import gapbeam as gb
 from gapbeam.interface.case_atlas import repeating_scene
-from gapbeam.solver.faults import CaseError
-from gapbeam.studies.uncertain.run_uncertain import read_uncertain, settings_of_study
+from gapbeam.solver.errors import CaseError
+from gapbeam.studies.uncertain.uncertain_scene import read_uncertain, settings_of_study
 from tests.shared.command import PROJECT, alone, called_anew
 
 STUDY = PROJECT / "cases" / "studies" / "uncertain-stop.toml"

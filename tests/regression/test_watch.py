@@ -16,7 +16,7 @@ import gapbeam
 from gapbeam.commands.watch import frame, line
 from gapbeam.postprocess.results.run_watch import look_at
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.run.output import progress_file
+from gapbeam.solver.run.output import progress as progress_file
 from tests.shared.command import DEMO, RATTLE, alone, called_anew
 from tests.shared.processes import appears, beside, ended
 

@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import brentq
 
 import gapbeam as gb
-from gapbeam.solver.scene.delayed_force import pade_error
+from gapbeam.solver.scene.flow_force import pade_error
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.scene import SceneState
 

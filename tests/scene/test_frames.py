@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import gapbeam as gb
-from gapbeam.solver.scene.frame_route import FrameRoute
+from gapbeam.solver.scene.frame_structure import FrameRoute
 from gapbeam.solver.scene.structure import dense
 from tests.shared.slips import check_refused, put
 

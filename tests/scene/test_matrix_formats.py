@@ -71,7 +71,7 @@ def test_two_matrices_of_one_dmig_file(tmp_path: Path) -> None:
         "DMIG    MAAX           1       3               1       3    0.25\n"
         "ENDDATA\n"
     )
-    files = pytest.importorskip("gapbeam.solver.scene.matrix_files")
+    files = pytest.importorskip("gapbeam.solver.scene.structure_files")
     K, M = (files.read_matrix(punch, what) for what in ("stiffness", "mass"))
     (K, M), rows = files.aligned([K, M])
     assert rows == ["1.3", "2.3"]

@@ -12,9 +12,8 @@ import pytest
 
 import gapbeam
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.solver.march import step_blocks as gathered_steps
-from gapbeam.solver.march.compiled.compiled_block import CompiledBlock
-from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
+from gapbeam.solver.march import simulation as gathered_steps
+from gapbeam.solver.march.compiled.compiled_march import CompiledBlock, CompiledLoop
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.outcome import Outcome

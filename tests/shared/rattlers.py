@@ -26,8 +26,7 @@ from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.loads.random_function import RandomSignal
 from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum
-from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.compiled.record_instants import instants_of
+from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, instants_of
 from gapbeam.solver.march.python.march import EffectiveOperators, March, begun
 from gapbeam.solver.supports.regions.around_face import BoreFace
 from gapbeam.solver.supports.support import Face, Support

@@ -11,13 +11,13 @@ from gapbeam.solver.case.checks import all_checks as consistency
 from gapbeam.solver.case.checks import attachment_checks as attachments
 from gapbeam.solver.case.checks import circle_checks as circles
 from gapbeam.solver.case.checks import contact_checks as contact_fits
-from gapbeam.solver.case.checks import contact_point_checks as resultants
-from gapbeam.solver.case.checks import geometry_checks as geometry
-from gapbeam.solver.case.checks import model_checks as model_fits
+from gapbeam.solver.case.checks import contact_checks as resultants
+from gapbeam.solver.case.checks import place_checks as geometry
 from gapbeam.solver.case.checks import place_checks as places
+from gapbeam.solver.case.checks import run_checks as model_fits
 from gapbeam.solver.case.checks import support_checks as supports
+from gapbeam.solver.case.checks import support_checks as wholes
 from gapbeam.solver.case.checks import wear_checks as wear
-from gapbeam.solver.case.checks import whole_support_checks as wholes
 from gapbeam.solver.case.checks.all_checks import CHECKS, contradictions_in
 from gapbeam.solver.case.reading.case_reader import read_case, warnings
 from tests.shared.case_texts import GOOD, assert_says, faults_of, spoiled, written

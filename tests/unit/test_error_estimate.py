@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 import gapbeam
 from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.reading.case_reader import read_case_text
-from gapbeam.solver.case.smoothing_window import smoothing_window
-from gapbeam.solver.faults import in_one_line
+from gapbeam.solver.errors import in_one_line
 from gapbeam.solver.models.model import build_body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
 from gapbeam.solver.run.verdict import UNDER_NOISE

@@ -9,9 +9,9 @@ import pytest
 
 import gapbeam
 from gapbeam.solver.march.compiled import lanes
-from gapbeam.solver.march.compiled.array_loops import set_products
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.ledger_kernel import IMPULSE
+from gapbeam.solver.march.compiled.point_motions import set_products
 from gapbeam.solver.march.python.march import begun
 
 CASE = Path(__file__).parents[2] / "cases" / "random-vibration.toml"

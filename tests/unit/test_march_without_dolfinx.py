@@ -25,7 +25,7 @@ def test_both_marches_where_dolfinx_is_not_installed() -> None:
         "contact.laws.contact_law",
         "contact.solve.contact_solve",
         "integrators.midpoint",
-        "march.step_blocks",
+        "march.simulation",
     ):
         assert f"gapbeam.solver.{module}" in found["modules"]
     assert found["reason"] is None

@@ -207,7 +207,7 @@ def test_volume_larger_than_the_box(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     layout, nodes = sound()
     twice(layout, nodes)
     path = layout.saved(tmp_path / "a.msh", 3)
-    monkeypatch.setattr("gapbeam.meshes.user_mesh.surface_check.check_surface", lambda *_: None)
+    monkeypatch.setattr("gapbeam.meshes.user_mesh.mesh_check.check_surface", lambda *_: None)
     with pytest.raises(MeshError, match=r"cells of 8\.64e-05 m\^3 in a box of 7\.2e-05 m\^3"):
         user_mesh.read_mesh(MPI.COMM_WORLD, path, beam(3))
 

@@ -11,9 +11,9 @@ import pytest
 from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.element_spacing import graded_places
-from gapbeam.solver.case.model_table import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
+from gapbeam.solver.case.model_choice import graded_places
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, read_case_text
+from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
 from gapbeam.solver.models.body_key import body_key
 from tests.shared.command import DEMO
 

@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.solver.march.compiled.around_points import AroundPoints, around_points
-from gapbeam.solver.march.compiled.near_points import begin_near, choose_near, raise_closest, stay_in_bounds
-from gapbeam.solver.march.compiled.point_motions import count_in_play, delassus_entry, set_motions
+from gapbeam.solver.march.compiled.point_motions import (
+    AroundPoints,
+    around_points,
+    count_in_play,
+    delassus_entry,
+    set_motions,
+)
+from gapbeam.solver.march.compiled.turning_points import begin_near, choose_near, raise_closest, stay_in_bounds
 from gapbeam.solver.system.modal_coordinates import modal_system
 from tests.shared.dense_beams import dense_beam, dense_shaft
 

@@ -17,11 +17,10 @@ from benchmarks.drawn_schema.cases import drawn
 from benchmarks.drawn_schema.choices import all_choices
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import toml_value
-from gapbeam.solver.case.reading.key_faults import check_types
-from gapbeam.solver.case.reading.known_keys import candidates
+from gapbeam.solver.case.reading.known_keys import candidates, check_types
 from gapbeam.solver.case.reading.overrides import parse_value
 from gapbeam.solver.case.reading.value_words import options
-from gapbeam.solver.faults import CaseError, Key
+from gapbeam.solver.errors import CaseError, Key
 from tests.shared.case_texts import BEAM
 
 CHOICES = len(all_choices())

@@ -9,8 +9,7 @@ import pytest
 
 import gapbeam
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.run.output.folder_lock import locked
-from gapbeam.solver.run.output.output_paths import check_place
+from gapbeam.solver.run.output.results_folder import check_place, locked
 from gapbeam.studies.study_folder import study_folder
 from tests.shared.command import DEMO, PROJECT, alone, called_in_turn
 

@@ -12,8 +12,7 @@ from mpi4py import MPI
 
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.reading.case_reader import read_case_text
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.modes.contact_modes import held_modes
 from gapbeam.solver.wording.short_words import ROUND_OFF, apart, exceeds

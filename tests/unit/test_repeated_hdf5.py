@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from gapbeam.solver.run.output.repeated_hdf5 import RepeatedFile
+from gapbeam.solver.run.output.hdf5_files import RepeatedFile
 
 SHAPES: dict[str, tuple[int, ...]] = {"displacement": (7, 3), "contact_pressure": (7,), "nothing": (0,)}
 

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 
 import gapbeam
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
-from gapbeam.solver.case.checks.section_checks import section_fits_the_beam
+from gapbeam.solver.case.checks.beam_checks import section_fits_the_beam
 from gapbeam.solver.sections.polygon_section import PolygonSection
 from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.sections.section_table import SectionTable, SymmetricSection

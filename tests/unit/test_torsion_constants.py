@@ -10,7 +10,7 @@ from scipy.sparse import csc_matrix, identity, kron
 from scipy.sparse.linalg import spsolve
 
 from gapbeam.solver.sections.section_choice import BoxSection, ISection
-from gapbeam.solver.sections.simple_sections import RectangularSection, RoundSection, TubeSection
+from gapbeam.solver.sections.section_table import RectangularSection, RoundSection, TubeSection
 from gapbeam.solver.sections.warping_function import torsion_of_blocks
 
 RECTANGLE = RectangularSection(type="rectangle")

@@ -16,7 +16,7 @@ from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.integrators.midpoint import DiscreteGradient
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import KernelNumbers, TimeScheme
-from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.compiled.plan_arrays import scheme_table
 from gapbeam.solver.march.python.march import EffectiveOperators, March
 from gapbeam.solver.memory.memory_check import memory_of

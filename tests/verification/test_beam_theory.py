@@ -7,8 +7,15 @@ import numpy as np
 import pytest
 
 from benchmarks.roots import LIMIT, MODES, SPRINGS, compare
-from gapbeam.solver.beam_theory.frequency_roots import clamped_roots, free_roots, pinned_roots, roots, sliding_roots
-from gapbeam.solver.beam_theory.spring_beam import SpringBeam, mode_shape
+from gapbeam.solver.beam_theory.beam_frequencies import (
+    SpringBeam,
+    clamped_roots,
+    free_roots,
+    mode_shape,
+    pinned_roots,
+    roots,
+    sliding_roots,
+)
 
 INF = np.inf
 FAR = (0.0, 1e-12, 1e-3, 1.0, 1e3, 1e8, INF)

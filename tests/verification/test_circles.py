@@ -27,7 +27,7 @@ from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.periodic.modal_period_map import ModalMap
+from gapbeam.solver.periodic.period_map import ModalMap
 from gapbeam.solver.supports.regions.around_face import BoreFace
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.system.dense_operators import DenseOperators

@@ -20,9 +20,8 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
 from gapbeam.solver.integrators.time_scheme import kernel_of
-from gapbeam.solver.march.compiled.compiled_block import CompiledBlock
-from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.compiled.ledger_exchange import measure_in_modes
+from gapbeam.solver.march.compiled.compiled_march import CompiledBlock, CompiledLoop
+from gapbeam.solver.march.compiled.ledger_kernel import measure_in_modes
 from gapbeam.solver.march.compiled.plan_arrays import arrays_of_state
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march

@@ -11,7 +11,7 @@ import pytest
 
 import gapbeam
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError
 from gapbeam.solver.loads.step_force import StepForce
 from tests.shared.toys import SCHEMES, start, steps_of, stopped_oscillator
 

@@ -15,7 +15,7 @@ from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.periodic.continuation import CurveSettings, ResponseCurve, follow
 from gapbeam.solver.periodic.floquet import FOLD, GRAZING, PERIOD_DOUBLING, PITCHFORK, UNKNOWN
-from gapbeam.solver.periodic.modal_period_map import ModalMap
+from gapbeam.solver.periodic.period_map import ModalMap
 from gapbeam.solver.periodic.response_branches import Branches, follow_branches
 from gapbeam.solver.periodic.shooting import shoot
 from gapbeam.solver.system.modal_coordinates import modal_system

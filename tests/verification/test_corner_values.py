@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 import gapbeam
 from gapbeam.solver.models.model import build_model
-from gapbeam.solver.run.output.corner_values import CornerValues
+from gapbeam.solver.run.output.nodal_stresses import CornerValues
 from tests.verification.test_joints_and_masses import ROOT, joint, tables
 
 SOLID: dict[str, Any] = {"dimension": 3, "size": 0.05, "support_size": 0.02, "cells_through_thickness": 2}

@@ -18,8 +18,7 @@ import gapbeam
 from gapbeam.solver.diagnostics.energy_gates import remedy_for
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled
 from gapbeam.solver.march.python.march import March, march
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import build_model

@@ -15,14 +15,14 @@ from scipy.linalg import eigh
 import gapbeam
 from gapbeam.meshes.sizing.mesh_size import CellLength
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.element_spacing import graded_count, graded_places, longest_element
-from gapbeam.solver.case.model_table import SPACING_OF_WAVE, BeamModel
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.case.model_choice import graded_count, graded_places, longest_element
+from gapbeam.solver.case.solution_tables import SPACING_OF_WAVE, BeamModel
+from gapbeam.solver.errors import CaseError
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.models import beam_body
 from gapbeam.solver.models.model import Model, build_model
-from gapbeam.solver.models.stepped_beam import SteppedBeam
+from gapbeam.solver.models.timoshenko_beam import SteppedBeam
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 from tests.shared.command import alone

@@ -12,7 +12,7 @@ import xarray as xr
 from mpi4py import MPI
 
 import gapbeam
-import gapbeam.solver.march.step_blocks
+import gapbeam.solver.march.simulation
 from gapbeam.solver.case.rigid_motion import NAMES
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import build_model
@@ -180,7 +180,7 @@ def test_the_compiled_march_records_the_same_forces(
     """Step by step and compiled, in the same records; those of the start too."""
     more = {"model": {"type": "reduced"}, "time": {"end": 0.004, "step": 5.0e-5, "scheme": {"type": scheme}}}
     compiled = moving(tmp_path / "compiled", **more)
-    monkeypatch.setattr(gapbeam.solver.march.step_blocks, "why_not_compiled", lambda _plan: "asked for by a test")
+    monkeypatch.setattr(gapbeam.solver.march.simulation, "why_not_compiled", lambda _plan: "asked for by a test")
     steps = moving(tmp_path / "steps", **more)
     assert float(compiled["contact_force"].max()) > 5.0
     for name in ("joint_force", "joint_moment"):

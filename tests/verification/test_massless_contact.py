@@ -14,7 +14,7 @@ from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.integrators.stable_step import SAFETY, stable_step
-from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
+from gapbeam.solver.linear_algebra.deflation import rigid_body_modes
 from gapbeam.solver.march.python.march import EffectiveOperators, March, march
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.semi_discrete import State

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled
 from gapbeam.solver.march.python.march import march
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model

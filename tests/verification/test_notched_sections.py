@@ -7,7 +7,7 @@ from math import cos, pi, radians, sin, sqrt
 import numpy as np
 import pytest
 
-from gapbeam.meshes.sections.polygon_outline import PolygonOutline
+from gapbeam.meshes.sections.section_mesh import PolygonOutline
 from gapbeam.solver.sections.saint_venant import saint_venant
 
 Points = list[tuple[float, float]]

@@ -11,7 +11,7 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.meshes.sections.polygon_outline import PolygonOutline
+from gapbeam.meshes.sections.section_mesh import PolygonOutline
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.sections.polygon_section import PolygonSection

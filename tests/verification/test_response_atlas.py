@@ -12,8 +12,8 @@ from scipy.optimize import root
 import gapbeam as gb
 from gapbeam.solver.scene.linear_scheme import MIDPOINT
 from gapbeam.solver.scene.scene import Scene
-from gapbeam.studies.atlas.lane_shooting import StrobeMap, shoot
 from gapbeam.studies.atlas.response_atlas import Atlas, Response
+from gapbeam.studies.atlas.response_search import StrobeMap, shoot
 from tests.shared.bilinear_flights import attractors, flights
 
 Z, K, G = 0.04, 30.0, 0.5

@@ -12,7 +12,7 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.beam_body import BeamOfParts
 from gapbeam.solver.models.model import Model, build_model

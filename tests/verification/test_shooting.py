@@ -15,8 +15,7 @@ from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.python.march import EffectiveOperators, March
 from gapbeam.solver.periodic.floquet import FOLD, NEIMARK_SACKER, PERIOD_DOUBLING, STABLE, ordered
-from gapbeam.solver.periodic.marched_period_map import MarchedMap, shoot_marched
-from gapbeam.solver.periodic.modal_period_map import ModalMap
+from gapbeam.solver.periodic.period_map import MarchedMap, ModalMap, shoot_marched
 from gapbeam.solver.periodic.shooting import shoot
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.supports.support_tables import BaseAndGland

@@ -14,10 +14,10 @@ from benchmarks.similarity.scaled_case import CHOSEN, OF_EARTH, scaled_case, uni
 from benchmarks.similarity.similar_cases import SIMILAR_CASES, SimilarCase
 from benchmarks.similarity.similar_runs import AT_ROUND_OFF, SIZES, difference, largest, motion
 from benchmarks.similarity.size_exponents import size_exponent
-from gapbeam.solver.case.model_table import ModelTable
+from gapbeam.solver.case.json_schema import UNITS, unit_in
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.reading.known_keys import tables
-from gapbeam.solver.case.units_in_descriptions import UNITS, unit_in
+from gapbeam.solver.case.solution_tables import ModelTable
 from gapbeam.solver.contact.laws.law_choice import LAWS
 from gapbeam.solver.table import models_in, type_name
 from tests.shared.case_texts import BEAM

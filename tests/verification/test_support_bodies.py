@@ -11,9 +11,8 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 import gapbeam
-import gapbeam.solver.march.step_blocks
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.faults import CaseError
+import gapbeam.solver.march.simulation
+from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.start.start_state import start_of_case
 from gapbeam.solver.system.semi_discrete import VALUE
@@ -140,7 +139,7 @@ def test_two_mass_impact_oscillator(
 ) -> None:
     """A bar falls on a sprung mass and bounces, frame shaken, against SciPy with events; the balance closes."""
     if march == "python":
-        monkeypatch.setattr(gapbeam.solver.march.step_blocks, "why_not_compiled", lambda _plan: "asked for by a test")
+        monkeypatch.setattr(gapbeam.solver.march.simulation, "why_not_compiled", lambda _plan: "asked for by a test")
     contact, damper, push = 5.0e5, 20.0, 8.0
     case = tables(
         [under_the_middle(BODY, clearance=gap, stiffness=contact / AREA, damping=damper / AREA)],

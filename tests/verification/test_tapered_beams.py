@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from scipy.special import iv, jv, kv, yv
 
 import gapbeam
-from gapbeam.solver.models.stepped_beam import SteppedBeam
+from gapbeam.solver.models.timoshenko_beam import SteppedBeam
 from gapbeam.solver.system.operators import Array
 
 LENGTH, ROOT, YOUNG, DENSITY = 1.0, 2.5e-3, 2.1e11, 7850.0  # slender: shear and rotary inertia take 1e-4 at most

@@ -14,8 +14,7 @@ from scipy import stats
 import gapbeam as gb
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.studies.uncertain.input_points import inputs_of, normal_points
-from gapbeam.studies.uncertain.probability import mean_of, probability
-from gapbeam.studies.uncertain.subset_simulation import subset_simulation
+from gapbeam.studies.uncertain.probability import mean_of, probability, subset_simulation
 from tests.shared.bilinear_flights import flights
 from tests.shared.reports import report_on
 

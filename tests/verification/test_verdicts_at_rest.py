@@ -11,11 +11,11 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.solver.case.gates_table import AssumptionLimits, Gates
+from gapbeam.solver.case.solution_tables import AssumptionLimits, Gates
 from gapbeam.solver.diagnostics.assumptions.assumption import Assumption
 from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.run.assumptions import frequency_findings, motion_findings
 from gapbeam.solver.run.assumptions.frequency_findings import RESONANT, of_resonance, of_step

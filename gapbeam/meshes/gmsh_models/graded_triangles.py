@@ -11,8 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.sections.delaunay_refinement import Indices, Triangulation
-from gapbeam.meshes.sections.polygon_outline import PolygonOutline
+from gapbeam.meshes.sections.section_mesh import Indices, PolygonOutline, Triangulation
 from gapbeam.meshes.sections.section_patches import Array
 
 SAMPLES = 60  # places from each end of a side at which its wanted length is looked up, closer and closer to the end

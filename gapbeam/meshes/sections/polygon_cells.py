@@ -14,8 +14,7 @@ from itertools import pairwise, product
 import numpy as np
 
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.sections.delaunay_refinement import Indices, edges_of, refined_delaunay
-from gapbeam.meshes.sections.polygon_outline import SAME, BoolArray, PolygonOutline
+from gapbeam.meshes.sections.section_mesh import SAME, BoolArray, Indices, PolygonOutline, edges_of, refined_delaunay
 from gapbeam.meshes.sections.section_patches import (
     Array,
     Place,

@@ -15,8 +15,7 @@ def expected_cells(geometry: BeamGeometry, sizing: BeamSizing) -> float:
     Raises:
         MeshError: The sizes make no sense.
     """
-    from gapbeam.meshes.gmsh_models.structured import beam_layers
-    from gapbeam.meshes.gmsh_models.unstructured import cells_that_fill
+    from gapbeam.meshes.gmsh_models.beam_mesh import beam_layers, cells_that_fill
 
     if geometry.section is not None:
         along = sizing.layers_along(geometry)
@@ -37,7 +36,7 @@ def expected_nodes(geometry: BeamGeometry, sizing: BeamSizing, degree: int) -> f
     Raises:
         MeshError: The sizes make no sense.
     """
-    from gapbeam.meshes.gmsh_models.structured import beam_layers
+    from gapbeam.meshes.gmsh_models.beam_mesh import beam_layers
 
     if geometry.section is not None:
         along = sizing.layers_along(geometry)

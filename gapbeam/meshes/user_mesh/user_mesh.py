@@ -63,11 +63,10 @@ def _load(path: Path, geometry: BeamGeometry) -> dict[str, int]:
     """Load the file into the current gmsh model and check it; returns the tags of its facet groups."""
     import gmsh
 
-    from gapbeam.meshes.user_mesh.element_check import check_elements
     from gapbeam.meshes.user_mesh.frame_check import check_facing
     from gapbeam.meshes.user_mesh.group_check import check_groups
+    from gapbeam.meshes.user_mesh.mesh_check import check_elements, check_surface
     from gapbeam.meshes.user_mesh.msh_file import load_msh
-    from gapbeam.meshes.user_mesh.surface_check import check_surface
 
     where = f"mesh file {path}"
     load_msh(path)

@@ -17,7 +17,7 @@ import xarray as xr
 from rainflow import extract_cycles
 
 from gapbeam.postprocess.results_errors import OptionError
-from gapbeam.postprocess.signals.record_columns import record_columns
+from gapbeam.postprocess.signals.signal import record_columns
 
 STRESS = "Pa"
 

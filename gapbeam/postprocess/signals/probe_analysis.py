@@ -31,15 +31,19 @@ from gapbeam.postprocess.signals.signal import (
     probe_name,
     probe_signal,
 )
-from gapbeam.postprocess.signals.smoothing import POINTS, Sampling, smooth, smooth_over, window_of
 from gapbeam.postprocess.signals.spectra import (
+    POINTS,
     HarmonicLine,
+    Sampling,
     Spectrum,
     Window,
     default_periods,
     distortion,
     harmonics,
+    smooth,
+    smooth_over,
     spectrum,
+    window_of,
 )
 
 Acceleration = Literal["absolute", "relative"]

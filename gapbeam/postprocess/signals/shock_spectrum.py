@@ -27,8 +27,7 @@ from scipy.signal import lfilter, welch
 from scipy.stats import chi2
 
 from gapbeam.postprocess.results_errors import OptionError
-from gapbeam.postprocess.signals.record_columns import record_columns
-from gapbeam.postprocess.signals.signal import INTERVAL_MEANS, SignalError
+from gapbeam.postprocess.signals.signal import INTERVAL_MEANS, SignalError, record_columns
 
 DAMPING = 0.05  # of critical: Q = 10
 PER_OCTAVE = 12

@@ -18,8 +18,7 @@ import xarray as xr
 from gapbeam.postprocess.signals.figure_names import ACCELERATION, DISPLACEMENT, LARGEST_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.periodicity import TOLERANCE, Periodicity, last_periods, left_to_change, periodicity
 from gapbeam.postprocess.signals.signal import Signal, SignalError, face_signal, probe_signal
-from gapbeam.postprocess.signals.smoothing import smooth_over, window_of
-from gapbeam.postprocess.signals.spectra import CYCLE, whole_periods
+from gapbeam.postprocess.signals.spectra import CYCLE, smooth_over, whole_periods, window_of
 
 FEWEST = 4  # forcing periods of a record: a cycle of one has to repeat three times
 _EDGE = 1.0e-6

@@ -29,7 +29,7 @@ import numpy as np
 from gapbeam.solver.attachments.mean_motion import IN_PLANE, OUT_OF_PLANE, Attached, MeanMotion, MotionName
 from gapbeam.solver.case.beam_motions import section_motions
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.model_table import BeamModel, FullModel
+from gapbeam.solver.case.solution_tables import BeamModel, FullModel
 from gapbeam.solver.case.symmetry import is_symmetric
 from gapbeam.solver.case.weak_restraint import twist_restraint
 from gapbeam.solver.loads.attachment import Attachment

@@ -16,7 +16,7 @@ from gapbeam.solver.attachments.mean_motion import IN_PLANE, OUT_OF_PLANE, Attac
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Case, Mesh
 from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.model_table import BeamModel, BeamMotion
+from gapbeam.solver.case.solution_tables import BeamModel, BeamMotion
 from gapbeam.solver.case.symmetry import moves_in_space
 from gapbeam.solver.loads.load_choice import Load, axis_point
 from gapbeam.solver.supports.layout import Layout

@@ -18,14 +18,11 @@ from gapbeam.solver.case.analysis_table import Analysis, Transient
 from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.beam_table import Beam as Beam
 from gapbeam.solver.case.beam_table import Material as Material
-from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.gates_table import Gates as Gates
-from gapbeam.solver.case.model_table import FullModel, ModelTable
+from gapbeam.solver.case.contact_table import Contact, Wear
 from gapbeam.solver.case.placed_support import SupportTables
 from gapbeam.solver.case.segment_table import PlacedSegment
-from gapbeam.solver.case.solver_table import SolverTable
-from gapbeam.solver.case.time_table import Time
-from gapbeam.solver.case.wear_table import Wear
+from gapbeam.solver.case.solution_tables import FullModel, ModelTable, SolverTable, Time
+from gapbeam.solver.case.solution_tables import Gates as Gates
 from gapbeam.solver.loads.load_choice import NO_LOADS, Load
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, Vector, Whole, named

@@ -3,10 +3,13 @@
 A table of several types is checked by the keywords if and then, by its `type` alone: a validator then names the key
 that is wrong. By oneOf it could only say that none of the types fits. Editors that complete by `properties` find the
 keys of all types there.
+
+The unit of a key of a case, as its description ends: ", m/s^2", where a remark may follow behind ";".
 """
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from pydantic import BaseModel, BeforeValidator
@@ -84,3 +87,19 @@ def _without_null(part: Any) -> Any:
     kept = {key: _without_null(value) for key, value in part.items() if value is not None}
     options = kept.get("anyOf", [])
     return {**options[0], **{k: v for k, v in kept.items() if k != "anyOf"}} if len(options) == 1 else kept
+
+
+UNITS = (
+    "m", "s", "N", "GB", "Hz", "Pa", "Pa/m", "Pa s/m", "N/m", "N s/m", "1/s", "m/s", "kg", "kg/m", "N s/m^2", "kg m^2",
+    "N m/rad", "N m s/rad", "kg/m^3", "m/s^2", "m/s^2, m/s or m", "N or m/s^2", "N^2/Hz or (m/s^2)^2/Hz", "no unit",
+    "degrees", "rad", "rad/s", "m^2", "1/Pa", "in the unit of the key",
+)  # fmt: skip
+"""Units that descriptions end with."""
+
+_ENDING = re.compile(f", ({'|'.join(re.escape(unit) for unit in sorted(UNITS, key=len, reverse=True))})(?= \\(|;|$)")
+
+
+def unit_in(description: str) -> str:
+    """Return the unit that a description of a key ends with; "" where it has none."""
+    found = _ENDING.search(description)
+    return found[1] if found else ""

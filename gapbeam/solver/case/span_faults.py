@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Protocol
 
 from gapbeam.solver.case.beam_table import Beam
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.wording.short_words import apart
 
 ROUNDING = 1.0e-12  # of the length of the beam

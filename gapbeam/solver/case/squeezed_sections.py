@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import Default
-from gapbeam.solver.case.model_table import BeamModel, RigidModel
-from gapbeam.solver.sections.simple_sections import RectangularSection
+from gapbeam.solver.case.solution_tables import BeamModel, RigidModel
+from gapbeam.solver.sections.section_table import RectangularSection
 
 FACES = 2  # that squeeze a section
 

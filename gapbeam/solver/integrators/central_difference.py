@@ -22,8 +22,8 @@ import numpy as np
 from pydantic import Field
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
+from gapbeam.solver.contact.solve.condensation import Condensed
 from gapbeam.solver.contact.solve.contact_solve import solve_contact
-from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
 from gapbeam.solver.integrators.effective_operator import hold
 from gapbeam.solver.integrators.time_scheme import STIFF_CONTACT, StiffnessRange, TimeScheme
 from gapbeam.solver.system.accepted_step import Stage, Step

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.contact.solve.condensation import ForceResponse
-from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
+from gapbeam.solver.contact.solve.condensation import Condensed, ForceResponse
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Imaged, SemiDiscreteSystem
 

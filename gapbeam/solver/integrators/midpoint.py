@@ -23,8 +23,8 @@ from pydantic import Field
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
 from gapbeam.solver.contact.laws.law_forms import IMPLICIT, MEAN
+from gapbeam.solver.contact.solve.condensation import Condensed
 from gapbeam.solver.contact.solve.friction_solve import Sliding, solve_contact_and_friction
-from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
 from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
 from gapbeam.solver.integrators.noise_bias import NoiseBias
 from gapbeam.solver.integrators.time_scheme import (

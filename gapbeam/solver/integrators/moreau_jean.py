@@ -23,9 +23,8 @@ import numpy as np
 from pydantic import Field
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
-from gapbeam.solver.contact.solve.condensation import CondensedOperator
+from gapbeam.solver.contact.solve.condensation import Condensed, CondensedOperator
 from gapbeam.solver.contact.solve.friction_solve import Sliding, solve_contact_and_friction
-from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
 from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT, StiffnessRange, TimeScheme
 from gapbeam.solver.system.accepted_step import Stage, Step

@@ -16,7 +16,7 @@ from gapbeam.solver.table import Table
 
 if TYPE_CHECKING:
     from gapbeam.solver.contact.laws.contact_law import ContactLaw
-    from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
+    from gapbeam.solver.contact.solve.condensation import Condensed
     from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State
 

@@ -13,6 +13,8 @@ is, and solves exactly for right sides in the span of A Z.
 
 Source: Nicolaides (1987), SIAM J. Numer. Anal. 24, 355: deflation; Mandel (1993), Comm. Numer. Methods Eng. 9, 233: the
 two-level ("balancing") preconditioner.
+
+Rigid-body modes: the null space of the elastic stiffness of a free body.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_solve, lu_factor, lu_solve
@@ -86,3 +89,29 @@ class Deflation:
         except LinAlgError:
             return partial(lu_solve, lu_factor(symmetric), check_finite=False)
         return partial(cho_solve, (lower, True), check_finite=False)
+
+
+def rigid_body_modes(space: Any) -> Array:
+    """Return the rigid-body modes R, orthonormal, on a blocked vector Lagrange space: (n, 3) in 2D, (n, 6) in 3D.
+
+    Translations, and rotations about the center as displacements linear in the coordinates; orthonormal over all
+    ranks.
+
+    Collective.
+    """
+    comm, block = space.mesh.comm, space.dofmap.index_map_bs
+    places = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local, :block]
+    count = space.dofmap.index_map.size_global
+    places = places - sum(comm.allgather(places.sum(axis=0))) / count
+    axes = [np.broadcast_to(axis, places.shape) for axis in np.eye(block)]
+    for first in range(block):
+        for second in range(first + 1, block):
+            turn = np.zeros_like(places)
+            turn[:, first], turn[:, second] = -places[:, second], places[:, first]
+            axes.append(turn)
+    motions = np.stack([motion.reshape(-1) for motion in axes], axis=1)
+    motions /= np.sqrt(sum(comm.allgather((motions**2).sum(axis=0))))
+    for _ in range(2):  # twice is enough (Cholesky-QR)
+        gram = sum(comm.allgather(motions.T @ motions))
+        motions = np.linalg.solve(np.linalg.cholesky(gram), motions.T).T
+    return np.ascontiguousarray(motions)

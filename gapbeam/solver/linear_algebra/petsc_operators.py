@@ -19,13 +19,10 @@ from scipy.sparse import csr_matrix, identity, kron
 from gapbeam.solver.assembly.elasticity import ElasticForms
 from gapbeam.solver.assembly.form_cache import compiled_form
 from gapbeam.solver.assembly.mass_matrix import mass_matrix
-from gapbeam.solver.linear_algebra.deflated_factor import DeflatedFactor
-from gapbeam.solver.linear_algebra.deflation import Deflation
-from gapbeam.solver.linear_algebra.interface_springs import add_springs, as_matrix, enlarge_by_springs
-from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
-from gapbeam.solver.linear_algebra.iterative.multigrid import columns_product
-from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
-from gapbeam.solver.linear_algebra.smooth_modes import smooth_modes
+from gapbeam.solver.linear_algebra.deflation import Deflation, rigid_body_modes
+from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients, columns_product
+from gapbeam.solver.linear_algebra.mumps_factor import DeflatedFactor
+from gapbeam.solver.linear_algebra.smooth_modes import add_springs, as_matrix, enlarge_by_springs, smooth_modes
 from gapbeam.solver.linear_algebra.solver_choice import FACTORED, LinearSolver
 from gapbeam.solver.linear_algebra.substructuring.substructured_factor import factor_on_ranks, not_factored
 from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, Springs

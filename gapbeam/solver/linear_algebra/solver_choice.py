@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 
-from gapbeam.solver.case.solver_table import SolverTable
+from gapbeam.solver.case.solution_tables import SolverTable
 from gapbeam.solver.memory.memory_estimate import MemoryNeeds
 
 GIGABYTE = 1.0e9

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.random_function import SharedNoise, noise_key
 from gapbeam.solver.table import Name, NonNegative, Number, Table
 from gapbeam.solver.wording.short_words import apart, exceeds

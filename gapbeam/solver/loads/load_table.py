@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, Strict, TypeAdapter
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.attachment import Attachment, StaticForce
 from gapbeam.solver.loads.load_parts import LoadPart
 from gapbeam.solver.loads.places import BodyForce, Place

@@ -40,7 +40,7 @@ import numpy as np
 from pydantic import Field
 from scipy.stats import norm
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.coherence.coherence_table import CoherenceChoice, CoherenceTable, double_integrals
 from gapbeam.solver.loads.generated_spectrum import CONFIDENCE
 from gapbeam.solver.loads.load_parts import LoadPart

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeGuard
 
 from pydantic import Field
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.cross_spectrum import CrossSpectrum
 from gapbeam.solver.loads.generated_spectrum import compared, compared_cross_spectrum
 from gapbeam.solver.loads.load_table import LoadTable

@@ -16,8 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key, UserError
 from gapbeam.solver.loads.record_layout import NoRows, RecordLayout, layout_of, plain, without_unit
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.wording.short_words import either, near, printable

@@ -25,8 +25,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.faults import Fault
+from gapbeam.solver.errors import Fault, UserError
 from gapbeam.solver.loads.load_table import Holes, RecordedTable
 from gapbeam.solver.loads.ramp import ramped
 from gapbeam.solver.loads.record_file import FILE, TIME, RecordedRows, RecordError, read_record

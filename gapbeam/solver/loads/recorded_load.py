@@ -11,7 +11,7 @@ from dataclasses import replace
 from math import ceil
 from typing import Self
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_table import RecordedTable
 from gapbeam.solver.loads.record_file import GREATEST, RecordError
 from gapbeam.solver.loads.recorded_function import (

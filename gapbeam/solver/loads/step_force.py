@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.places import PointForce, SupportAcceleration
 from gapbeam.solver.loads.point_load import PointLoad

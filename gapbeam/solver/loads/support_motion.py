@@ -27,7 +27,7 @@ import numpy as np
 from pydantic import Field
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator, PPoly
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.places import SupportAcceleration, SupportWalls
 from gapbeam.solver.loads.point_load import HarmonicLoad

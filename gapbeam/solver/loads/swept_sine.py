@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.point_load import HARMONICS
 from gapbeam.solver.loads.step_force import PointOrSupportLoad
 from gapbeam.solver.loads.time_function import SweptSine, TimeFunction

@@ -16,7 +16,7 @@ class Paused:
         state: The state, as a march carries it along.
         done: Whole steps since the start.
         since: Steps, parts of halved ones included, since the images of the state were formed anew.
-        modal: State of a compiled loop, see `compiled.carried_state`; None: not compiled.
+        modal: State of a compiled loop, see `compiled.compiled_march`; None: not compiled.
     """
 
     state: State

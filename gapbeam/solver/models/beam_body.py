@@ -21,8 +21,8 @@ from gapbeam.solver.attachments.mean_motion import MeanMotion
 from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.model_table import BeamModel, BeamMotion
 from gapbeam.solver.case.rigid_motion import NAMES
+from gapbeam.solver.case.solution_tables import BeamModel, BeamMotion
 from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.contact.formulations.contact_points import StationOperator
 from gapbeam.solver.loads.load_choice import axis_point, load_direction
@@ -34,7 +34,7 @@ from gapbeam.solver.models.reduction.contact_lines import points_around
 from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.models.reduction.projection import DenseRow, FloatingBody, held, projected
-from gapbeam.solver.models.stepped_beam import AxialPart, BeamPart, BendingPart, SteppedBeam, TorsionPart
+from gapbeam.solver.models.timoshenko_beam import AxialPart, BeamPart, BendingPart, SteppedBeam, TorsionPart
 from gapbeam.solver.supports.support import along_faces
 from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array, Indices, Interface, Operators

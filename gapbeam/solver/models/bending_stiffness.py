@@ -32,11 +32,11 @@ from gapbeam.solver.attachments.mean_motion import BENDING, IN_PLANE, SIDEWAYS, 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.case.rigid_motion import unit_motions
+from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
-from gapbeam.solver.models.stepped_beam import SteppedBeam
+from gapbeam.solver.models.timoshenko_beam import SteppedBeam
 from gapbeam.solver.system.operators import Array
 
 ELEMENTS = 40  # of the beam whose mode is looked at

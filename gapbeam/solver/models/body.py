@@ -40,11 +40,11 @@ from gapbeam.solver.assembly.nitsche_terms import Nitsche
 from gapbeam.solver.assembly.section_rows import SectionRows, row_at
 from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.checks.factor_checks import factor_needed
+from gapbeam.solver.case.checks.load_checks import factor_needed
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
-from gapbeam.solver.case.element_spacing import highest_frequency
-from gapbeam.solver.case.model_table import FullModel, RigidModel
+from gapbeam.solver.case.model_choice import highest_frequency
 from gapbeam.solver.case.own_contact import whole_areas
+from gapbeam.solver.case.solution_tables import FullModel, RigidModel
 from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator, whole_contact
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from gapbeam.solver.case.case import Case, Damping, Gates, Output
-from gapbeam.solver.case.contact_table import Contact, Friction
-from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.case.contact_table import Contact, Friction, Wear
+from gapbeam.solver.case.solution_tables import Time
 from gapbeam.solver.case.weak_restraint import axial_restraint
-from gapbeam.solver.case.wear_table import Wear
 from gapbeam.solver.supports.support_tables import without_play
 
 

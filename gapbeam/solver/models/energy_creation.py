@@ -6,8 +6,7 @@ import numpy as np
 
 from gapbeam.solver.case.computed_defaults import contact_modulus, slowest_touch, stiffness_unit
 from gapbeam.solver.case.placed_support import law_at
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.faults import Fault
+from gapbeam.solver.errors import Fault, UserError
 from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.time_step import compared_depth, slope_factor

@@ -24,7 +24,7 @@ from gapbeam.solver.case.computed_defaults import (
     slip_velocity,
     tangent_stiffness,
 )
-from gapbeam.solver.case.model_table import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
+from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.integrators.stable_step import stable_step

@@ -14,10 +14,9 @@ from operator import itemgetter
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import Default, bending_words, lightest_supported, overhang_frequency
-from gapbeam.solver.case.wear_table import Wear
+from gapbeam.solver.case.contact_table import Wear
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.integrators.stable_step import SAFETY, StableStep
 from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.loads.load_choice import forcing_frequencies

@@ -16,8 +16,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import Interrupted, NotWritten, UserError
 from gapbeam.solver.record_table import SUMMARY_FILE
 from gapbeam.solver.run.output.atomic_files import written
-from gapbeam.solver.run.output.folder_lock import locked
-from gapbeam.solver.run.output.results_folder import check_folder, prepare_folder, write_summary
+from gapbeam.solver.run.output.results_folder import check_folder, locked, prepare_folder, write_summary
 
 LOG = logging.getLogger("gapbeam")
 

@@ -1,30 +1,173 @@
-"""Summary of a march: figures, assumptions, remarks."""
+"""Summary of a march: figures, assumptions, remarks.
+
+Wear in a run: work rate, volume rate and depth rate of every face, with intervals where known.
+
+    W' = W / T,    V' = k W',    d' = V' / A
+
+W is the work of sliding over the time T, k the coefficient of wear, A the worn area. Under random loads W' and its 95 %
+interval are those of the statistics, behind the burn-in; the coefficient and the area count as exact. Other runs have
+the mean from t = 0 to the end, and no interval. The same holds for the parts of W by the mode of motion.
+The map of work rates per area over the points of a face has an interval for its largest value, see
+`gapbeam.solver.diagnostics.statistics.batch_interval`.
+"""
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 
+from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.assumptions.assumption import Finding, in_one_line
-from gapbeam.solver.diagnostics.march_diagnostics import impact_figures
-from gapbeam.solver.diagnostics.statistics.run_statistics import in_words
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts, impact_figures
+from gapbeam.solver.diagnostics.statistics.batch_interval import largest_of_map
+from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics, RunStatistics, in_words
+from gapbeam.solver.diagnostics.statistics.statistic_figures import PARTS_OF_WORK, WORK_RATE
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.record_table import SLIP_MODES
 from gapbeam.solver.run.assumptions.recorded_content import recorded_content
+from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.run.run_consumers import RunConsumers
-from gapbeam.solver.run.statistic_doubts import doubts_of
 from gapbeam.solver.run.verdict import (
     assumptions,
     contact_words,
+    doubts_of,
     figures,
     friction_words,
     remarks,
     resolution_remarks,
 )
-from gapbeam.solver.run.wear_figures import wear_figures, wear_words
+
+NO_INTERVAL = "no interval"
+UNITS = {"work_rate": "W", "volume_rate": "m^3/s", "depth_rate": "m/s"}
+BOUNDS = ("value", "low", "high")
+
+
+def wear_figures(
+    model: Model,
+    accounts: Accounts,
+    statistics: Mapping[str, Any] | None,
+    gathered: RunStatistics | None = None,
+    too_few_steps: str | None = None,
+) -> dict[str, Any] | None:
+    """Return the figures of wear for the summary; None for a case without [wear].
+
+    Args:
+        model: Of the run.
+        accounts: At its end.
+        statistics: Of the summary; None: the run has none.
+        gathered: What they were made of.
+        too_few_steps: Of `Doubts`: how many steps an impact has and needs; None: it has enough.
+    """
+    wear, work, parts = model.case.wear, accounts.sliding.by_face, accounts.sliding.parts_by_face
+    if wear is None or work is None or parts is None:
+        return None
+    intervals = {} if statistics is None else {one["name"]: one for one in statistics["figures"]}
+    faces = {}
+    maps = _largest(model, gathered)
+    for (face, of_case), done, of_face in zip(face_wear(model.case).items(), work, parts, strict=True):
+        figure = intervals.get(f"face.{face}.{WORK_RATE}")
+        by_mode: dict[str, Any] = {"work_by_mode": dict(zip(SLIP_MODES, of_face.tolist(), strict=True))}
+        by_mode["work_rate_by_mode"] = {
+            mode: work_rate(float(part), accounts.time, intervals.get(f"face.{face}.{name}"))
+            for mode, name, part in zip(SLIP_MODES, PARTS_OF_WORK, of_face, strict=True)
+        }
+        faces[face] = (
+            {"work": float(done), "coefficient": of_case.coefficient, "area": of_case.area}
+            | by_mode
+            | _of_map(maps.get(face), of_case.coefficient)
+            | all_rates(work_rate(float(done), accounts.time, figure), of_case.coefficient, of_case.area)
+        )
+    limits = model.system.contact.slip_modes._asdict()
+    doubt = None if too_few_steps is None else f"its parts are not resolved: wear.impact_time {too_few_steps}"
+    return {"area": wear.area, "seconds": accounts.time, **limits, "parts_doubt": doubt, "faces": faces}
+
+
+def _largest(model: Model, gathered: RunStatistics | None) -> dict[str, dict[str, Any]]:
+    """Return the place of the largest work rate per area of each face, W/m^2, with its interval."""
+    series = gathered.point_series() if isinstance(gathered, PointStatistics) else np.zeros((0, 0))
+    if not len(series):
+        return {}
+    contact = model.system.contact
+    found = {}
+    for number, name in enumerate(contact.face_names):
+        mine = np.flatnonzero(contact.faces == number)
+        one = largest_of_map(series[:, mine] / contact.surfaces[mine])
+        if one.interval.value > 0.0:
+            place = mine[one.point]
+            found[name] = {
+                "x": float(contact.positions[place, 0]),
+                "angle": float(angles(contact)[place]),
+                "points": one.points,
+                "work_rate_per_area": {key: getattr(one.interval, key) for key in BOUNDS},
+                "at_places_of_other_batches": one.elsewhere,
+            }
+    return found
+
+
+def _of_map(largest: Mapping[str, Any] | None, coefficient: float | None) -> dict[str, Any]:
+    """Return the entry of a face's map for the summary; empty where there is no interval."""
+    if largest is None:
+        return {}
+    depth = None if coefficient is None else _times(largest["work_rate_per_area"], coefficient)
+    return {"largest": dict(largest) | {"depth_rate": depth}}
+
+
+def wear_words(found: Mapping[str, Any]) -> str:
+    """Return the rates of all faces in one line: depth rates where they are known, else volume or work rates."""
+    rows = found["faces"].items()
+    words = "wear: " + "; ".join(f"{face} {_last_known(of_face)}{_shares(of_face)}" for face, of_face in rows)
+    return words if found["parts_doubt"] is None else f"{words}; {found['parts_doubt']}"
+
+
+def work_rate(work: float, time: float, figure: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the work rate of a face, W, with its interval and verdict.
+
+    Args:
+        work: Of sliding, J.
+        time: In which it was done, s.
+        figure: From the statistics; None: the rate is the mean, without an interval.
+    """
+    if figure is None:
+        return {"value": work / time if time > 0.0 else 0.0, "low": None, "high": None, "verdict": NO_INTERVAL}
+    return {key: figure[key] for key in (*BOUNDS, "verdict")}
+
+
+def all_rates(rate: Mapping[str, Any], coefficient: float | None, area: float | None) -> dict[str, Any]:
+    """Return work, volume and depth rate of a face with their verdict; None for those that are not known.
+
+    Args:
+        rate: The work rate, of `work_rate`.
+        coefficient: Of wear, 1/Pa; None: not known.
+        area: Worn area, m^2; None: not known.
+    """
+    volume = None if coefficient is None else _times(rate, coefficient)
+    depth = None if volume is None or area is None else _times(volume, 1.0 / area)
+    return {"verdict": rate["verdict"], "work_rate": _times(rate, 1.0), "volume_rate": volume, "depth_rate": depth}
+
+
+def _times(rate: Mapping[str, Any], factor: float) -> dict[str, float | None]:
+    return {key: None if rate[key] is None else factor * rate[key] for key in BOUNDS}
+
+
+def _shares(face: Mapping[str, Any]) -> str:
+    """Return by which modes of motion a face wears, of those that have half a percent and more."""
+    work = face["work"]
+    shares = {mode: 100.0 * part / work for mode, part in face["work_by_mode"].items()} if work > 0.0 else {}
+    words = [f"{share:.0f} % {mode}" for mode, share in shares.items() if share >= 0.5]
+    return f", {', '.join(words)}" if words else ""
+
+
+def _last_known(face: Mapping[str, Any]) -> str:
+    known = [(face[key], unit) for key, unit in UNITS.items() if face[key] is not None]
+    rate, unit = known[-1]
+    span = "" if rate["low"] is None else f" ({rate['low']:.3g} to {rate['high']:.3g}, {face['verdict']})"
+    return f"{rate['value']:.4g} {unit}{span}"
+
 
 LOG = logging.getLogger("gapbeam")
 

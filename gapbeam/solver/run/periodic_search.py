@@ -18,10 +18,9 @@ from gapbeam.solver.case.checks.periodic_checks import value_of
 from gapbeam.solver.errors import Interrupted
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.periodic.continuation import CurvePoint, CurveSettings, ResponseCurve
-from gapbeam.solver.periodic.modal_period_map import ModalMap
-from gapbeam.solver.periodic.periodic_response import PeriodicResponse, end_of_march, find_response
+from gapbeam.solver.periodic.period_map import ModalMap
+from gapbeam.solver.periodic.periodic_response import PeriodicResponse, SteadyModel, end_of_march, find_response, varied
 from gapbeam.solver.periodic.response_branches import follow_branches
-from gapbeam.solver.periodic.steady_forcing import SteadyModel, varied
 from gapbeam.solver.run.interruption import Interruption
 from gapbeam.solver.run.output.curve_files import coverage, curve_rows, unit_of, write_curve
 from gapbeam.solver.run.output.progress import ProgressLine

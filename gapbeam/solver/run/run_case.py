@@ -18,34 +18,32 @@ from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.checks.case_warnings import warnings
-from gapbeam.solver.case.model_table import FullModel
 from gapbeam.solver.case.record_checksums import with_checksums
+from gapbeam.solver.case.solution_tables import FullModel
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError
 from gapbeam.solver.loads.load_choice import forcing_frequencies
-from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.out_of_memory import out_of_memory_reported
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
-from gapbeam.solver.periodic.steady_forcing import ProbeFigures
+from gapbeam.solver.periodic.periodic_response import ProbeFigures
 from gapbeam.solver.record_table import CASE_FILE, SUMMARY_FILE
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, remove_unasked
-from gapbeam.solver.run.checkpoint.left_state import left_state
-from gapbeam.solver.run.checkpoint.resume import find_left, refuse_to_resume
+from gapbeam.solver.run.checkpoint.resume import find_left, left_state, refuse_to_resume
 from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
 from gapbeam.solver.run.interruption import Interruption, Signals, Wish
 from gapbeam.solver.run.march_summary import describe_march
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output import run_summary as summaries
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
-from gapbeam.solver.run.output.disk_space import check_space, size_of_results
-from gapbeam.solver.run.output.folder_lock import locked
-from gapbeam.solver.run.output.log_file import log_file
+from gapbeam.solver.run.output.disk_errors import check_space, size_of_results
+from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import (
     AS_RUN,
     check_folder,
+    locked,
     prepare_folder,
     write_beside,
     write_summary,

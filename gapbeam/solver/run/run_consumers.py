@@ -22,22 +22,21 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.point_contact import Peaks, PointContact
 from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics
 from gapbeam.solver.errors import AssumptionBroken, Interrupted, NotWritten, RunError
-from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.python.march import March
-from gapbeam.solver.march.step_blocks import StepBlock, Wanted, agreement, marched, step_blocks_of
+from gapbeam.solver.march.simulation import StepBlock, Wanted, agreement, marched, step_blocks_of
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, kept_steps
 from gapbeam.solver.run.interruption import GivenUp, Interruption, Wish
 from gapbeam.solver.run.output.field_files import FieldWriter
-from gapbeam.solver.run.output.field_pieces import AT_ONCE
+from gapbeam.solver.run.output.hdf5_files import AT_ONCE
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.impact_file import write_impacts
 from gapbeam.solver.run.output.output_thread import OutputThread, StuckOutput
 from gapbeam.solver.run.output.point_file import write_points
-from gapbeam.solver.run.output.progress import ProgressLine
-from gapbeam.solver.run.output.progress_file import ProgressFile
+from gapbeam.solver.run.output.progress import ProgressFile, ProgressLine
 from gapbeam.solver.run.output.wear_file import write_wear
 from gapbeam.solver.run.stop_rule import StopRule, statistics_of
 from gapbeam.solver.system.accepted_step import Step

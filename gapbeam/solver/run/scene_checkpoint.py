@@ -20,9 +20,8 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
     read_checkpoint,
     write_checkpoint,
 )
-from gapbeam.solver.run.scene_accounts import SceneAccounts
-from gapbeam.solver.run.scene_records import SceneRecords
-from gapbeam.solver.scene.modal_march import Marcher
+from gapbeam.solver.run.scene_records import SceneAccounts, SceneRecords
+from gapbeam.solver.scene.scene_march import Marcher
 from gapbeam.solver.system.operators import Array
 
 SAMPLES = 65  # times at which loads and walls of two scenes are compared

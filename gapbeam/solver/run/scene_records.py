@@ -1,20 +1,250 @@
-"""Records of a scene for `history.h5`, of the same names as those of cases."""
+"""Records of a scene for `history.h5`, of the same names as those of cases.
+
+Accounts of a run of a scene at every step: energies, gates, impacts, peaks and contact times.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.case.solution_tables import Gates
+from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
+from gapbeam.solver.diagnostics.energy_gates import EnergyGates
+from gapbeam.solver.diagnostics.energy_ledger import ESTIMATE, ROUND_OFF_SAFETY, Ledger
+from gapbeam.solver.diagnostics.impact_list import ImpactList
+from gapbeam.solver.diagnostics.impact_updates import approach_speed
 from gapbeam.solver.record_table import HISTORY
-from gapbeam.solver.run.scene_accounts import ContactBlock, EnergyBlock, SceneAccounts, contacts_of
-from gapbeam.solver.scene.condensed_arrays import StepRecords
 from gapbeam.solver.scene.feedback import Feedback, outputs_of
-from gapbeam.solver.scene.modal_march import Marcher
+from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
+from gapbeam.solver.scene.scene_march import TOLERANCE, Marcher
+from gapbeam.solver.scene.step_kernel import DAMPED, FED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.slip_modes import closed_part
+
+UNSEEN = -1.0  # speed of a contact that began before the march
+EPS = float(np.finfo(float).eps)
+
+
+def promises_balance(scheme: LinearScheme) -> bool:
+    """Return whether a scheme keeps the energy balance at any step: the midpoint rule with the mean of the law."""
+    return scheme.level == 0.5 and scheme.law == 0.0 and not scheme.is_accelerated
+
+
+@dataclass
+class ContactBlock:
+    """The contacts over a block of steps, (steps, contacts).
+
+    Attributes:
+        depth: Penetration, m.
+        force: Normal force, N.
+        friction: Friction force, N.
+        rubbed: Work of sliding in each step, |F_n| times the motion across the normal, J; 0 at points of one motion.
+    """
+
+    depth: Array
+    force: Array
+    friction: Array
+    rubbed: Array
+
+
+def contacts_of(scene: Scene, places: Array, forces: Array, before: Array | None = None) -> ContactBlock:
+    """Return the contacts over steps.
+
+    Args:
+        scene: The scene.
+        places: Of the contact motions, (steps, motions), m.
+        forces: Likewise, N. The normal force is -F . n, and friction what is across it.
+        before: Places before the first step, (motions,); default none: nothing has slid.
+    """
+    shape = len(places), len(scene.contacts)
+    found = ContactBlock(*(np.zeros(shape) for _ in range(4)))
+    moved = np.diff(places, axis=0, prepend=places[:1] if before is None else before[None])
+    for i, (one, first) in enumerate(zip(scene.contacts, scene.first, strict=False)):
+        mine = slice(first, first + one.motions)
+        found.depth[:, i], normals = one.region.penetration(places[:, mine])
+        found.force[:, i] = -(forces[:, mine] * normals).sum(axis=1) + 0.0
+        if one.motions == 2:
+            across = forces[:, first] * normals[:, 1] - forces[:, first + 1] * normals[:, 0]
+            found.friction[:, i] = np.abs(across) if one.is_rough else 0.0
+            slip = moved[:, first] * normals[:, 1] - moved[:, first + 1] * normals[:, 0]
+            found.rubbed[:, i] = np.maximum(found.force[:, i], 0.0) * np.abs(slip)
+    return found
+
+
+@dataclass
+class EnergyBlock:
+    """Energies after each step of a block, (steps,), J; what counts since the start continues from block to block."""
+
+    kinetic: Array
+    strain: Array
+    contact: Array
+    structural: Array
+    law: Array
+    friction: Array
+    work: Array
+    fed: Array
+    algorithmic: Array
+    residual: Array
+    created: Array
+    exchanged: Array
+    round_off: Array
+
+
+class SceneAccounts:
+    """The accounts of a march, kept from its start on.
+
+    Attributes:
+        gates: On the energy.
+        ledger: After the last step.
+        impacts: Of each contact.
+        depth: Largest penetration of each contact, m; negative: its smallest gap.
+        force: Largest normal force of a step, N.
+        friction: Largest friction force, N.
+        impulse: Normal force over time since the start, N s.
+        sliding: Work of sliding since the start, J.
+        time: In contact since the start, s.
+        closings: Since the start.
+        episodes: Contacts that ended; `short` of them lasted fewer than ten steps.
+    """
+
+    kept = (
+        "depth", "force", "friction", "impulse", "time", "closings", "last_depth", "begun", "speed", "opened_at",
+        "steps", "totals", "sliding",
+    )  # fmt: skip
+
+    def __init__(self, marcher: Marcher, gates: Gates, remedy: str) -> None:
+        scene, count = marcher.scene, len(marcher.scene.contacts)
+        self.scene, self.balanced = scene, promises_balance(marcher.scheme)
+        kinetic, strain = (float(one[0]) for one in marcher.inertia())
+        stored = float(marcher.ledger[STORED, 0])
+        self.ledger = Ledger(kinetic, strain, stored, kinetic + strain + stored, np.zeros(3), largest_kinetic=kinetic)
+        self.gates = EnergyGates(gates, None, remedy=remedy)
+        start = contacts_of(scene, marcher.y.T.copy(), marcher.F.T.copy())
+        self.last_depth = start.depth[0] if count else np.zeros(0)
+        self.depth, self.force, self.friction = self.last_depth.copy(), start.force[0].copy(), start.friction[0].copy()
+        self.impulse, self.time, self.closings, self.begun = (np.zeros(count) for _ in range(4))
+        self.speed, self.opened_at = np.full(count, UNSEEN), np.zeros(count)
+        self.steps, self.sliding = np.zeros(count), np.zeros(count)
+        self.totals = np.zeros(8)  # last energies: work, law, friction; sum of squares of round-off; episodes
+        self.impacts = [ImpactList() for _ in range(count)]
+        for i, depth in enumerate(self.last_depth):
+            self.gates.look(i, bool(depth > 0.0), 0.0, kinetic + strain, 0.0)
+
+    @property
+    def episodes(self) -> dict[str, Any]:
+        """Return the contacts that the step does not resolve, for the summary."""
+        count, short, impulse, hidden = self.totals[4:8]
+        return {
+            "episodes": int(count),
+            "short_episodes": int(short),
+            "short_means_fewer_steps_than": RESOLVING_STEPS,
+            "share_of_impulse_in_short_episodes": float(hidden / impulse) if impulse > 0.0 else 0.0,
+        }
+
+    def energies(self, kept: StepRecords, force: Array) -> EnergyBlock:
+        """Return the energies of a block of steps, and bring the ledger to its end."""
+        energies, totals, ledger = kept.energies[:, :, 0], self.totals, self.ledger
+        kinetic, strain, stored = energies[:, KINETIC], energies[:, STRAIN], energies[:, STORED]
+        works = energies[:, [LOADED, FED, WALLED]]
+        work, law, friction = works.sum(axis=1), energies[:, LAW], energies[:, RUBBED]
+        gained = [np.diff(one, prepend=before) for one, before in zip((work, law, friction), totals, strict=False)]
+        absolute = carried(np.abs(gained[0]), ledger.absolute_work)
+        gain = carried(np.maximum(-gained[1], 0.0) + np.maximum(-gained[2], 0.0), ledger.contact_gain)
+        total = kinetic + strain + stored
+        balance = total - ledger.start + energies[:, DAMPED] + law + friction - work
+        scale = np.abs(kept.places[:, :, 0]).max(axis=1, initial=0.0)
+        hidden = (ROUND_OFF_SAFETY * EPS * (total + np.abs(work))) ** 2
+        hidden += (TOLERANCE * scale * np.abs(force).sum(axis=1)) ** 2
+        squares = carried(hidden, totals[3])
+        none = np.zeros(len(total))
+        found = EnergyBlock(
+            kinetic, strain, stored, energies[:, DAMPED], law, friction, works, kept.works[:, :, 0],
+            none if self.balanced else -balance, balance if self.balanced else none, balance + gain,
+            absolute + np.maximum.accumulate(np.maximum(kinetic, ledger.largest_kinetic)), np.sqrt(squares),
+        )  # fmt: skip
+        if len(total):
+            totals[:4] = work[-1], law[-1], friction[-1], squares[-1]
+            self.ledger = self._ledger(found, len(total) - 1, float(absolute[-1]), float(gain[-1]))
+        return found
+
+    def _ledger(self, energies: EnergyBlock, k: int, absolute: float, gain: float) -> Ledger:
+        """Return the ledger after step k of a block."""
+        exchanged = float(energies.exchanged[k])
+        return Ledger(
+            float(energies.kinetic[k]), float(energies.strain[k]), float(energies.contact[k]), self.ledger.start,
+            energies.work[k].copy(), float(energies.structural[k]), float(energies.law[k]),
+            float(energies.algorithmic[k]), exchanged, exchanged - absolute, absolute, float(energies.round_off[k]),
+            gain, float(energies.friction[k]),
+        )  # fmt: skip
+
+    def pass_gates(self, times: Array, energies: EnergyBlock) -> None:
+        """Pass a block of steps, or raise.
+
+        Raises:
+            EnergyCreated: More energy was created than the gates allow.
+        """
+        hidden = np.abs(energies.created) <= ESTIMATE * energies.round_off
+        growth = np.where(hidden, 0.0, energies.created) / np.maximum(energies.exchanged, np.finfo(float).tiny)
+        bad = np.flatnonzero(growth > self.gates.limits.total_growth)
+        if bad.size and not self.gates.limits.accept_energy_growth:
+            k = int(bad[0])
+            self.gates.let_pass(
+                float(times[k]), True, self._ledger(energies, k, self.ledger.absolute_work, self.ledger.contact_gain)
+            )
+
+    def take(self, times: Array, h: float, contacts: ContactBlock, energies: EnergyBlock) -> dict[str, Array]:
+        """Take in the contacts of a block of steps; return sums since the start after each step, by variable."""
+        closed = contacts.depth > 0.0
+        before = np.vstack([self.last_depth > 0.0, closed[:-1]])
+        impulse = carried(h * contacts.force, self.impulse)
+        found = {
+            "impulse": impulse,
+            "contact_time": carried(h * closed.astype(float), self.time),
+            "closings": carried((closed & ~before).astype(float), self.closings),
+            "sliding_work": carried(contacts.rubbed, self.sliding),
+        }
+        energy = energies.kinetic + energies.strain
+        for k, i in np.argwhere(closed != before):
+            depth = float(contacts.depth[k, i])
+            earlier = float(contacts.depth[k - 1, i] if k else self.last_depth[i])
+            part = float(closed_part(earlier, depth))
+            if closed[k, i]:
+                self.speed[i], self.opened_at[i] = approach_speed(earlier, depth, h), times[k] - part * h
+                self.begun[i] = impulse[k - 1, i] if k else self.impulse[i]
+                self.steps[i] = -float(k)
+            else:
+                self._end(i, float(times[k]) - (1.0 - part) * h, float(impulse[k, i]), self.steps[i] + float(k))
+            self.gates.look(int(i), bool(closed[k, i]), energies.created[k], energy[k], energies.round_off[k])
+        if len(times):
+            self.steps += np.where(closed[-1], float(len(times)), 0.0)
+            self.last_depth, self.impulse = contacts.depth[-1].copy(), impulse[-1].copy()
+            self.time, self.closings = found["contact_time"][-1].copy(), found["closings"][-1].copy()
+            self.sliding = found["sliding_work"][-1].copy()
+            for name in ("depth", "force", "friction"):
+                setattr(self, name, np.maximum(getattr(self, name), getattr(contacts, name).max(axis=0)))
+        return found
+
+    def _end(self, i: int, end: float, impulse: float, steps: float) -> None:
+        """End the contact of a place: an impact, if its beginning was seen."""
+        if self.speed[i] != UNSEEN:
+            gained = impulse - self.begun[i]
+            short = steps < RESOLVING_STEPS
+            self.totals[4:8] += 1.0, float(short), gained, gained * short
+            row = [self.opened_at[i], self.speed[i], gained, end - self.opened_at[i]]
+            self.impacts[i].add(np.array([row]))
+        self.speed[i], self.steps[i] = UNSEEN, 0.0
+
+
+def carried(values: Array, before: Any) -> Array:
+    """Return running sums that continue from a value, step by step: the same bits however a march is cut in blocks."""
+    return np.cumsum(np.concatenate([np.reshape(before, (1, *values.shape[1:])), values]), axis=0)[1:]
+
 
 Rows = dict[str, Array]
 ABSOLUTE = "acceleration_absolute"

@@ -17,31 +17,27 @@ import numpy as np
 from pydantic import ValidationError
 
 from gapbeam.meshes.versions.installed_versions import python_versions
-from gapbeam.solver.case.gates_table import Gates
-from gapbeam.solver.case.smoothing_window import SHARE
+from gapbeam.solver.case.computed_defaults import SHARE
+from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
 from gapbeam.solver.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE
 from gapbeam.solver.run.interruption import Signals, Wish
+from gapbeam.solver.run.march_summary import wear_words
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
-from gapbeam.solver.run.output.folder_lock import locked
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.impact_file import write_impacts
-from gapbeam.solver.run.output.log_file import log_file
-from gapbeam.solver.run.output.results_folder import check_folder, clear, prepare_folder, write_summary
-from gapbeam.solver.run.scene_accounts import SceneAccounts, contacts_of, promises_balance
+from gapbeam.solver.run.output.progress import log_file
+from gapbeam.solver.run.output.results_folder import check_folder, clear, locked, prepare_folder, write_summary
 from gapbeam.solver.run.scene_checkpoint import SceneCheckpoint, fingerprint, refuse_other
-from gapbeam.solver.run.scene_records import Rows, SceneRecords
+from gapbeam.solver.run.scene_records import Rows, SceneAccounts, SceneRecords, contacts_of, promises_balance
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of, wear_of
-from gapbeam.solver.run.wear_figures import wear_words
 from gapbeam.solver.scene.argument_checks import check_fields
-from gapbeam.solver.scene.condensed_arrays import StepRecords
 from gapbeam.solver.scene.flow_force import Flow
-from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
-from gapbeam.solver.scene.modal_march import BLOCK, Marcher
+from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecords
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_march import SceneStep, check_delays, marcher_of, steps_to
+from gapbeam.solver.scene.scene_march import BLOCK, Marcher, SceneStep, check_delays, marcher_of, steps_to
 from gapbeam.solver.table import faults_in
 
 LOG = logging.getLogger("gapbeam")

@@ -13,7 +13,7 @@ from gapbeam.solver.scene.argument_checks import ARTICLES, check_fields, shown
 from gapbeam.solver.scene.convex_region import ConvexRegion
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.given_numbers import finite, positive
-from gapbeam.solver.scene.law_check import check_law
+from gapbeam.solver.scene.shipped_laws import check_law
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, touch
 from gapbeam.solver.system.operators import Array

@@ -6,23 +6,147 @@ A law gives, for a velocity U and unit density, states and force per length of o
 
 It is integrated over the span with the profiles of velocity and density. The force is a `Feedback`: its states follow
 the time scheme, and stability boundaries of the linear system hold at any step.
+
+Quasi-steady forces of a cross flow on a tube, which lag behind the motion by a delay.
+
+The delay exp(-s tau) is a Pade approximant of order p, a quotient of polynomials Q(-s tau) / Q(s tau); its states are
+the partial fractions of this quotient.
+
+Spans of a tube in a flow: points of a structure, each with its length and its share of the flow.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import pi
+from functools import lru_cache
+from math import factorial, pi
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
+from scipy.interpolate import make_interp_spline
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.feedback import Feedback, Place, motions_of
-from gapbeam.solver.scene.flow_span import FlowSpan
 from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
+from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.system.operators import Array
+
+Profile = float | Callable[[Array], Any]
+KEPT = 1e-9  # of the largest: directions below are round-off of the quadrature
+DEGREE = 5
+
+
+@dataclass(frozen=True, eq=False)
+class FlowSpan:
+    """Points of one structure in a flow.
+
+    Attributes:
+        points: StructurePoints of the same motions: 1 across the flow, or 2, along and across the flow.
+        lengths: That each point stands for, (points,), m.
+        velocity: At each point over the reference velocity, (points,).
+        density: At each point over the reference density, (points,).
+    """
+
+    points: tuple[StructurePoint, ...]
+    lengths: Array
+    velocity: Array
+    density: Array
+
+    @property
+    def structure(self) -> Structure:
+        """The tube."""
+        return self.points[0].structure
+
+    @property
+    def motions(self) -> int:
+        """Motions of each point."""
+        return len(self.points[0].rows)
+
+    def directions(self, modes: int | None = None) -> list[tuple[StructurePoint, float]]:
+        """Return the fewest points that feel the same forces, each with its velocity over the reference velocity.
+
+        Points with one velocity are joined: sum_k w_k b_k b_k^T with weights w of length and density is kept exactly,
+        by the singular vectors of sqrt(w_k) b_k.
+
+        Args:
+            modes: The force acts on so many modes of the structure, from the lowest; default all.
+        """
+        rows = np.stack([point.rows for point in self.points])
+        if modes is not None:
+            X = self.structure.modes[2]
+            if not 1 <= modes <= X.shape[1]:
+                raise ArgumentError(f"flow: found {modes} modes, expected 1 to {X.shape[1]}", "modes")
+            rows = rows @ X[:, :modes] @ (X[:, :modes].T @ dense(self.structure.M))
+        weighted, found = np.sqrt(self.lengths * self.density)[:, None, None] * rows, []
+        for velocity in np.unique(self.velocity):
+            some = weighted[self.velocity == velocity]
+            U, sizes, _ = np.linalg.svd(some.reshape(len(some), -1), full_matrices=False)
+            U = U[:, sizes > KEPT * sizes[0]] if sizes[0] > 0.0 else U[:, :0]
+            joined = np.einsum("kj,kdn->jdn", U, some)
+            found += [(StructurePoint(self.structure, one), float(velocity)) for one in joined]
+        return found
+
+
+@checked
+def span(
+    structure: Structure, places: Mapping[str, float], velocity: Profile = 1.0, density: Profile = 1.0
+) -> FlowSpan:
+    """Return the span of a tube between the first and the last of some of its points.
+
+    Integrals along the span are those of a spline of degree 5 through the points: the error falls with the sixth power
+    of their distance.
+
+    Args:
+        structure: The tube.
+        places: Places along the tube by name of a point, m; two or more, the ends of the span among them.
+        velocity: Profile of the velocity over a reference velocity: a number, or a function of the places.
+        density: Profile of the density over a reference density.
+
+    Raises:
+        UserError: A point is unknown, places coincide or are too uneven, or a profile is not positive.
+    """
+    where = f"span of {structure.name or '?'}"
+    names = sorted(places, key=lambda name: float(places[name]))
+    x = finite([places[name] for name in names], f"{where}: places")
+    if len(x) < 2 or not np.all(np.diff(x) > 0.0):
+        raise UserError(f"{where}: found places {x.tolist()}, expected two or more that differ")
+    points = tuple(structure[name] for name in names)
+    if len({len(point.rows) for point in points}) > 1:
+        raise UserError(f"{where}: its points have different numbers of motions; expected the same number")
+    spline = make_interp_spline(x, np.eye(len(x)), k=min(DEGREE, len(x) - 1))
+    lengths = spline.integrate(x[0], x[-1])
+    if not np.all(lengths > 0.0):
+        raise UserError(f"{where}: the places are too uneven for a spline; space the points evenly")
+    profiles = []
+    for profile, what in ((velocity, "velocity"), (density, "density")):
+        values = profile(x) if callable(profile) else profile
+        profiles.append(np.broadcast_to(positive(values, f"{where}: {what}"), x.shape).copy())
+    return FlowSpan(points, lengths, *profiles)
+
+
+@checked
+def in_fluid(dry: Structure, places: Mapping[str, float], mass: float) -> Structure:
+    """Return a structure that carries the added mass of a fluid along a span; the added mass has no weight.
+
+    Args:
+        dry: The structure.
+        places: As of `span`.
+        mass: Added mass per length, kg/m.
+
+    Raises:
+        UserError: As `span`; or the mass is negative.
+    """
+    where = f"fluid around {dry.name or '?'}"
+    per_length, along = float(positive(mass, f"{where}: mass", zero=True)), span(dry, places)
+    M = dense(dry.M).copy()
+    for point, length in zip(along.points, along.lengths, strict=True):
+        M += per_length * length * point.rows.T @ point.rows
+    rows = {name: point.rows for name, point in dry.points.items()}
+    return Structure(M, dry.K, dry.C, rows, dry.rigid, dry.name, dry.inertia, dry.frame or None)
+
 
 MOTIONS = "motions"
 """The argument of a fault where a law is of other motions than its points."""
@@ -189,3 +313,121 @@ def square(value: Any, where: str) -> Array:
     if found.ndim != 2 or found.shape[0] != found.shape[1]:
         raise UserError(f"{where}: found shape {found.shape}, expected a number or a square matrix")
     return found
+
+
+HIGHEST = 12
+"""Order beyond which round-off of the partial fractions is larger than what another order gains."""
+
+
+def pade_error(order: int, angle: float) -> float:
+    """Return |R(i a) - exp(-i a)| of the Pade approximant R at the angle a = omega tau; it grows with the angle."""
+    Q = np.polyval(_polynomial(order), 1j * angle)
+    return float(abs(np.conj(Q) / Q - np.exp(-1j * angle)))
+
+
+def pade_order(angle: float, tolerance: float) -> int:
+    """Return the least order whose error is within a tolerance up to an angle omega tau.
+
+    Raises:
+        UserError: Even the highest order has a larger error.
+    """
+    for order in range(1, HIGHEST + 1):
+        if pade_error(order, angle) <= tolerance:
+            return order
+    raise ArgumentError(
+        f"delay: omega tau = {angle:.3g} has an error of {pade_error(HIGHEST, angle):.2g} with {HIGHEST} states, "
+        f"expected at most {tolerance:g}; give a lower `frequency`, or a larger `tolerance`",
+        "frequency",
+    )
+
+
+def _polynomial(order: int) -> Array:
+    """Return the coefficients of Q, the highest power first."""
+    powers = range(order, -1, -1)
+    return np.array([factorial(2 * order - j) / (factorial(j) * factorial(order - j)) for j in powers], dtype=float)
+
+
+@lru_cache(maxsize=64)
+def pade_states(order: int) -> tuple[Array, Array, Array, float]:
+    """Return A, b, c, d of x' = A x + b u, y = c x + d u, which delays u by 1 s.
+
+    Source: Baker and Graves-Morris (1996), Pade Approximants, sec. 1.2, for the polynomials.
+    """
+    Q = _polynomial(order)
+    P = Q * (-1.0) ** np.arange(order, -1, -1)
+    A, b, c = list[Array](), list[float](), list[float]()
+    for pole in np.roots(Q):
+        if pole.imag < 0.0:
+            continue
+        pole -= np.polyval(Q, pole) / np.polyval(np.polyder(Q), pole)
+        residue = np.polyval(P, pole) / np.polyval(np.polyder(Q), pole)
+        if abs(pole.imag) < 1e-9 * abs(pole):
+            A, b, c = [*A, np.array([[pole.real]])], [*b, 1.0], [*c, float(residue.real)]
+        else:
+            A += [np.array([[pole.real, pole.imag], [-pole.imag, pole.real]])]
+            b, c = [*b, 1.0, 0.0], [*c, float(2.0 * residue.real), float(2.0 * residue.imag)]
+    return sl.block_diag(*A), np.array(b), np.array(c), (-1.0) ** order
+
+
+@checked
+def quasi_steady(
+    where: FlowSpan | Place, *, velocity: float, density: float, diameter: float, drag: float, slope: Any,
+    frequency: float, lift: float = 0.0, delay: float = 1.0, tolerance: float = 1e-5, modes: int | None = None,
+    name: str = "",
+) -> Flow:  # fmt: skip
+    """Return the quasi-steady force of a cross flow on a tube in a bundle, which lags behind the displacement.
+
+    Across the flow, for points of one motion y, per length:
+
+        f = rho U^2 D / 2 [ slope y(t - tau) / D - C_D y' / U ],     tau = delay D / U.
+
+    For points of two motions (x along, y across the flow) the relative velocity turns drag and lift:
+
+        f_x = rho U^2 D / 2 [ (dC_D/dx x + dC_D/dy y)(t - tau) / D - 2 C_D x' / U + C_L y' / U ],
+        f_y = rho U^2 D / 2 [ (dC_L/dx x + dC_L/dy y)(t - tau) / D - 2 C_L x' / U - C_D y' / U ].
+
+    Args:
+        where: A span; or a point, whose force is then that of 1 m.
+        velocity: U, of which the coefficients are, m/s.
+        density: rho, kg/m^3.
+        diameter: D, m.
+        drag: C_D.
+        slope: dC_L/d(y/D); for two motions [[dC_D/d(x/D), dC_D/d(y/D)], [dC_L/d(x/D), dC_L/d(y/D)]].
+        frequency: Largest angular frequency of interest, rad/s: the order of the delay follows from omega tau.
+        lift: C_L of the tube at rest.
+        delay: mu, of the order of 1.
+        tolerance: Error of the delay in the transfer function up to that frequency; `.error` is the error there.
+        modes: See `Flow`.
+        name: See `Flow`.
+
+    Raises:
+        UserError: A value is out of range, or the delay is too long for that frequency.
+
+    Source: Price and Paidoussis (1984), J. Sound Vib. 97, 615; (1986), J. Sound Vib. 107, 1.
+    """
+    text = f"flow {name or '?'}"
+    D, highest = float(positive(diameter, f"{text}: diameter")), float(positive(frequency, f"{text}: frequency"))
+    mu = float(positive(delay, f"{text}: delay", zero=True))
+    steady, tilt = float(positive(drag, f"{text}: drag", zero=True)), float(finite(lift, f"{text}: lift"))
+    gradient = square(slope, f"{text}: slope")
+    d = len(gradient)
+    if d > 2:
+        raise UserError(f"{text}: found a slope of shape {gradient.shape}, expected a number or a matrix (2, 2)")
+    drags = np.array([[-steady]]) if d == 1 else np.array([[-2.0 * steady, tilt], [-2.0 * tilt, -steady]])
+    if not 0.0 < tolerance < 1.0:
+        raise UserError(f"{text}: found tolerance {tolerance!r}, expected a number between 0 and 1")
+
+    def section(U: float) -> SectionForce:
+        q, tau, unit = 0.5 * U * U * D, mu * D / U, np.eye(d)
+        if tau == 0.0:
+            none = np.zeros((0, 0))
+            return SectionForce(none, np.zeros((0, 2 * d)), np.zeros((d, 0)), q * np.hstack([gradient / D, drags / U]))
+        order = pade_order(highest * tau, tolerance)
+        A, b, c, through = pade_states(order)
+        read = np.hstack([np.kron(b[:, None], unit), np.zeros((order * d, d))]) / tau
+        direct = q * np.hstack([through * gradient / D, drags / U])
+        error = pade_error(order, highest * tau)
+        inner = np.asarray(np.kron(A, unit) / tau, dtype=float)
+        return SectionForce(inner, read, q / D * np.kron(c, gradient), direct, tau, error)
+
+    return Flow(FlowLaw(section, D, highest=highest), where, velocity, density, modes, name)

@@ -1,18 +1,138 @@
-"""Points, clamped DOFs, rigid motions and units of imported matrices: rows by node and direction."""
+"""Points, clamped DOFs, rigid motions and units of imported matrices: rows by node and direction.
+
+Checks of imported matrices by what every model has: mass everywhere, no negative energy, rigid motions.
+
+Each finds a slip that no single file shows: DOFs in another order than the matrices, coordinates of another model,
+other units than stated.
+
+Nodes with coordinates and named sets, from input of Abaqus and CalculiX, tables, or meshes by meshio.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import logging
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as sla
 
 from gapbeam.solver.scene.given_numbers import ArgumentError, finite
-from gapbeam.solver.scene.node_files import Nodes
 from gapbeam.solver.scene.structure_pose import Pose
 from gapbeam.solver.system.operators import Array
+
+TABLES = (".txt", ".csv", ".dat", ".nodes", ".nod")
+BLOCK = 3
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Nodes of a model.
+
+    Attributes:
+        places: Coordinates by node, (3,), in the unit of the file.
+        sets: Nodes by the name of their set, in capitals.
+    """
+
+    places: dict[str, Array]
+    sets: dict[str, list[str]] = field(default_factory=dict)
+
+    def of_set(self, name: str, argument: str) -> list[str]:
+        """Return the nodes of a set.
+
+        Raises:
+            ArgumentError: There is none of that name.
+        """
+        if name.upper() not in self.sets:
+            known = ", ".join(sorted(self.sets)) or "none"
+            raise ArgumentError(f"found the set {name!r}, expected one of the file of nodes: {known}", argument)
+        return self.sets[name.upper()]
+
+    def nearest(self, place: Array, among: Mapping[str, object]) -> str:
+        """Return the node nearest to a place, in the unit of the file, of some nodes."""
+        names = [one for one in self.places if one in among]
+        distances = np.linalg.norm(np.array([self.places[one] for one in names]) - place, axis=1)
+        return names[int(distances.argmin())]
+
+
+def read_nodes(path: Path) -> Nodes:
+    """Return the nodes of a file: `.inp`, "node x y z" lines, or what meshio reads, whose nodes count from 1 on.
+
+    Raises:
+        ArgumentError: The file cannot be read, or holds no nodes.
+    """
+    try:
+        if path.suffix == ".inp":
+            found = _inp(path.read_text(encoding="utf-8"))
+        elif path.suffix in TABLES:
+            found = Nodes(_rows(path.read_text(encoding="utf-8").splitlines()))
+        else:
+            found = _by_meshio(path)
+    except ArgumentError:
+        raise
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        raise ArgumentError(f"{path}: cannot be read as node x y z ({error})", "nodes") from None
+    if not found.places:
+        raise ArgumentError(f"{path}: found no nodes, expected lines of node x y z", "nodes")
+    wrong = next((one for one, at in found.places.items() if not np.all(np.isfinite(at))), None)
+    if wrong is not None:
+        raise ArgumentError(f"{path}: found coordinates of node {wrong} that are not finite", "nodes")
+    return found
+
+
+def _rows(lines: Sequence[str]) -> dict[str, Array]:
+    split = [line.replace(",", " ").split() for line in lines]
+    return {one[0]: np.array(one[1:4], dtype=float) for one in split if len(one) == 1 + BLOCK and one[0].isdigit()}
+
+
+def _inp(text: str) -> Nodes:
+    """Return nodes and sets of input of Abaqus or CalculiX: what stands below *NODE and *NSET."""
+    places: dict[str, Array] = {}
+    sets: dict[str, list[str]] = {}
+    kind, name, generated = "NODE", "", False  # included files have no keyword
+    for line in text.splitlines():
+        if line.startswith("**") or not line.strip():
+            continue
+        if line.startswith("*"):
+            kind, *options = [part.strip() for part in line[1:].upper().split(",")]
+            given = dict(option.partition("=")[::2] for option in options)
+            name = {key.strip(): value.strip() for key, value in given.items()}.get("NSET", "")
+            generated = "GENERATE" in given
+            continue
+        fields = line.replace(",", " ").split()
+        if kind == "NODE":
+            places[fields[0]] = np.array([*map(float, fields[1:]), 0.0, 0.0][:3])
+            members = fields[:1]
+        elif kind == "NSET":
+            members = fields
+            if generated:
+                first, last, step = [*map(int, fields), 1][:3]
+                members = [str(node) for node in range(first, last + 1, step)]
+            members = [node for one in members for node in ([one] if one.isdigit() else sets.get(one.upper(), []))]
+        else:
+            continue
+        if name:
+            sets.setdefault(name, []).extend(members)
+    return Nodes(places, sets)
+
+
+def _by_meshio(path: Path) -> Nodes:
+    import meshio
+
+    try:
+        mesh = meshio.read(path)
+    except (meshio.ReadError, SystemExit, KeyError, AssertionError) as error:
+        raise ValueError(str(error) or "meshio gave up") from None
+    points = np.zeros((len(mesh.points), 3))
+    points[:, : mesh.points.shape[1]] = mesh.points
+    places = {str(i + 1): at for i, at in enumerate(points)}
+    sets = {name.upper(): [str(int(i) + 1) for i in np.ravel(group)] for name, group in mesh.point_sets.items()}
+    return Nodes(places, sets)
+
 
 DIRECTIONS = {"0": 0, "1": 0, "2": 1, "3": 2, "4": 3, "5": 4, "6": 5}  # 0: a scalar point
 WHERE = ("node", "set", "nearest")
@@ -215,3 +335,130 @@ class Rows:
                 if way < 3:
                     found[i, 3:] = turns[:, way]
         return found
+
+
+ROUND_OFF = 1e-8  # of the largest entry: what exports leave
+NEGATIVE = 1e-9  # of the largest ratio of stiffness to mass on the diagonals
+FEW_ROWS = 24
+MOST = 0.6  # of the rows: clamps and springs leave most rows of a translation without force
+SLOWEST, FASTEST = 20.0, 1e5
+"""Usual speeds of waves from one node to the next, m/s; others are asked about."""
+HEAVIEST = 3e4
+"""Largest usual density, kg/m^3; larger ones are asked about."""
+LOG = logging.getLogger("gapbeam")
+
+
+def check_imported(K: Any, M: Any, rows: Rows, name: str = "") -> None:
+    """Refuse matrices of which no model is made, and ask about units that make unusual waves or densities.
+
+    Args:
+        K: Stiffness of all rows, SI, sparse.
+        M: Mass.
+        rows: Their names and nodes.
+        name: Of the structure.
+
+    Raises:
+        ArgumentError: M is not positive definite, K has a negative direction, or rows are in another order than their
+            names.
+    """
+    for A, key in ((M, "mass"), (K, "stiffness")):
+        skew, most = abs(A - A.T).max(), abs(A).max()
+        if not skew <= ROUND_OFF * most:
+            raise ArgumentError(
+                f"found a matrix that differs from its transpose by up to {skew:.3g} of {most:.3g}, expected a "
+                "symmetric one; complete an exported triangle as A + A.T - diag(A)",
+                key,
+            )
+    diagonal = M.diagonal()
+    if not np.all(diagonal > 0.0):
+        bare = np.flatnonzero(~(diagonal > 0.0))
+        raise ArgumentError(
+            f"found {len(bare)} DOFs without mass, the first is {rows.labels[bare[0]]}, expected a positive "
+            "definite M; leave them out by static condensation, or give them mass",
+            "mass",
+        )
+    scale = sp.diags(1.0 / np.sqrt(diagonal))
+    unit, elastic = sp.csc_matrix(scale @ M @ scale), sp.csc_matrix(scale @ K @ scale)
+    if _negative(unit, 0.0):
+        raise ArgumentError("found an M that is not positive definite, expected kinetic energy in every motion", "mass")
+    if _negative(elastic + NEGATIVE * float(abs(elastic.diagonal()).max()) * unit, 0.0):
+        raise ArgumentError(
+            "found a K with a negative direction, expected none; look at how K was exported, and give forces that "
+            "soften as a feedback",
+            "stiffness",
+        )
+    motions = rows.rigid()
+    if motions is not None:
+        _check_order(K, motions, rows)
+        for question in unit_questions(K, M, rows):
+            LOG.warning("structure %s: %s", name or "?", question)
+
+
+def _negative(A: Any, least: float) -> bool:
+    """Return whether a symmetric matrix has a negative direction, by the signs of its pivots (Sylvester)."""
+    try:
+        factor = sla.splu(
+            sp.csc_matrix(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+    except RuntimeError:  # singular
+        return True
+    return bool(np.any(factor.U.diagonal() < least))
+
+
+def _check_order(K: Any, motions: Array, rows: Rows) -> None:
+    """Refuse rows in another order: rigid translations leave most rows without force, whatever holds a structure."""
+    size = K.shape[0]
+    if size < FEW_ROWS:
+        return
+    moved = np.flatnonzero(np.abs(motions).max(axis=0) > 0.0)
+    force, most = np.abs(K @ motions), abs(K) @ np.abs(motions)
+    strained = (force > ROUND_OFF * most).mean(axis=0)
+    along = [k for k in moved if k < 3]
+    if along and min(strained[along]) > MOST:
+        raise ArgumentError(
+            f"found that a rigid translation strains at {min(strained[along]):.0%} of the rows, expected few rows; the "
+            "DOFs are not in the order of the matrices",
+            "dofs",
+        )
+    about = [k for k in moved if k >= 3]
+    solid = all(len(set(ways) & {0, 1, 2}) == 3 for ways in rows.of_node.values())
+    if solid and about and max(strained[along]) == 0.0 and max(strained[about]) > MOST:
+        raise ArgumentError(
+            f"found that a rigid rotation strains at {max(strained[about]):.0%} of the rows, expected none of a free "
+            "structure; the coordinates are not those of the matrices",
+            "nodes",
+        )
+
+
+def unit_questions(K: Any, M: Any, rows: Rows) -> Iterator[str]:
+    """Yield questions where waves are faster or slower, or the mass denser, than in usual materials."""
+    assert rows.nodes is not None
+    names = list(rows.of_node)
+    places = rows.meter * np.array([rows.nodes.places[one] for one in names])
+    node = np.empty(K.shape[0], dtype=int)
+    for k, one in enumerate(names):
+        node[list(rows.of_node[one].values())] = k
+    entries = sp.coo_matrix(K)
+    apart = node[entries.row] != node[entries.col]
+    if not apart.any():
+        return
+    i, j = node[entries.row[apart]], node[entries.col[apart]]
+    distance = np.linalg.norm(places[i] - places[j], axis=1)
+    nearest = np.full(len(names), np.inf)
+    np.minimum.at(nearest, i[distance > 0.0], distance[distance > 0.0])
+    straight = np.array([DIRECTIONS[label.partition(".")[2]] < 3 for label in rows.labels])
+    speeds = (np.sqrt(np.abs(K.diagonal() / M.diagonal())) * nearest[node])[straight & np.isfinite(nearest[node])]
+    spans = np.ptp(places, axis=0)
+    size = f"the nodes span {spans.max():.3g} m"
+    if len(speeds) and not SLOWEST <= np.median(speeds) <= FASTEST:
+        yield (
+            f"waves run at about {np.median(speeds):.2g} m/s from node to node ({size}); usual are {SLOWEST:g} to "
+            f"{FASTEST:g} m/s. Are the files in other units?"
+        )
+    volume = float(np.prod(spans))
+    along = np.array([DIRECTIONS[label.partition(".")[2]] == 0 for label in rows.labels], dtype=float)
+    if volume > 0.0 and along @ (M @ along) > HEAVIEST * volume:
+        yield (
+            f"a mass of {along @ (M @ along):.3g} kg fills {volume:.3g} m^3 ({size}); usual is less than "
+            f"{HEAVIEST:g} kg/m^3. Are the files in other units?"
+        )

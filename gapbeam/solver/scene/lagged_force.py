@@ -14,8 +14,7 @@ from scipy.optimize import least_squares
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.feedback import Place
-from gapbeam.solver.scene.flow_force import Flow, FlowLaw, lagging, square
-from gapbeam.solver.scene.flow_span import FlowSpan
+from gapbeam.solver.scene.flow_force import Flow, FlowLaw, FlowSpan, lagging, square
 from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
 from gapbeam.solver.system.operators import Array
 

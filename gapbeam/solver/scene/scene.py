@@ -13,11 +13,10 @@ import scipy.linalg as sl
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.condensed_arrays import Linear, Slabs
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Place, joined, parts_of
 from gapbeam.solver.scene.given_numbers import positive
-from gapbeam.solver.scene.linear_scheme import LinearScheme, exact_modes
+from gapbeam.solver.scene.linear_scheme import Linear, LinearScheme, Slabs, exact_modes
 from gapbeam.solver.scene.scene_load import Load
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.scene.touch_kernel import ROWS, STICKING, VALUES, WIDTH

@@ -1,24 +1,187 @@
-"""Structures from the matrices that other programs write, in their units and with their nodes."""
+"""Structures from the matrices that other programs write, in their units and with their nodes.
+
+Matrices in files of other programs: Matrix Market, NumPy, CalculiX, Abaqus and Nastran.
+
+CalculiX (`*FREQUENCY, SOLVER=MATRIXSTORAGE`) writes `.sti` and `.mas`, upper triangles as "row column value" from 1 on.
+Abaqus (`*MATRIX OUTPUT`) writes `.mtx` as "row column value" (FORMAT=COORDINATE), or as "node, DOF, node, DOF, value"
+(FORMAT=MATRIX INPUT); a triangle stands for a symmetric matrix. Nastran's DMIG names rows by grid point and component.
+
+Structures as files of matrices that other programs read: Matrix Market, NumPy, Abaqus and Nastran.
+"""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.io
 import scipy.sparse as sp
 
+from gapbeam.solver.errors import NotWritten, UserError
 from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.dmig_file import FIRST_LETTERS, dmig_text, read_dmig
 from gapbeam.solver.scene.given_numbers import ArgumentError
-from gapbeam.solver.scene.imported_checks import check_imported
-from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows
-from gapbeam.solver.scene.matrix_files import aligned, read_matrix, refuse_half
-from gapbeam.solver.scene.node_files import read_nodes
+from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows, check_imported, read_nodes
 from gapbeam.solver.scene.structure import SYMMETRY, Structure
 from gapbeam.solver.scene.structure_pose import Pose
 from gapbeam.solver.system.operators import Array
+
+TRIANGLES = (".sti", ".mas", ".dam")
+DMIG = (".pch", ".dmig", ".bdf")
+OTHERS = (".op4", ".op2")
+KNOWN = (".mtx", ".npz", ".npy", *TRIANGLES, *DMIG, *OTHERS)
+
+
+class ReadMatrix(NamedTuple):
+    """A matrix and, where its file names them, the "node.direction" of its rows."""
+
+    matrix: Any
+    labels: list[str] | None = None
+
+
+def read_matrix(path: Path, argument: str) -> ReadMatrix:
+    """Return the matrix of a file, sparse.
+
+    Args:
+        path: The file; its suffix says what it is.
+        argument: "stiffness", "mass" or "damping": which matrix is taken from a file of several, and for messages.
+
+    Raises:
+        ArgumentError: The file cannot be read, or its kind is unknown.
+    """
+    if path.suffix not in KNOWN:
+        found = path.suffix or "no suffix"
+        raise ArgumentError(f"{path}: found {found}, expected {', '.join(KNOWN[:-1])} or {KNOWN[-1]}", argument)
+    if path.suffix in OTHERS and path.exists():
+        return _by_pyyeti(path, argument)
+    try:
+        if path.suffix in DMIG:
+            return ReadMatrix(*read_dmig(path, argument))
+        if path.suffix == ".npz":
+            return ReadMatrix(sp.csr_matrix(sp.load_npz(path)))
+        if path.suffix == ".npy":
+            return ReadMatrix(sp.csr_matrix(np.load(path)))
+        if path.suffix in TRIANGLES:
+            return ReadMatrix(_by_rows(np.loadtxt(path, ndmin=2), completed=True))
+        return _mtx(path)
+    except ArgumentError:
+        raise
+    except (OSError, ValueError, TypeError, KeyError, IndexError) as error:
+        raise ArgumentError(f"{path}: cannot be read as a matrix ({error})", argument) from None
+
+
+def refuse_half(A: Any, path: Path, argument: str) -> None:
+    """Refuse a matrix with entries on one side of its diagonal only.
+
+    Raises:
+        ArgumentError: It is one.
+    """
+    upper, lower = abs(sp.triu(A, 1)).sum(), abs(sp.tril(A, -1)).sum()
+    if (upper == 0.0) != (lower == 0.0):
+        raise ArgumentError(
+            f"{path}: found entries on one side of the diagonal only, expected the whole matrix; write it with "
+            "symmetry (Matrix Market: symmetric), or complete it as A + A.T - diag(A)",
+            argument,
+        )
+
+
+def aligned(read: Sequence[ReadMatrix | None]) -> tuple[list[Any], list[str] | None]:
+    """Return matrices with one order of rows: where files name their rows, by node and direction.
+
+    Files name only rows that have entries: a row that one of them lacks is empty in its matrix.
+    """
+    named = [set(one.labels) for one in read if one is not None and one.labels is not None]
+    if not named:
+        return [None if one is None else one.matrix for one in read], None
+    labels = sorted(set().union(*named), key=label_order)
+    places = {label: i for i, label in enumerate(labels)}
+    found: list[Any] = []
+    for one in read:
+        if one is None or one.labels is None:
+            found.append(None if one is None else one.matrix)
+            continue
+        at = np.array([places[label] for label in one.labels])
+        entries = sp.coo_matrix(one.matrix)
+        shape = (len(labels), len(labels))
+        found.append(sp.csr_matrix((entries.data, (at[entries.row], at[entries.col])), shape=shape))
+    return found, labels
+
+
+def label_order(label: str) -> tuple[int, int]:
+    """Return the key that sorts "node.direction" by numbers."""
+    node, _, way = label.partition(".")
+    return int(node), int(way or 0)
+
+
+def _mtx(path: Path) -> ReadMatrix:
+    """Return a matrix of Matrix Market, or of Abaqus, which takes the same suffix."""
+    with path.open(encoding="utf-8") as lines:
+        first = lines.readline()
+        while first.startswith("**") or (first.isspace() and first):
+            first = lines.readline()
+    if first.startswith("%%MatrixMarket"):
+        return ReadMatrix(sp.csr_matrix(scipy.io.mmread(path)))
+    if "," not in first and not first.startswith("*"):
+        return ReadMatrix(_by_rows(np.loadtxt(path, ndmin=2, comments="**"), completed=False))
+    rows = np.loadtxt(path, ndmin=2, delimiter=",", comments="*")
+    if rows.shape[1] != 5:
+        raise ValueError(f"{rows.shape[1]} columns, expected node, DOF, node, DOF and value")
+    ends = [[f"{int(node)}.{int(way)}" for node, way in rows[:, at : at + 2]] for at in (0, 2)]
+    labels = sorted({*ends[0], *ends[1]}, key=label_order)
+    places = {label: i + 1 for i, label in enumerate(labels)}
+    i, j = (np.array([places[label] for label in end]) for end in ends)
+    return ReadMatrix(_by_rows(np.column_stack([i, j, rows[:, 4]]), completed=False, least=len(labels)), labels)
+
+
+def _by_rows(table: Array, completed: bool, least: int = 0) -> Any:
+    """Return the symmetric matrix of "row column value" lines, from 1 on.
+
+    Args:
+        table: The lines.
+        completed: Whether they are always one triangle; otherwise they are one where no entry has its mirror.
+        least: Rows that there are at least.
+    """
+    if table.shape[1] != 3:
+        raise ValueError(f"{table.shape[1]} columns, expected row, column and value")
+    i, j, values = table[:, 0].astype(int) - 1, table[:, 1].astype(int) - 1, table[:, 2]
+    if not len(i) or min(i.min(), j.min()) < 0:
+        raise ValueError("row 0, expected rows from 1 on")
+    n, off = max(int(max(i.max(), j.max())) + 1, least), i != j
+    pairs = np.column_stack([np.minimum(i, j), np.maximum(i, j)])[off]
+    if completed or len(np.unique(pairs, axis=0)) == len(pairs):
+        i, j, values = (*_both(i, j, off), np.concatenate([values, values[off]]))
+    return sp.csr_matrix((values, (i, j)), shape=(n, n))
+
+
+def _both(i: Any, j: Any, off: Any) -> tuple[Any, Any]:
+    return np.concatenate([i, j[off]]), np.concatenate([j, i[off]])
+
+
+def _by_pyyeti(path: Path, argument: str) -> ReadMatrix:
+    """Return a matrix of Nastran's output4 or output2, through pyyeti where it is installed."""
+    try:
+        from pyyeti.nastran import op2, op4  # type: ignore[import-not-found]
+    except ImportError:
+        raise ArgumentError(
+            f"{path}: found Nastran's {path.suffix}, expected the package pyyeti to read it; pip install pyyeti, or "
+            "write DMIG (.pch) or Matrix Market (.mtx)",
+            argument,
+        ) from None
+    first = {"stiffness": "k", "mass": "m", "damping": "b"}[argument]
+    try:
+        held = op4.load(str(path), into="dct") if path.suffix == ".op4" else op2.rdnas2cam(str(path))
+        names = [name for name in held if name.lower().startswith(first)] if len(held) > 1 else list(held)
+        if len(names) != 1:
+            raise ValueError(f"matrices {', '.join(held)}; expected one that begins with {first}")
+        one = held[names[0]]
+        return ReadMatrix(sp.csr_matrix(one[0] if isinstance(one, list | tuple) else one))
+    except (OSError, ValueError, TypeError, KeyError, IndexError) as error:
+        raise ArgumentError(f"{path}: cannot be read as a matrix ({error})", argument) from None
+
 
 UNITS = {"m-kg-s": (1.0, 1.0), "mm-t-s": (1e-3, 1e3), "mm-kg-s": (1e-3, 1.0)}
 """Length in m and mass in kg of a system of units whose time is s."""
@@ -209,3 +372,77 @@ def _labels(path: Path, count: int) -> list[str]:
     if len(set(found)) < count:
         raise ArgumentError(f"{path}: a DOF stands there twice", "dofs")
     return found
+
+
+SUFFIXES = {"mtx": ".mtx", "npz": ".npz", "coordinate": ".mtx", "matrix-input": ".mtx", "dmig": ".pch"}
+"""Suffix of each format."""
+NAMED = ("matrix-input", "dmig")
+
+
+@checked
+def write_structure(
+    structure: Structure,
+    stem: str | Path,
+    format: str = "mtx",  # noqa: A002
+    dofs: Sequence[str] | None = None,
+) -> dict[str, Path]:
+    """Write the matrices of a structure, m, kg and s, for `read_structure` and other programs.
+
+    "mtx" (Matrix Market) and "npz" (scipy) hold every bit, "coordinate" and "matrix-input" (Abaqus) 17 digits, "dmig"
+    (Nastran) ten digits.
+
+    Args:
+        structure: The structure to write.
+        stem: Path without a suffix: "out/rack" gives out/rack-stiffness.mtx, out/rack-mass.mtx and, with damping,
+            out/rack-damping.mtx.
+        format: "mtx", "npz", "coordinate", "matrix-input" or "dmig".
+        dofs: "node.direction" of each DOF, which "matrix-input" and "dmig" name; default 1.1, 2.1, ...
+
+    Returns:
+        The files by "stiffness", "mass" and "damping".
+
+    Raises:
+        UserError: The format is unknown, or `dofs` do not fit.
+        NotWritten: A file cannot be written.
+    """
+    where = f"structure {structure.name or '?'}"
+    if format not in SUFFIXES:
+        raise UserError(f"{where}: found format {format!r}, expected one of {', '.join(SUFFIXES)}")
+    labels = [f"{i + 1}.1" for i in range(structure.size)] if dofs is None else [str(one) for one in dofs]
+    if len(labels) != structure.size or len(set(labels)) < len(labels):
+        raise UserError(f"{where}: found {len(set(labels))} different DOFs, expected {structure.size}")
+    wrong = next((one for one in labels if not all(part.isdigit() for part in one.split(".")) or "." not in one), None)
+    if wrong is not None:
+        raise UserError(f"{where}: found the DOF {wrong!r}, expected node.direction, such as 12.3")
+    if format == "dmig":
+        logging.getLogger("gapbeam").warning("%s: DMIG holds ten digits of each entry; mtx and npz hold all", where)
+    files = {}
+    for key, A in (("stiffness", structure.K), ("mass", structure.M), ("damping", structure.C)):
+        if A is None:
+            continue
+        path = Path(f"{stem}-{key}{SUFFIXES[format]}")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _write(path, sp.csr_matrix(A), format, labels, FIRST_LETTERS[key] + "AAX")
+        except OSError as error:
+            raise NotWritten(f"{path} cannot be written ({error.strerror})") from error
+        files[key] = path
+    return files
+
+
+def _write(path: Path, A: Any, format: str, labels: Sequence[str], name: str) -> None:  # noqa: A002
+    if format == "npz":
+        sp.save_npz(path, A)
+    elif format == "mtx":
+        scipy.io.mmwrite(path, A, precision=17, symmetry="general")
+    elif format == "dmig":
+        path.write_text(dmig_text(A, name, labels), encoding="utf-8")
+    elif format == "coordinate":
+        entries = sp.coo_matrix(A)
+        table = np.column_stack([entries.row + 1, entries.col + 1, entries.data])
+        np.savetxt(path, table, fmt=["%d", "%d", "%.16e"])
+    else:
+        lower = sp.coo_matrix(sp.tril(A))
+        ends = ([labels[i].replace(".", ",") for i in side] for side in (lower.row, lower.col))
+        rows = (f"{i},{j},{value:.16e}" for i, j, value in zip(*ends, lower.data, strict=True))
+        path.write_text("\n".join(["*MATRIX INPUT, NAME=" + name, *rows]) + "\n", encoding="utf-8")

@@ -9,13 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.faults import Key
+from gapbeam.solver.errors import Key, UserError
 from gapbeam.solver.scene.beam_structure import ELEMENTS
-from gapbeam.solver.scene.delayed_force import quasi_steady
 from gapbeam.solver.scene.feedback import Feedback
-from gapbeam.solver.scene.flow_force import MOTIONS
-from gapbeam.solver.scene.flow_span import FlowSpan, span
+from gapbeam.solver.scene.flow_force import MOTIONS, FlowSpan, quasi_steady, span
 from gapbeam.solver.scene.lagged_force import aerodynamic_lag, measured, unsteady
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene_file.feedback_tables import (

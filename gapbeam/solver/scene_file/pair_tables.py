@@ -1,14 +1,26 @@
-"""[[pair]] and [contact]: what touches what, in which region, by which law of forces."""
+"""[[pair]] and [contact]: what touches what, in which region, by which law of forces.
+
+Pairs of structures at their nearest places, and pairs that cannot be meant as the structures are placed.
+
+Checks of one pair besides its points: motions, friction, directions, and that nothing overlaps at the start.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field
 
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.scene import shipped_laws
 from gapbeam.solver.scene.convex_region import ConvexRegion, Disc, HalfPlane, Polygon, Slot
 from gapbeam.solver.scene.force_law import ForceLaw
+from gapbeam.solver.scene.structure import StructurePoint
+from gapbeam.solver.scene.structure_files import PlacedPoint
+from gapbeam.solver.scene_file.placed_bodies import PlacedBody, nearest_places
+from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Switch, Table
 
 Pair2 = tuple[Number, Number]
@@ -142,3 +154,181 @@ class PairTable(Table):
     sliding: NonNegative | None = Field(default=None, description="see [contact], m/s; default that of [contact]")
     offset: Number | Pair2 = Field(default=0.0, description="place in the region at rest, one number a motion, m")
     interference: Switch = Field(default=False, description="whether the pair may be pressed at rest")
+
+
+SAME = 1e-6
+
+
+def pair_faults(
+    key: Key,
+    pair: PairTable,
+    default: PairContact,
+    points: Sequence[StructurePoint],
+    region: ConvexRegion,
+    places: Sequence[PlacedPoint | None],
+) -> list[Fault]:
+    """Return the faults of a pair whose points exist.
+
+    Args:
+        key: The way to its table.
+        pair: The table.
+        default: [contact].
+        points: Its points.
+        region: Its region.
+        places: Where its points are, as far as it is known.
+    """
+    assert pair.region is not None
+    counts = [len(point.rows) for point in points]
+    if set(counts) != {region.motions}:
+        words = " and ".join(map(str, counts))
+        return [
+            Fault((*key, "region"), f'"{pair.region.type}" of {region.motions} motions at points of {words}',
+                  "points and a region of as many motions", related=((*key, "between"),))
+        ]  # fmt: skip
+    friction = default.friction if pair.friction is None else pair.friction
+    if friction and region.motions == 1:
+        return [
+            Fault((*key, "friction"), f"{friction:g} at points of one motion", "points of two motions: normal and slip")
+        ]
+    offset = np.atleast_1d(np.asarray(pair.offset, dtype=float))
+    if len(offset) not in (1, region.motions):
+        return [Fault((*key, "offset"), f"{len(offset)} numbers", f"{region.motions}: one for each motion")]
+    axes = [place.axes for place in places if place is not None and place.axes is not None]
+    if len(axes) == 2 and np.abs(axes[0] - axes[1]).max() > SAME:
+        return [
+            Fault((*key, "between"), f"directions {axes[0].tolist()} and {axes[1].tolist()}",
+                  "the same directions at both points: their motions are subtracted")
+        ]  # fmt: skip
+    inward = _inward(pair, places)
+    if inward is not None:
+        return [inward_fault(key, inward)]
+    depth = _depth(pair, np.broadcast_to(offset, (region.motions,)))
+    if depth > 0.0 and not pair.interference:
+        return [
+            Fault((*key, "region"), f"structures that overlap by {depth:g} m at the start", "a place within the region",
+                  "a larger clearance, or interference = true where the pair is pressed", ((*key, "offset"),))
+        ]  # fmt: skip
+    return []
+
+
+def inward_fault(key: Key, distance: float) -> Fault:
+    """Return the fault of a normal that points away from the other point."""
+    return Fault(
+        (*key, "region", "normal"),
+        f"a normal that points inward: the second point lies {-distance:g} m behind the first along it",
+        "a normal from the first point toward the second",
+        "the other sign, or the points in the other order",
+    )
+
+
+def _inward(pair: PairTable, places: Sequence[PlacedPoint | None]) -> float | None:
+    """Return the distance along the normal of the second point from the first where it is below 0."""
+    if len(places) < 2 or not isinstance(pair.region, HalfPlaneRegion):
+        return None
+    first, second = places
+    if first is None or second is None or first.place is None or second.place is None or first.axes is None:
+        return None
+    normal = np.atleast_1d(np.asarray(pair.region.normal, dtype=float)) @ first.axes
+    way = second.place - first.place
+    distance = float(normal @ way / np.linalg.norm(normal))
+    return distance if distance < -SAME * float(np.linalg.norm(way)) else None
+
+
+def _depth(pair: PairTable, place: Array) -> float:
+    """Return the depth of a place beyond the region, m; below 0 within it."""
+    region = pair.region
+    if isinstance(region, SlotRegion):
+        return float(abs(place[0] - region.center) - 0.5 * region.clearance)
+    if isinstance(region, HalfPlaneRegion):
+        normal = np.atleast_1d(np.asarray(region.normal, dtype=float))
+        return float(normal @ place / np.linalg.norm(normal) - region.clearance)
+    if isinstance(region, PolygonRegion):
+        corners = np.array(region.corners)
+        edges = np.roll(corners, -1, axis=0) - corners
+        outward = np.column_stack([edges[:, 1], -edges[:, 0]]) / np.linalg.norm(edges, axis=1)[:, None]
+        return float((outward * (place - corners)).sum(axis=1).max())
+    assert region is not None
+    return float(np.linalg.norm(place) - region.clearance)
+
+
+Given = dict[str, dict[str, Any]]
+"""New points by structure and name: a place along a line, m, or a node with its direction."""
+
+
+def at_nearest(pair: PairTable, extents: Mapping[str, PlacedBody]) -> tuple[PairTable, Given]:
+    """Return a pair at named points, and these points.
+
+    Args:
+        pair: A pair of two structures at their nearest places.
+        extents: Of the structures.
+
+    Raises:
+        UserError: There is no one pair of nearest places, or the structures do not move toward each other.
+    """
+    names = pair.between
+    assert len(names) == 2
+    found = nearest_places(extents[names[0]], extents[names[1]])
+    region = pair.region or HalfPlaneRegion(type="half-plane", clearance=found.gap)
+    if isinstance(region, HalfPlaneRegion):
+        region = region.model_copy(update={"normal": found.normal})
+    given: Given = {}
+    for name, at in zip(names, (found.first, found.second), strict=True):
+        node = {"node": at, "direction": tuple(found.direction)}
+        given[name] = {pair.name: node if extents[name].names else at}
+    between = tuple(f"{name}.{pair.name}" for name in names)
+    return pair.model_copy(update={"between": between, "at": None, "region": region}), given
+
+
+def nearest_faults(key: Key, pair: PairTable, placed: Mapping[str, bool]) -> Iterator[Fault]:
+    """Yield the faults in the keys of a pair at nearest places; `placed`: which structures have a place."""
+    if len(pair.between) == 1:
+        yield Fault((*key, "between"), f'"{pair.between[0]}" alone', "two structures at their nearest places")
+    for name in pair.between:
+        if name not in placed:
+            known = ", ".join(placed) or "none"
+            yield Fault((*key, "between"), f'"{name}", which is no structure', f"two of {known}",
+                        "leave at out where points are named")  # fmt: skip
+        elif not placed[name]:
+            yield Fault((*key, "between"), f'"{name}", of which no place is known', "structures with a place",
+                        f'add place = {{ origin = [0, 0, 0] }} to "{name}", nodes to matrices')  # fmt: skip
+    if isinstance(pair.region, HalfPlaneRegion) and pair.region.normal != 1:
+        yield Fault((*key, "region", "normal"), f"{pair.region.normal} at nearest places",
+                    "no normal: it is from the first structure toward the second", "leave normal out")  # fmt: skip
+
+
+def meeting_faults(
+    key: Key, pair: PairTable, places: Sequence[PlacedPoint | None], bodies: Sequence[PlacedBody | None]
+) -> Iterator[Fault]:
+    """Yield reasons for which two points cannot touch as they are placed, or their structures overlap.
+
+    Args:
+        key: The way to the table of the pair.
+        pair: The table.
+        places: Of its points.
+        bodies: Extents of its structures.
+    """
+    if len(places) < 2 or any(one is None or one.place is None for one in places) or None in bodies:
+        return
+    first, second = ((one.place, one.axes) for one in places if one is not None)
+    extents = [body for body in bodies if body is not None]
+    assert first[0] is not None
+    assert second[0] is not None
+    way: Array = second[0] - first[0]
+    distance, longest = float(np.linalg.norm(way)), max(body.extent for body in extents)
+    clearance = abs(float(getattr(pair.region, "clearance", 0.0)))
+    halves = sum(body.half for body in extents)
+    if longest > 0.0 and distance > longest + clearance + halves:
+        yield Fault(
+            (*key, "between"), f"points {distance:g} m apart, farther than their structures are long ({longest:g} m)",
+            "structures that meet", "look at origin and axis of their places, and at the units of nodes",
+        )  # fmt: skip
+    elif isinstance(pair.region, HalfPlaneRegion) and halves > 0.0 and first[1] is not None and not pair.interference:
+        normal = np.atleast_1d(np.asarray(pair.region.normal, dtype=float)) @ first[1]
+        ahead = float(normal @ way / np.linalg.norm(normal))
+        beside = float(np.sqrt(max(distance**2 - ahead**2, 0.0)))
+        deep = halves - ahead
+        if ahead >= 0.0 and beside < halves and deep > SAME * halves:
+            yield Fault(
+                (*key, "between"), f"structures that overlap by {deep:g} m where they are placed",
+                "a distance between their surfaces", "another origin, or interference = true where they are pressed",
+            )  # fmt: skip

@@ -11,27 +11,22 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from gapbeam.solver.errors import RunError, UserError
-from gapbeam.solver.faults import CaseError, Fault, Key
+from gapbeam.solver.errors import CaseError, Fault, Key, RunError, UserError
 from gapbeam.solver.loads.scene_load_choice import AnyLoad, point_of, structure_of
 from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
-from gapbeam.solver.scene.flow_span import FlowSpan
-from gapbeam.solver.scene.frame_route import FrameRoute
-from gapbeam.solver.scene.frame_structure import ANGLE, Station, frame, space_figures
+from gapbeam.solver.scene.flow_force import FlowSpan
+from gapbeam.solver.scene.frame_structure import ANGLE, FrameRoute, Station, frame, space_figures
 from gapbeam.solver.scene.given_numbers import ArgumentError
 from gapbeam.solver.scene.modal_files import read_modes
-from gapbeam.solver.scene.point_basis import reduced_at_points
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
-from gapbeam.solver.scene.structure import Structure, StructurePoint, mass
+from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, reduced_at_points
 from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint, read_model
 from gapbeam.solver.scene_file.feedback_builder import faulty_key, flow_span, made_feedback, stations
 from gapbeam.solver.scene_file.feedback_tables import AnyFeedback
-from gapbeam.solver.scene_file.nearest_pairs import at_nearest, meeting_faults
-from gapbeam.solver.scene_file.pair_checks import pair_faults
-from gapbeam.solver.scene_file.pair_tables import PairTable
+from gapbeam.solver.scene_file.pair_tables import PairTable, at_nearest, meeting_faults, pair_faults
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, in_space, line_of
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.structure_tables import (

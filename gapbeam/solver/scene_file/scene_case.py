@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from gapbeam.solver.case.gates_table import Gates
+from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.loads.scene_load_choice import SceneLoad
 from gapbeam.solver.scene import linear_scheme
 from gapbeam.solver.scene.linear_scheme import LinearScheme

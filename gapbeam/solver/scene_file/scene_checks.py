@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gapbeam.solver.case.checks.time_checks import run_has_steps, step_follows_the_forcing
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.case.checks.run_checks import run_has_steps, step_follows_the_forcing
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.scene_load_choice import point_of, structure_of
 from gapbeam.solver.scene_file.feedback_checks import feedback_faults
-from gapbeam.solver.scene_file.nearest_pairs import nearest_faults
+from gapbeam.solver.scene_file.pair_tables import nearest_faults
 from gapbeam.solver.scene_file.structure_tables import (
     BodyTable,
     ClampedBody,

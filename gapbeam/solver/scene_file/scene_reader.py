@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from gapbeam.solver.case.reading.case_reader import SCENE, Places, checked_tables, plain_tables
-from gapbeam.solver.case.reading.line_numbers import key_lines
 from gapbeam.solver.case.reading.overrides import Overrides
-from gapbeam.solver.case.reading.toml_text import parse, read_text
-from gapbeam.solver.scene.flow_span import FlowSpan
+from gapbeam.solver.case.reading.toml_text import key_lines, parse, read_text
+from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocities

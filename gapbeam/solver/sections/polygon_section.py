@@ -11,9 +11,9 @@ import numpy as np
 from pydantic import Field
 
 from gapbeam.meshes.sections.polygon_cells import polygon_patches
-from gapbeam.meshes.sections.polygon_outline import PolygonOutline, signed_area
+from gapbeam.meshes.sections.section_mesh import PolygonOutline, signed_area
 from gapbeam.meshes.sections.section_patches import Array, Place, SectionPatches
-from gapbeam.solver.faults import Fault
+from gapbeam.solver.errors import Fault
 from gapbeam.solver.sections.section_table import KEY, Lattice, SectionTable
 from gapbeam.solver.table import Number
 from gapbeam.solver.wording.short_words import apart

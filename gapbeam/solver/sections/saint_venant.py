@@ -26,8 +26,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.meshes.gmsh_models.graded_triangles import graded_triangles
-from gapbeam.meshes.sections.delaunay_refinement import Triangulation, edges_of
-from gapbeam.meshes.sections.polygon_outline import PolygonOutline, signed_area
+from gapbeam.meshes.sections.section_mesh import PolygonOutline, Triangulation, edges_of, signed_area
 from gapbeam.meshes.sections.section_patches import Array, Place
 
 ALONG = 24  # wanted edges along the larger extent

@@ -8,16 +8,18 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
-from gapbeam.solver.faults import Fault
+from gapbeam.solver.errors import Fault
 from gapbeam.solver.sections.polygon_section import PolygonSection
 from gapbeam.solver.sections.section_table import (
+    RectangularSection,
+    RoundSection,
     SymmetricSection,
+    TubeSection,
     solid_shear,
     thin_enough,
     thin_walled_shear,
     wall_cells,
 )
-from gapbeam.solver.sections.simple_sections import RectangularSection, RoundSection, TubeSection
 from gapbeam.solver.sections.warping_function import torsion_of_blocks
 from gapbeam.solver.table import Positive
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gapbeam.solver.faults import Key
+from gapbeam.solver.errors import Key
 from gapbeam.solver.record_table import COMPONENTS
 from gapbeam.solver.supports.regions.region import Placement
 from gapbeam.solver.supports.support import Face

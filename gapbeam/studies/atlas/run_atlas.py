@@ -21,8 +21,7 @@ from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import NoSeat, seat
 from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
-from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, atlas
-from gapbeam.studies.atlas.start_set import drawn_starts
+from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, atlas, drawn_starts
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder, study_written
 from gapbeam.studies.trials.axes import Axis, points_of

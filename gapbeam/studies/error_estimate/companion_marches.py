@@ -14,8 +14,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.symmetry import bends_in_two_planes
-from gapbeam.solver.errors import Interrupted, RunError
-from gapbeam.solver.faults import CaseError, in_one_line
+from gapbeam.solver.errors import CaseError, Interrupted, RunError, in_one_line
 from gapbeam.solver.models.body import Body
 from gapbeam.studies.error_estimate.companions import Companion
 from gapbeam.studies.error_estimate.motion_record import MotionRecord

@@ -21,8 +21,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gapbeam.solver.case.case import MOST_CELLS, Case
-from gapbeam.solver.case.model_table import BeamModel, FullModel, ReducedModel, RigidModel
-from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.case.solution_tables import BeamModel, FullModel, ReducedModel, RigidModel, Time
 from gapbeam.studies.trials.refined_mesh import mesh_keys
 
 SAME, HALF_STEP, TWICE, FOURFOLD = "same", "half step", "twice the step", "four times the step"

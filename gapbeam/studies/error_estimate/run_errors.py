@@ -18,8 +18,8 @@ from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.model_table import FullModel, ReducedModel
-from gapbeam.solver.case.smoothing_window import smoothing_window
+from gapbeam.solver.case.computed_defaults import smoothing_window
+from gapbeam.solver.case.solution_tables import FullModel, ReducedModel
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import Interrupted, UserError
 from gapbeam.solver.models.body import Body

@@ -23,9 +23,8 @@ import numpy as np
 
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.solver.case.gates_table import Gates
-from gapbeam.solver.errors import Interrupted, RunError
-from gapbeam.solver.faults import in_one_line
+from gapbeam.solver.case.solution_tables import Gates
+from gapbeam.solver.errors import Interrupted, RunError, in_one_line
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.results_folder import write_summary

@@ -22,8 +22,7 @@ from gapbeam.postprocess.signals.steady_figures import WindowFigure, settled_win
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.known_keys import flat
-from gapbeam.solver.errors import OutOfMemory, RunError, UserError
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError, OutOfMemory, RunError, UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.wording.short_words import printable

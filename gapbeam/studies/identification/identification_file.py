@@ -16,11 +16,11 @@ import numpy as np
 
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.reading.case_reader import read_case, read_tables
 from gapbeam.solver.case.reading.known_keys import candidates, flat, value_at
 from gapbeam.solver.case.reading.overrides import override, pairs
-from gapbeam.solver.case.units_in_descriptions import unit_in
-from gapbeam.solver.faults import CaseError, Fault
+from gapbeam.solver.errors import CaseError, Fault
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.record_table import COMPONENTS
 from gapbeam.solver.wording.short_words import either, near

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from gapbeam.solver.faults import Fault
+from gapbeam.solver.errors import Fault
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, Whole
 from gapbeam.solver.wording.short_words import apart, either, near
 

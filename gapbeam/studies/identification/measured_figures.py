@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from gapbeam.postprocess.signals.signal import face_signal, probe_signal
-from gapbeam.postprocess.signals.smoothing import smooth
+from gapbeam.postprocess.signals.spectra import smooth
 from gapbeam.postprocess.signals.steady_figures import WindowFigure, Windows
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.modes.contact_modes import FREE, RIGID, held_modes

@@ -11,8 +11,8 @@ from pathlib import Path
 from rich.table import Table
 
 from gapbeam.postprocess.study_figures.identification_figures import draw_identification
-from gapbeam.solver.case.model_table import FullModel
-from gapbeam.solver.faults import in_one_line
+from gapbeam.solver.case.solution_tables import FullModel
+from gapbeam.solver.errors import in_one_line
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.worker_memory import worker_memory
 from gapbeam.studies.engine.workers import Workers

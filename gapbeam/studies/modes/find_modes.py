@@ -18,11 +18,20 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.modes.contact_modes import SEATED, held_modes
 from gapbeam.solver.record_table import FIELDS_FILE
-from gapbeam.solver.run.output.mode_fields import write_mode_fields
+from gapbeam.solver.run.output.field_files import write_mode_fields
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.run.output.run_summary import describe_model
-from gapbeam.studies.modes.mode_tables import as_data, frequency_table, other_modes, remarks, spring_table
-from gapbeam.studies.modes.theory_comparison import FITTED, ModesComparison, compare_modes, moving_along
+from gapbeam.studies.modes.theory_comparison import (
+    FITTED,
+    ModesComparison,
+    as_data,
+    compare_modes,
+    frequency_table,
+    moving_along,
+    other_modes,
+    remarks,
+    spring_table,
+)
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
 

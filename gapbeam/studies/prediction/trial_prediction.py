@@ -30,13 +30,13 @@ from mpi4py import MPI
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import Interrupted, RunError
-from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.energy_creation import refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model, model_of
 from gapbeam.solver.run.interruption import Interruption, Signals
-from gapbeam.solver.run.output.field_pieces import AT_ONCE
+from gapbeam.solver.run.output.hdf5_files import AT_ONCE
 from gapbeam.solver.run.output.run_summary import peak_memory
 from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.seat.static_seat import Seat

@@ -14,8 +14,7 @@ from gapbeam.postprocess.results.run_watch import SpanOfRun, span_of
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.solver.record_table import HISTORY_FILE
-from gapbeam.solver.run.output.output_paths import check_name
-from gapbeam.solver.run.output.results_folder import check_folder
+from gapbeam.solver.run.output.results_folder import check_folder, check_name
 from gapbeam.studies.report.span_statistics import statistics_of_span, wear_of_span
 from gapbeam.studies.study_folder import refuse_links
 

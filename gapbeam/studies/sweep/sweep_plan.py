@@ -16,10 +16,9 @@ from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.known_keys import flat
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.models.body_key import body_key
-from gapbeam.solver.run.checkpoint.case_fingerprint import checksum_of
+from gapbeam.solver.run.checkpoint.same_model import checksum_of
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.studies.study_folder import REMEDY, StoredResponse, checked, differing, refuse_links
 from gapbeam.studies.trials.axes import Axis, overrides_of, points_of

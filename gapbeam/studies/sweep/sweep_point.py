@@ -17,11 +17,10 @@ from gapbeam.postprocess.signals.periodicity import NO_CYCLE, NOT_SETTLED
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import WORD, Steady, figures_of_record, steady
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.case.smoothing_window import smoothing_window
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding
-from gapbeam.solver.errors import OutOfMemory, RunError
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError, OutOfMemory, RunError
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import SMOOTHING_WINDOW

@@ -9,7 +9,7 @@ from typing import Any
 
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.model_table import BeamModel
+from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.studies.trials.refined_mesh import mesh_keys

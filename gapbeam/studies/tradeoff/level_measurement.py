@@ -16,13 +16,11 @@ import xarray as xr
 
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.signals.signal import Signal, SignalError, probe_signal
-from gapbeam.postprocess.signals.smoothing import smooth_over, window_of
-from gapbeam.postprocess.signals.spectra import CYCLE
+from gapbeam.postprocess.signals.spectra import CYCLE, smooth_over, window_of
 from gapbeam.postprocess.signals.steady_figures import WindowFigure, figures_over, steady
+from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.case.smoothing_window import smoothing_window
-from gapbeam.solver.errors import RunError
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError, RunError
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import SMOOTHING_WINDOW

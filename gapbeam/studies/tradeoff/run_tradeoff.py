@@ -20,7 +20,7 @@ from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.damaged_files import as_written
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.solver.case.case import Case, Output
-from gapbeam.solver.case.checks.time_checks import whole_interval
+from gapbeam.solver.case.checks.run_checks import whole_interval
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.outcome import Outcome

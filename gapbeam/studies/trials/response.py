@@ -25,13 +25,11 @@ from gapbeam.solver.errors import (
     RunError,
     UserError,
 )
-from gapbeam.solver.march.simulation import Simulation
-from gapbeam.solver.march.step_blocks import Wanted, marched
+from gapbeam.solver.march.simulation import Simulation, Wanted, marched
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.frequency_findings import RESONANT
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
-from gapbeam.solver.run.statistic_doubts import doubts_of
-from gapbeam.solver.run.verdict import assumptions, judge, judge_run
+from gapbeam.solver.run.verdict import assumptions, doubts_of, judge, judge_run
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
 

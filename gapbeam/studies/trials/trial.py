@@ -15,8 +15,7 @@ from mpi4py import MPI
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.errors import RunError
-from gapbeam.solver.faults import CaseError
+from gapbeam.solver.errors import CaseError, RunError
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.study_journal import StudyJournal

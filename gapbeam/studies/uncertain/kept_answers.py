@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.scene.ensemble_folder import EnsembleFolder
+from gapbeam.solver.scene.ensemble_members import EnsembleFolder
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.uncertain.member_responses import Answers
 

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 from scipy import stats
 
-from gapbeam.solver.faults import Fault
+from gapbeam.solver.errors import Fault
 from gapbeam.solver.table import Number, Positive, Table, Whole
 from gapbeam.solver.wording.short_words import near
 from gapbeam.studies.uncertain.member_responses import START

@@ -11,9 +11,8 @@ from rich.table import Table
 
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.uncertain.probability import IntervalEstimate
+from gapbeam.studies.uncertain.probability import IntervalEstimate, RareProbability
 from gapbeam.studies.uncertain.sobol_indices import Indices
-from gapbeam.studies.uncertain.subset_simulation import RareProbability
 
 DOUBTFUL = 5
 SPARED = ("deviation", "least", "25 %", "75 %", "largest")

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gapbeam.postprocess.comparison.comparison_report import as_data
-from gapbeam.postprocess.comparison.run_comparison import ComparisonError, RunComparison, compare
-from gapbeam.postprocess.comparison.waveform_overlay import is_raw
+from gapbeam.postprocess.comparison.run_comparison import ComparisonError, RunComparison, compare, is_raw
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.blocks import (
     Block,

@@ -21,6 +21,29 @@ from gapbeam.solver.case.checks.attachment_checks import (
     masses_sit_on_mass,
     offsets_fit_the_mesh,
 )
+from gapbeam.solver.case.checks.beam_checks import (
+    beam_elements_bend_alone,
+    contact_points_fit_the_section,
+    curved_cells_are_quadratic,
+    fields_of_stress_take_one_material,
+    materials_fit_the_formulation,
+    points_are_in_the_section,
+    section_fits_the_beam,
+    sections_are_solids,
+    segment_names_differ,
+    segments_are_meshed,
+    segments_change_something,
+    segments_fit_their_sections,
+    segments_join_their_neighbors,
+    segments_keep_apart,
+    segments_lie_on_the_beam,
+    steps_leave_room_for_cells,
+    stress_fields_need_a_body_that_deforms,
+    stress_has_one_value,
+    stress_is_that_of_the_material,
+    supports_lie_in_one_segment,
+    supports_touch_flat_sides,
+)
 from gapbeam.solver.case.checks.circle_checks import CIRCLE_CHECKS
 from gapbeam.solver.case.checks.contact_checks import (
     contact_is_shallow,
@@ -32,64 +55,30 @@ from gapbeam.solver.case.checks.contact_checks import (
     impulses_need_mass,
     law_fits_the_formulation,
     law_fits_the_rest,
-    point_results_follow_the_law,
-    scheme_fits_the_formulation,
-)
-from gapbeam.solver.case.checks.contact_point_checks import (
+    own_laws_fit_the_rest,
+    own_laws_follow_the_penetration,
+    own_laws_have_their_stiffness,
     patches_have_points,
     patches_keep_apart,
+    point_results_follow_the_law,
     points_hold_the_beam,
     points_lie_on_the_faces,
     points_need_a_penalty,
-)
-from gapbeam.solver.case.checks.damping_checks import damping_is_given_once, damping_is_positive
-from gapbeam.solver.case.checks.factor_checks import iterations_can_solve
-from gapbeam.solver.case.checks.friction_checks import static_friction_holds_more
-from gapbeam.solver.case.checks.gate_checks import gates_are_in_order, limits_are_in_order
-from gapbeam.solver.case.checks.geometry_checks import (
-    cells_fit_the_beam,
-    cells_fit_the_dimension,
-    mesh_file_says_it_all,
-    support_is_part_of_the_beam,
-    supports_squeeze_little,
-)
-from gapbeam.solver.case.checks.hole_checks import (
-    beams_fit_in,
-    holes_are_met_along_radii,
-    planes_are_not_moved_aside,
-    regions_fit_the_beam,
-    round_beams_are_met_around,
+    scheme_fits_the_formulation,
+    yielding_laws_are_marched,
 )
 from gapbeam.solver.case.checks.load_checks import (
     attached_masses_sit_on_mass,
+    damping_is_given_once,
+    damping_is_positive,
+    gates_are_in_order,
+    iterations_can_solve,
+    limits_are_in_order,
     loads_are_sound,
     loads_fit_each_other,
     loads_fit_the_run,
     static_force_names_differ,
-)
-from gapbeam.solver.case.checks.model_checks import (
-    beam_is_prismatic,
-    beams_move_as_asked,
-    contact_fits_the_model,
-    elements_are_above_round_off,
-    implicit_schemes_march_the_model,
-    modal_damping_has_modes,
-    rigid_sections_are_in_holes,
-    stations_are_of_rigid_sections,
-    touching_sections_are_in_holes,
-)
-from gapbeam.solver.case.checks.moving_support_checks import (
-    closures_leave_a_beam,
-    motions_reach_the_beam,
-    moved_supports_are_there,
-    moving_supports_are_marched,
-    moving_supports_do_not_rub_around,
-)
-from gapbeam.solver.case.checks.own_law_checks import (
-    own_laws_fit_the_rest,
-    own_laws_follow_the_penetration,
-    own_laws_have_their_stiffness,
-    yielding_laws_are_marched,
+    static_friction_holds_more,
 )
 from gapbeam.solver.case.checks.periodic_checks import (
     balance_has_a_law,
@@ -101,74 +90,69 @@ from gapbeam.solver.case.checks.periodic_checks import (
     shooting_has_whole_steps,
 )
 from gapbeam.solver.case.checks.place_checks import (
+    cells_fit_the_beam,
+    cells_fit_the_dimension,
     directions_point_somewhere,
     load_names_differ,
     loads_have_a_node,
     loads_lie_in_the_beam,
+    mesh_file_says_it_all,
     points_keep_apart,
     probe_names_differ,
     probes_have_a_node,
     probes_lie_in_the_beam,
+    support_is_part_of_the_beam,
+    supports_squeeze_little,
 )
-from gapbeam.solver.case.checks.section_checks import (
-    beam_elements_bend_alone,
-    contact_points_fit_the_section,
-    curved_cells_are_quadratic,
-    points_are_in_the_section,
-    section_fits_the_beam,
-    sections_are_solids,
-    stress_fields_need_a_body_that_deforms,
-    stress_is_that_of_the_material,
-    supports_touch_flat_sides,
-)
-from gapbeam.solver.case.checks.segment_checks import (
-    fields_of_stress_take_one_material,
-    materials_fit_the_formulation,
-    segment_names_differ,
-    segments_are_meshed,
-    segments_change_something,
-    segments_fit_their_sections,
-    segments_join_their_neighbors,
-    segments_keep_apart,
-    segments_lie_on_the_beam,
-    steps_leave_room_for_cells,
-    stress_has_one_value,
-    supports_lie_in_one_segment,
-)
-from gapbeam.solver.case.checks.start_checks import (
+from gapbeam.solver.case.checks.run_checks import (
+    adaptive_steps_resolve_a_contact,
+    beam_is_prismatic,
+    beams_move_as_asked,
     centered_start_has_a_middle,
+    contact_fits_the_model,
+    elements_are_above_round_off,
+    implicit_schemes_march_the_model,
+    interest_covers_the_forcing,
     joints_let_the_start_move,
     kept_checkpoint_has_a_march,
     kept_states_are_of_the_run,
+    modal_damping_has_modes,
+    outputs_fall_on_steps,
+    rigid_sections_are_in_holes,
+    run_has_steps,
     start_is_given_once,
     start_mode_bends_the_model,
     start_mode_has_its_probe,
     start_state_stands_alone,
     start_vectors_fit_the_mesh,
+    stations_are_of_rigid_sections,
+    step_follows_the_forcing,
+    touching_sections_are_in_holes,
 )
-from gapbeam.solver.case.checks.support_body_checks import (
+from gapbeam.solver.case.checks.support_checks import (
+    WHOLE_SUPPORT_CHECKS,
+    beams_fit_in,
     bodies_need_few_dofs,
     bodies_stand_on_the_frame,
     bodies_start_in_a_run,
-)
-from gapbeam.solver.case.checks.support_checks import (
+    closures_leave_a_beam,
+    holes_are_met_along_radii,
+    motions_reach_the_beam,
+    moved_supports_are_there,
+    moving_supports_are_marched,
+    moving_supports_do_not_rub_around,
     own_contact_fits_the_case,
+    planes_are_not_moved_aside,
+    regions_fit_the_beam,
+    round_beams_are_met_around,
     something_carries_the_beam,
     support_names_differ,
     supports_keep_apart,
     supports_lie_on_the_beam,
 )
-from gapbeam.solver.case.checks.time_checks import (
-    adaptive_steps_resolve_a_contact,
-    interest_covers_the_forcing,
-    outputs_fall_on_steps,
-    run_has_steps,
-    step_follows_the_forcing,
-)
 from gapbeam.solver.case.checks.wear_checks import WEAR_CHECKS
-from gapbeam.solver.case.checks.whole_support_checks import WHOLE_SUPPORT_CHECKS
 from gapbeam.solver.case.reading.known_keys import numbered
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 
 
 def contradictions(tables: Mapping[str, object], incomplete: frozenset[str] = frozenset()) -> list[Fault]:

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from gapbeam.solver.case.advised_scheme import advised_scheme
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
 from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Loads
-from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.model_table import FullModel, ModelTable
+from gapbeam.solver.case.contact_table import Contact, Wear, advised_scheme
 from gapbeam.solver.case.placed_support import law_at
-from gapbeam.solver.case.time_table import Time
-from gapbeam.solver.case.wear_table import Wear
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.case.solution_tables import FullModel, ModelTable, Time
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.supports.layout import Layout, keyed

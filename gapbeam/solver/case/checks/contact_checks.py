@@ -1,19 +1,26 @@
-"""Contradictions between contact, scheme and what is in contact."""
+"""Contradictions between contact and the rest of a case: scheme, law, patch, points and resultants."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
 
-from gapbeam.solver.case.advised_scheme import advised_scheme
-from gapbeam.solver.case.analysis_table import Analysis
-from gapbeam.solver.case.case import Output
-from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.case.analysis_table import Analysis, Periodic
+from gapbeam.solver.case.beam_profile import beam_at
+from gapbeam.solver.case.case import Beam, Mesh, Output
+from gapbeam.solver.case.checks.place_checks import Segments
+from gapbeam.solver.case.computed_defaults import PATCH_SHARE
+from gapbeam.solver.case.contact_table import Contact, advised_scheme
+from gapbeam.solver.case.placed_support import own_law
+from gapbeam.solver.case.solution_tables import Time
+from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.law_choice import LAWS
-from gapbeam.solver.faults import Fault
-from gapbeam.solver.supports.layout import keyed
-from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording.short_words import apart
+from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.integrators.scheme_choice import scheme_names
+from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland, OneSupport
+from gapbeam.solver.wording.short_words import apart, either
 
 
 def contact_is_shallow(support: AnySupports, contact: Contact) -> Iterator[Fault]:
@@ -155,3 +162,190 @@ def friction_is_implicit(contact: Contact, time: Time) -> Iterator[Fault]:
             f'scheme = "{advised_scheme(contact)}" in [time], or leave friction out',
             (("time", "scheme"),),
         )
+
+
+POINTS: Key = ("contact", "points")
+ROUNDING = 1e-9
+"""Round-off of lengths, relative to the lengths that they are compared with."""
+
+
+def points_need_a_penalty(contact: Contact) -> Iterator[Fault]:
+    """Resultants follow a law of the penetration; exact formulations need the whole face."""
+    if contact.points is not None and not contact.formulation.follows_the_law:
+        yield Fault(
+            POINTS,
+            f"points with the formulation {contact.formulation.type}",
+            "penalty: a resultant follows a law of the penetration of its patch",
+            'formulation = "penalty", or leave points out',
+            (("contact", "formulation"),),
+        )
+
+
+def patches_have_points(contact: Contact) -> Iterator[Fault]:
+    """The size of patches says nothing without points."""
+    if contact.points is None and contact.patch != "auto":
+        yield Fault(
+            ("contact", "patch"),
+            f"{contact.patch:g} m without points",
+            "patch together with points: contact all over the faces has no patches",
+            "points = [0.0, 0.05] at the ends of the support, or leave patch out",
+        )
+
+
+def points_lie_on_the_faces(
+    beam: Beam, segment: Segments, support: AnySupports, mesh: Mesh, contact: Contact
+) -> Iterator[Fault]:
+    """Points lie in the support, and where they have a y, within the width of a solid beam."""
+    if not isinstance(support, BaseAndGland):
+        if contact.points is not None:
+            found, expected = "points with [[support]]", "points with [support]: the base and gland at x = 0"
+            yield Fault(POINTS, found, expected, "leave points out: contact acts all over the faces", (("support",),))
+        return
+    width = beam_at(beam, segment.values(), 0.5 * support.length).width
+    for point in contact.points or ():
+        x, *across = point if isinstance(point, tuple) else (point,)
+        margin = ROUNDING * support.length
+        if not -margin <= x <= support.length + margin:
+            in_mm = 10.0 * support.length < x <= 1000.0 * support.length
+            yield Fault(
+                POINTS,
+                f"x = {x:g} m, outside the support",
+                f"x from 0 to {support.length:g} m",
+                f"is it in mm? In m it is {x / 1000:g}" if in_mm else "coordinates are in m, from the supported end",
+                (("support", "length"),),
+            )
+        if across and mesh.dimension == 2:
+            yield Fault(
+                POINTS,
+                f"[{x:g}, {across[0]:g}] with dimension = 2",
+                "x alone in 2D, where a patch spans the whole width",
+                f"{x:g} instead of [{x:g}, {across[0]:g}], or mesh.dimension = 3",
+                (("mesh", "dimension"),),
+            )
+        elif across and mesh.file is None and abs(across[0]) > 0.5 * width * (1.0 + ROUNDING):
+            yield Fault(
+                POINTS,
+                f"y = {across[0]:g} m, outside the beam",
+                f"y from {-0.5 * width:g} to {0.5 * width:g} m",
+                "y = 0 is the axis of the beam; coordinates are in m",
+                (("beam", "width"),),
+            )
+
+
+def points_hold_the_beam(contact: Contact) -> Iterator[Fault]:
+    """Two different x hold a beam against tilting."""
+    if contact.points is None:
+        return
+    places = {point[0] if isinstance(point, tuple) else point for point in contact.points}
+    if len(places) < 2:
+        found = "no point" if not places else f"points at x = {places.pop():g} m only"
+        yield Fault(
+            POINTS,
+            found,
+            "at least two points with different x: one line cannot hold the beam against tilting",
+            "points = [0.0, 0.05] at the ends of a support of 0.05 m",
+        )
+
+
+def patches_keep_apart(support: AnySupports, contact: Contact) -> Iterator[Fault]:
+    """Patches overlap at most as far as hats that add up to 1: their centers are half a patch apart."""
+    size = PATCH_SHARE * Layout.of(support).length if contact.patch == "auto" else contact.patch
+    least = 0.5 * size * (1.0 - ROUNDING)
+    centers = [point if isinstance(point, tuple) else (point,) for point in contact.points or ()]
+    for (first, one), (second, other) in combinations(enumerate(centers, 1), 2):
+        apart = max(abs(a - b) for a, b in zip(one, other, strict=False))
+        if apart < least:
+            near = "lie at the same place" if apart == 0.0 else f"are {apart:.3g} m apart, with patches of {size:.3g} m"
+            yield Fault(
+                POINTS,
+                f"points number {first} and {second} {near}",
+                f"centers at least half a patch apart along x or across, {0.5 * size:.3g} m: patches that share more "
+                "would count parts of the face twice",
+                "leave one of them out" if apart == 0.0 else f"patch = {2.0 * apart:.3g}, or points further apart",
+                (("contact", "patch"),),
+            )
+            return
+
+
+def laws_of(support: AnySupports, contact: Contact) -> Iterator[tuple[Key, ChosenLaw]]:
+    """Yield the contact laws of a case with their keys: that of [contact] where it acts, and those of supports."""
+    if any(own_law(one) is None for _, one in keyed(support)):
+        yield ("contact", "law"), contact.law
+    yield from ((key, law) for key, _, law in _own_laws(support))
+
+
+def _own_laws(support: AnySupports) -> Iterator[tuple[Key, OneSupport, ChosenLaw]]:
+    for key, one in keyed(support):
+        law = own_law(one)
+        if law is not None:
+            yield (*key, "law"), one, law
+
+
+def own_laws_follow_the_penetration(support: AnySupports, contact: Contact) -> Iterator[Fault]:
+    """A support names a law where contact goes by a law of the penetration."""
+    if contact.formulation.follows_the_law:
+        return
+    for key, _, law in _own_laws(support):
+        yield Fault(
+            key,
+            f"{law.type}, with the formulation {contact.formulation.type}",
+            "no law: this formulation is for rigid supports",
+            'formulation = "penalty" in [contact], or leave law out',
+            (("contact", "formulation"),),
+        )
+
+
+def own_laws_have_their_stiffness(support: AnySupports, contact: Contact) -> Iterator[Fault]:
+    """The stiffness of [contact] has the unit of its own law."""
+    usual = contact.law.spring_exponent
+    for key, one, law in _own_laws(support):
+        if not one.brings_stiffness and law.spring_exponent != usual:
+            yield Fault(
+                (*key[:-1], "stiffness"),
+                f"none, with the law {law.type} of the exponent {law.spring_exponent:g}",
+                f"a stiffness in {contact.unit_with(law)}: that of [contact] is in {contact.stiffness_unit}",
+                "stiffness = 1e15" if law.spring_exponent > 1.0 else "stiffness = 1e12",
+                (key, ("contact", "law")),
+            )
+
+
+def own_laws_fit_the_rest(support: AnySupports, contact: Contact) -> Iterator[Fault]:
+    """Contradictions between the laws of supports and their damping."""
+    if not contact.formulation.follows_the_law:
+        return
+    for key, one, law in _own_laws(support):
+        for fault in law.contradictions(contact.formulation, one.damping or 0.0):
+            related = tuple(_placed(other, key) for other in fault.related)
+            yield replace(fault, key=_placed(fault.key, key), related=related)
+
+
+def yielding_laws_are_marched(
+    support: AnySupports, contact: Contact, time: Time, analysis: Analysis
+) -> Iterator[Fault]:
+    """Laws with a plastic set need a march, by a scheme whose work over a step is known."""
+    for key, law in laws_of(support, contact):
+        if not law.keeps_set:
+            continue
+        if not time.scheme.marches_sets:
+            yield Fault(
+                key,
+                f"{law.type}, with the scheme {time.scheme.type}",
+                f"{either(scheme_names('marches_sets'))}: the plastic work of their steps is known",
+                f'scheme = "{advised_scheme(contact)}" in [time]',
+                (("time", "scheme"),),
+            )
+        if isinstance(analysis, Periodic):
+            yield Fault(
+                key,
+                f"{law.type}, which keeps a plastic set, in the search for a periodic response",
+                "a law that depends on the state alone: what yields is not the same after a period",
+                'type = "transient" in [analysis]',
+                (("analysis", "type"),),
+            )
+
+
+def _placed(key: Key, law: Key) -> Key:
+    """Return the key of the support that names the law, for a key of [contact]."""
+    if key[:2] == ("contact", "law"):
+        return (*law, *key[2:])
+    return (*law[:-1], *key[1:]) if key == ("contact", "damping") else key

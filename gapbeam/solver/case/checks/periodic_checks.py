@@ -6,13 +6,12 @@ from collections.abc import Iterator, Mapping
 from typing import cast
 
 from gapbeam.solver.case.analysis_table import Periodic, Transient
-from gapbeam.solver.case.checks.own_law_checks import laws_of
+from gapbeam.solver.case.checks.contact_checks import laws_of
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.model_table import FullModel, ModelTable
-from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.case.solution_tables import FullModel, ModelTable, Time
 from gapbeam.solver.contact.laws.law_choice import LAWS
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.integrators.scheme_choice import scheme_names
 from gapbeam.solver.supports.layout import keyed, variable_key
 from gapbeam.solver.supports.support_tables import AnySupports

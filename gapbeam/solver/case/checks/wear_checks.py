@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gapbeam.solver.case.checks.place_checks import Loads
-from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.wear_table import Wear
-from gapbeam.solver.faults import Fault
+from gapbeam.solver.case.contact_table import Contact, Wear
+from gapbeam.solver.errors import Fault
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.supports.layout import Layout, keyed

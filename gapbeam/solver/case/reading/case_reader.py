@@ -18,15 +18,12 @@ from gapbeam.solver.case.checks.all_checks import contradictions
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.json_schema import schema
 from gapbeam.solver.case.model_choice import chosen_case
-from gapbeam.solver.case.reading.key_faults import MOST_FAULTS, check_types, incomplete
-from gapbeam.solver.case.reading.known_keys import label
-from gapbeam.solver.case.reading.line_numbers import key_lines, line_of
+from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, check_types, incomplete, label
 from gapbeam.solver.case.reading.magnitudes import beyond_reason
 from gapbeam.solver.case.reading.overrides import Overrides, override
-from gapbeam.solver.case.reading.size_limits import beyond_bounds
-from gapbeam.solver.case.reading.toml_text import parse, read_text
+from gapbeam.solver.case.reading.toml_text import beyond_bounds, key_lines, line_of, parse, read_text
 from gapbeam.solver.case.record_checksums import with_checksums
-from gapbeam.solver.faults import CaseError, Fault, Key
+from gapbeam.solver.errors import CaseError, Fault, Key
 from gapbeam.solver.wording.short_words import printable
 
 __all__ = ["CaseError", "Fault", "case_to_toml", "read_case", "read_tables", "schema", "warnings"]

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from gapbeam.solver.case.reading.known_keys import candidates
 from gapbeam.solver.case.reading.value_words import shown
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.table import Positive
 
 LARGEST = 1.0e30

@@ -13,7 +13,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.known_keys import candidates, is_array, value_at
 from gapbeam.solver.case.reading.toml_text import read_toml
 from gapbeam.solver.case.reading.value_words import shown
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.table import type_name
 from gapbeam.solver.wording.short_words import either, near, printable
 

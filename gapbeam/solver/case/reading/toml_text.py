@@ -1,14 +1,15 @@
-"""Text of a case file: its bytes become tables, or a fault that helps."""
+"""Text of a case file: bounded in extent, made into tables with line numbers, or a fault that helps."""
 
 from __future__ import annotations
 
 import os
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from gapbeam.solver.faults import CaseError, Fault
+from gapbeam.solver.errors import CaseError, Fault, Key
 from gapbeam.solver.record_table import KEY_OF_MANY_PARTS
 from gapbeam.solver.wording.short_words import either, near, printable
 
@@ -178,3 +179,106 @@ def _similar(path: Path) -> str:
 def _cases_in(folder: Path) -> str:
     names = sorted(str(file) for file in folder.glob("*.toml") if file.name not in NO_CASES)[:8]
     return f"one of its case files: {either(names)}" if names else f"there is no case file in {folder}"
+
+
+_NAME = r"""(?:[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')"""
+_NAMES = rf"{_NAME}(?:[ \t]*\.[ \t]*{_NAME})*"
+_HEADER = re.compile(rf"[ \t]*(\[\[?)[ \t]*({_NAMES})[ \t]*\]")
+_ASSIGNMENT = re.compile(rf"[ \t]*({_NAMES})[ \t]*=(.*)", re.DOTALL)
+_LONGEST_VALUE = 200
+
+
+def key_lines(text: str) -> dict[Key, int]:
+    """Return the line number, from 1, of every table and key outside inline tables.
+
+    Args:
+        text: A case file that tomllib accepts. Where this scanner loses its way, keys are left out.
+    """
+    lines: dict[Key, int] = {}
+    entries: dict[Key, int] = {}
+    table: Key = ()
+    rows = text.replace("\r\n", "\n").split("\n")
+    number = 0
+    while number < len(rows):
+        row, start = rows[number], number + 1
+        number += 1
+        if header := _HEADER.match(row):
+            table = _numbered(_names(header[2]), entries)
+            if header[1] == "[[":
+                entries[table] = entries.get(table, -1) + 1
+                lines.setdefault(table, start)
+                table = (*table, entries[table])
+            lines[table] = start
+        elif assignment := _ASSIGNMENT.match(row):
+            value = assignment[2]
+            limit = number + _LONGEST_VALUE
+            while not _is_complete(value):
+                if number == min(len(rows), limit):
+                    return lines
+                value += "\n" + rows[number]
+                number += 1
+            lines[(*table, *_names(assignment[1]))] = start
+    return lines
+
+
+def line_of(key: Key, lines: dict[Key, int]) -> int | None:
+    """Return the line of a key, or of the innermost table around it that has one."""
+    return next((lines[key[:size]] for size in range(len(key), 0, -1) if key[:size] in lines), None)
+
+
+def _numbered(names: Key, entries: dict[Key, int]) -> Key:
+    """Return a header as a key, with the number of the entry behind each array of tables it lies in."""
+    key: Key = ()
+    for name in names:
+        if key in entries:
+            key = (*key, entries[key])
+        key = (*key, name)
+    return key
+
+
+def _names(text: str) -> Key:
+    """Return the parts of a dotted key."""
+    data, names = tomllib.loads(f"{text} = 0"), []
+    while isinstance(data, dict):
+        name, data = next(iter(data.items()))
+        names.append(name)
+    return tuple(names)
+
+
+def _is_complete(value: str) -> bool:
+    try:
+        tomllib.loads(f"value ={value}")
+    except ValueError:
+        return False
+    return True
+
+
+MOST_ENTRIES = 1000
+"""Entries of an array of tables, and items of a list."""
+DEEPEST = 20
+"""Lists and tables within each other."""
+
+
+def beyond_bounds(data: Mapping[str, Any], source: str) -> list[Fault]:
+    """Return a fault for every top-level key that holds too many entries or too many levels.
+
+    Args:
+        data: The file as read, overrides included.
+        source: Its path.
+    """
+    if len(data) > MOST_ENTRIES:
+        return [Fault((), f"{len(data)} tables and keys", f"at most {MOST_ENTRIES}", where=source)]
+    faults = []
+    for name, table in data.items():
+        level, depth, most = [table], 0, 0
+        while level and depth <= DEEPEST:
+            level = [value for value in level if isinstance(value, Mapping | list | tuple)]
+            most = max([most, *map(len, level)])
+            inside = [value.values() if isinstance(value, Mapping) else value for value in level]
+            level, depth = [entry for values in inside for entry in values], depth + 1
+        where = f"{source}: {printable(name)}"
+        if depth > DEEPEST:
+            faults.append(Fault((), f"more than {DEEPEST} levels of lists and tables", "at most a few", where=where))
+        elif most > MOST_ENTRIES:
+            faults.append(Fault((), f"{most} entries", f"at most {MOST_ENTRIES}", where=where))
+    return faults

@@ -43,7 +43,7 @@ from gapbeam.solver.contact.laws.chosen_law import ChosenLaw, ComputedDamping
 from gapbeam.solver.contact.laws.damper import DampedPoint, Damper, per_area
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic, PiecewiseLinear, RestitutionLaw
 from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure, spring_slope
-from gapbeam.solver.faults import Fault
+from gapbeam.solver.errors import Fault
 from gapbeam.solver.jit import compiled_in_order
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import NonNegative, Number, Positive, models_in, type_name

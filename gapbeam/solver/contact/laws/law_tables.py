@@ -24,7 +24,7 @@ from pydantic import Field
 from gapbeam.solver.contact.formulations.formulation_choice import ChosenFormulation
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.damper import Damper, per_area
-from gapbeam.solver.faults import Fault
+from gapbeam.solver.errors import Fault
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import NonNegative, Number, Positive
 

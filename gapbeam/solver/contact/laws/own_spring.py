@@ -1,15 +1,73 @@
-"""An elastic pressure that a law brings, with its slope and its potential, where it is not K d^n."""
+"""An elastic pressure that a law brings, with its slope and its potential, where it is not K d^n.
+
+Check that one function of the penetration is the integral of another.
+
+    W'(x) = e(x),    W(b) - W(a) = int_a^b e dx
+
+W' is a central difference, by three steps: what they differ by is uncertain, by kinks of e or by round-off of W, which
+may have no digits at small x. Between places that can be judged, the integral is Gauss's, over the whole and over its
+halves: it finds jumps of W that no slope shows.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gapbeam.solver.contact.laws.integral_check import SHARES, compared
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
+
+_NODES, _TWICE = np.polynomial.legendre.leggauss(8)
+SHARES, WEIGHTS = np.asarray(0.5 * (1.0 + _NODES)), np.asarray(0.5 * _TWICE)
+STEPS = (1e-4, 2.7e-4, 1.9e-3)  # of the place
+CERTAIN = 1e-3  # of the slope: by how much slopes of a place that is judged may differ
+CAUTION = 4.0  # times what is uncertain: how far the functions may differ
+Function = Callable[[Array], Array]
+
+
+class Comparison(NamedTuple):
+    """Comparison of two functions: places where they differ, and where they could be compared, (places, ...).
+
+    The last place stands for itself; all others also for the interval to the next one.
+    """
+
+    differ: NDArray[np.bool_]
+    judged: NDArray[np.bool_]
+
+
+def compared(function: Function, whole: Function, places: Array, agreed: float) -> Comparison:
+    """Compare W with the integral of e.
+
+    Args:
+        function: e, of arrays.
+        whole: W, likewise.
+        places: x, ascending along the first axis.
+        agreed: Share of the slope or of the integral by which they may differ.
+    """
+    value = function(places)
+    near, *others = ((whole(x * (1.0 + s)) - whole(x * (1.0 - s))) / (2.0 * s * x) for x in [places] for s in STEPS)
+    apart = np.maximum(*(np.abs(near - one) for one in others))
+    judged = np.isfinite(value) & (apart <= CERTAIN * np.abs(near)) & ((near != 0.0) | (value == 0.0))
+    differ = judged & ~(np.abs(near - value) <= agreed * np.abs(value) + CAUTION * apart)
+    low, high = places[:-1], places[1:]
+    middle = 0.5 * (low + high)
+    found = _integral(function, low, middle) + _integral(function, middle, high)
+    unsure = np.abs(found - _integral(function, low, high))
+    noise = apart * STEPS[0] * places
+    away = np.abs(whole(high) - whole(low) - found)
+    both = judged[:-1] & judged[1:] & np.isfinite(away) & np.isfinite(unsure)
+    differ[:-1] |= both & ~(away <= agreed * np.abs(found) + CAUTION * (unsure + noise[:-1] + noise[1:]))
+    return Comparison(differ, judged)
+
+
+def _integral(function: Function, low: Array, high: Array) -> Array:
+    nodes = low + SHARES.reshape(-1, *([1] * low.ndim)) * (high - low)
+    return np.asarray((high - low) * np.tensordot(WEIGHTS, function(nodes), 1))
+
 
 AGREES = 1.0e-6  # of the largest value: how well potential, pressure and slope belong together
 

@@ -20,9 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
-from gapbeam.solver.contact.laws.integral_check import SHARES, WEIGHTS
 from gapbeam.solver.contact.laws.law_choice import FORMULAS, LAWS
-from gapbeam.solver.contact.laws.own_spring import OwnSpring
+from gapbeam.solver.contact.laws.own_spring import SHARES, WEIGHTS, OwnSpring
 from gapbeam.solver.contact.laws.point_law import LawTable, fill_damping_parts
 from gapbeam.solver.contact.laws.springs import FAR_APART, rows_of
 from gapbeam.solver.errors import UserError

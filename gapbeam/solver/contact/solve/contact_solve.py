@@ -23,8 +23,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gapbeam.solver.contact.laws.contact_law import StagePressure
-from gapbeam.solver.contact.solve.condensation import ForceResponse
-from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
+from gapbeam.solver.contact.solve.condensation import Condensed, ForceResponse
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.system.operators import Array
 

@@ -36,9 +36,8 @@ import numpy as np
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
 from gapbeam.solver.contact.laws.damper import CoulombFriction
 from gapbeam.solver.contact.laws.springs import at_points
-from gapbeam.solver.contact.solve.condensation import CondensedOperator
+from gapbeam.solver.contact.solve.condensation import Condensed, CondensedOperator
 from gapbeam.solver.contact.solve.contact_solve import ContactSolution, solve_contact
-from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
 from gapbeam.solver.contact.solve.slip_solve import NEGLIGIBLE, law_compliance, solve_slip
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.system.operators import Array

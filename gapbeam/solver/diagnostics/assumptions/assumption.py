@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
 
-from gapbeam.solver.case.gates_table import Gates
+from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.errors import AssumptionBroken
 from gapbeam.solver.system.operators import Array
 

@@ -42,7 +42,7 @@ import numpy as np
 from pydantic import Field
 from scipy.linalg import eigvalsh, toeplitz
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import NonNegative, Number, Positive, Table
 

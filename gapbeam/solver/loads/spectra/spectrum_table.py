@@ -21,7 +21,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_table import Column
 from gapbeam.solver.loads.record_file import RecordedRows, RecordError, RowKind, read_record
 from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum

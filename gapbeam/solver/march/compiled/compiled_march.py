@@ -1,4 +1,16 @@
-"""The compiled march of a dense system: blocks of many steps without Python."""
+"""The compiled march of a dense system: blocks of many steps without Python.
+
+Instants for records of the history, from the records of a block.
+
+Eligibility of a plan for the compiled loop.
+
+State that a compiled loop carries from step to step, as plain arrays.
+
+The state in modal coordinates, and the factor of the active block: its rows stand in an order that follows from the
+contacts before, and the order of a sum decides on its last bits.
+
+Results of some steps of a compiled loop.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +18,33 @@ import logging
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from gapbeam.solver.contact.laws.law_forms import ENDPOINT, IMPLICIT
 from gapbeam.solver.contact.laws.point_law import LawTable
+from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.output_instants import Instants
 from gapbeam.solver.errors import NotConverged, RunError
+from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.jit import compile_in_another_process, is_kept, is_pending
-from gapbeam.solver.march.compiled.carried_state import carried, taken_up
-from gapbeam.solver.march.compiled.compiled_block import CompiledBlock
-from gapbeam.solver.march.compiled.eligibility import why_not_compiled
-from gapbeam.solver.march.compiled.kernel_tables import KernelState
-from gapbeam.solver.march.compiled.ledger_exchange import enter_arrays, ledger_arrays_of, limits_of, measure_in_modes
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records, is_due, take_snapshot
+from gapbeam.solver.march.compiled.lanes import widened
+from gapbeam.solver.march.compiled.ledger_kernel import (
+    APPROACH,
+    CLOSINGS,
+    CONTACT_TIME,
+    IMPULSE,
+    SQUARE,
+    enter_arrays,
+    ledger_arrays_of,
+    limits_of,
+    measure_in_modes,
+)
 from gapbeam.solver.march.compiled.march_kernel import DONE, FAILED, NOT_FINITE, march_around, march_steps, record_now
+from gapbeam.solver.march.compiled.ordered_cholesky import OrderedFactor
 from gapbeam.solver.march.compiled.plan_arrays import (
     arrays_of_state,
     factor_rows,
@@ -31,13 +56,162 @@ from gapbeam.solver.march.compiled.plan_arrays import (
     state_of,
     wall_rows,
 )
-from gapbeam.solver.march.compiled.snapshot_kernel import is_due, take_snapshot
-from gapbeam.solver.march.compiled.turning_tangent import monodromy_along
+from gapbeam.solver.march.compiled.tangent_kernel import monodromy_along
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.march.python.march import March, begun, whole_step
-from gapbeam.solver.system.modal_coordinates import modal_system
-from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import VALUE, State
+from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.modal_coordinates import ModalSystem, modal_system
+from gapbeam.solver.system.operators import Array, row_product
+from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, Snapshots, State
+
+
+def why_not_compiled(plan: March) -> str | None:
+    """Return the reason against the compiled loop for a plan, in words; None where it can march.
+
+    It marches dense systems, whose gaps and forces are the same shapes, by schemes that have a kernel, with springs and
+    dampers, in steps of one size.
+    """
+    system, law = plan.system, plan.law
+    if not isinstance(system.operators, DenseOperators):
+        return "the model is not dense: finite elements on a mesh are marched step by step"
+    if system.operators.massless.any():
+        return "some degrees of freedom have no mass"
+    if not system.contact.symmetric:
+        return "Nitsche's method: gaps and forces are not the same shapes"
+    if kernel_of(plan.scheme) is None:
+        return f"no kernel marches the scheme {plan.scheme.type}"
+    if law.why_not_compiled is not None:
+        return law.why_not_compiled
+    if law.friction is not None or system.contact.rubbed is not None:
+        return "contact with friction"
+    if law.augmented is not None:
+        return "augmented Lagrangian: multipliers in every step"
+    if not law.stores_energy:
+        return "impulses instead of a contact stiffness"
+    if system.contact.turning is not None and law.touch_product is not None:
+        return "damping that follows from touch speeds, at holes that are met as circles"
+    if system.contact.turning is not None and _others_move(system.contact):
+        return "supports that move beside holes that are met as circles"
+    if plan.resolution is not None:
+        return "adaptive steps"
+    return None
+
+
+def _others_move(contact: ContactOperator) -> bool:
+    """Return whether walls move at points that are no stations in round holes."""
+    if contact.turning is None or not contact.walls.motions:
+        return False
+    return bool(np.any(np.delete(contact.walls.growths, contact.turning.points, axis=1)))
+
+
+Carried = tuple[Array, ...]
+STATE = len(KernelState._fields)
+IN_LANES = 3  # of them, the first: q, v and a
+
+
+def carried(motion: KernelState, factor: OrderedFactor, size: int) -> Carried:
+    """Return copies of the fields of `KernelState`, and of what holds of the factor: order, c and L.
+
+    Args:
+        motion: The state, in whole lanes.
+        factor: The factor.
+        size: n, how many of these are modal coordinates.
+    """
+    filled = int(factor.filled[0])
+    order = factor.order[:filled].astype(float)
+    held = (order, factor.compliance[:filled].copy(), factor.rows[:filled, :filled].copy())
+    coordinates = (array[:size].copy() for array in motion[:IN_LANES])
+    return (*coordinates, *(array.copy() for array in motion[IN_LANES:]), *held)
+
+
+def taken_up(arrays: Carried, factor: OrderedFactor) -> KernelState:
+    """Return the state that was carried along, and bring the factor to what it was."""
+    order, compliance, rows = arrays[STATE:]
+    filled = len(order)
+    factor.order[:filled] = order
+    factor.compliance[:filled] = compliance
+    factor.rows[:filled, :filled] = rows
+    factor.filled[0] = filled
+    lanes = (widened(array) for array in arrays[:IN_LANES])
+    return KernelState._make([*lanes, *(array.copy() for array in arrays[IN_LANES:STATE])])
+
+
+def misfit(arrays: Carried, size: int, points: int) -> str:
+    """Return the fault of arrays of n = `size` DOFs and m = `points` points, in words; empty where there is none."""
+    if len(arrays) != STATE + 3:
+        return f"{len(arrays)} arrays of a compiled loop, expected {STATE + 3}"
+    filled = len(np.atleast_1d(arrays[STATE]))
+    shapes = [(size,)] * 3 + [(points,)] * 3 + [(filled,)] * 2 + [(filled, filled)]
+    if filled > points or [array.shape for array in arrays] != shapes:
+        return f"arrays of a compiled loop of shapes {[array.shape for array in arrays]}, expected {shapes}"
+    order = arrays[STATE]
+    if np.any(order != np.floor(order)) or np.any(order < 0) or len(set(order) - set(range(points))):
+        return "an order of contact points that are not there"
+    return ""
+
+
+@dataclass(frozen=True)
+class CompiledBlock:
+    """Some steps and what was recorded of them.
+
+    Attributes:
+        plan: The march.
+        modal: Its system in modal coordinates.
+        origin: Time at its start, in steps.
+        first: Number of the first step since the start of the march.
+        steps: Number of steps.
+        records: Records, one row each.
+        carried: State from which the loop continues.
+    """
+
+    plan: March
+    modal: ModalSystem
+    origin: int
+    first: int
+    steps: int
+    records: Records
+    carried: Carried
+
+    @property
+    def motion(self) -> KernelState:
+        """The state at the end, in modal coordinates."""
+        return KernelState._make(self.carried[:STATE])
+
+    @property
+    def end_time(self) -> float:
+        """Its time, s."""
+        return (self.origin + self.first + self.steps) * self.plan.dt
+
+    @property
+    def times(self) -> Array:
+        """Times of the records, (records,), s."""
+        return np.asarray((self.origin + self.records.steps) * self.plan.dt, dtype=float)
+
+    @cached_property
+    def end(self) -> State:
+        """State at the end, from which any march can continue."""
+        return state_of(self.plan, self.modal, self.motion, self.end_time)
+
+    @cached_property
+    def u(self) -> Array:
+        """DOFs of the dense system at the records, (records, n)."""
+        return self.modal.dofs(self.records.q)
+
+    @cached_property
+    def v(self) -> Array:
+        """Their velocities, (records, n)."""
+        return self.modal.dofs(self.records.v)
+
+    @cached_property
+    def snapshots(self) -> Snapshots | None:
+        """Snapshots that fell due; None: none did."""
+        room = self.records.snapshots
+        count = int(room.filled[0])
+        if not count:
+            return None
+        times = np.asarray((self.origin + room.steps[:count]) * self.plan.dt, dtype=float)
+        return Snapshots(times, self.modal.dofs(room.q[:count]), self.modal.dofs(room.v[:count]), room.pressure[:count])
+
 
 LOG = logging.getLogger("gapbeam")
 COMPILES = "the time loop is compiled, which takes up to a minute, once"
@@ -276,3 +450,46 @@ class CompiledLoop:
             accounts.take(step)
             state = step.new
         return state
+
+
+def instants_of(block: CompiledBlock, count: int) -> Instants:
+    """Return the first `count` records of a block."""
+    kept, modal = block.records, block.modal
+    energies = kept.energies[:count]
+
+    def energy(name: str) -> Array:
+        return np.ascontiguousarray(energies[:, Energies._fields.index(name)])
+
+    q = kept.q[:count]
+    return Instants(
+        times=block.times[:count],
+        u=block.u[:count],
+        v=block.v[:count],
+        contact_force=kept.force[:count],
+        contact_moment=kept.moment[:count],
+        contact_resultant=kept.resultant[:count],
+        contact_area=kept.area[:count],
+        active_points=kept.active[:count],
+        penetration=kept.penetration[:count],
+        impulse=kept.over_time[:count, IMPULSE],
+        contact_time=kept.over_time[:count, CONTACT_TIME],
+        closings=kept.over_time[:count, CLOSINGS],
+        approach=kept.over_time[:count, APPROACH],
+        force_square=kept.over_time[:count, SQUARE],
+        friction_force=None,
+        joint_contact=None if modal.system.reactions is None else kept.joint_contact[:count],
+        sliding_work=kept.sliding.rows[:count] if modal.system.contact.measures_sliding else None,
+        work_by_mode=kept.sliding.part_rows[:count] if modal.system.contact.measures_sliding else None,
+        point_work=kept.sliding.point_rows[:count] if modal.system.contact.maps_sliding else None,
+        kinetic=energy("kinetic"),
+        strain=energy("strain"),
+        restraint=0.5 * np.sum(row_product(q, modal.restraint) ** 2, axis=1),
+        contact=energy("contact"),
+        load_work=kept.load_work[:count],
+        structural=energy("structural"),
+        contact_loss=energy("contact_loss"),
+        friction_loss=energy("friction_loss"),
+        algorithmic=energy("algorithmic"),
+        residual=kept.residual[:count],
+        iterations=kept.iterations[:count].astype(float),
+    )

@@ -21,9 +21,8 @@ from gapbeam.solver.contact.solve.contact_solve import (
     SETTLED,
 )
 from gapbeam.solver.jit import compiled, compiled_apart
-from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.ordered_cholesky import OrderedFactor, empty_factor, solve_with, update_factor
-from gapbeam.solver.march.compiled.point_motions import add_responses, count_in_play, in_play
+from gapbeam.solver.march.compiled.point_motions import AroundPoints, add_responses, count_in_play, in_play
 from gapbeam.solver.system.operators import Array
 
 BISECTIONS = 60

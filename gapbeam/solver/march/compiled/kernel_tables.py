@@ -1,11 +1,15 @@
-"""The arrays that kernels march with: system, scheme, state, room and records."""
+"""The arrays that kernels march with: system, scheme, state, room and records.
+
+Snapshots that a compiled march keeps of its state.
+"""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from gapbeam.solver.march.compiled.around_points import AroundPoints
+from gapbeam.solver.jit import shared
 from gapbeam.solver.march.compiled.contact_kernel import Solution
+from gapbeam.solver.march.compiled.point_motions import AroundPoints
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.slip_modes import SlipModes
 
@@ -221,3 +225,22 @@ class Records(NamedTuple):
         """Return the first records, and all snapshots."""
         columns = [column[:count] for column in self[:-2]]
         return Records._make([*columns, self.snapshots, self.sliding.first(count)])
+
+
+@shared
+def is_due(room: SnapshotRoom, number: int, last: int) -> bool:
+    """Return whether there is a snapshot after a step: after multiples, and after the last one of the march."""
+    every = room.every[0]
+    return bool(every > 0 and (number % every == 0 or number == last))
+
+
+@shared
+def take_snapshot(room: SnapshotRoom, number: int, motion: KernelState) -> None:
+    """Keep the state after a step."""
+    row = room.filled[0]
+    room.steps[row] = number
+    for j in range(room.q.shape[1]):
+        room.q[row, j], room.v[row, j] = motion.q[j], motion.v[j]
+    for i in range(len(motion.pressure)):
+        room.pressure[row, i] = motion.pressure[i]
+    room.filled[0] = row + 1

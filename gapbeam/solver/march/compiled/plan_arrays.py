@@ -10,7 +10,6 @@ from gapbeam.solver.contact.laws.law_forms import ENDPOINT, IMPLICIT, MEAN
 from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.time_scheme import kernel_of
-from gapbeam.solver.march.compiled.around_points import AroundPoints, around_points
 from gapbeam.solver.march.compiled.contact_kernel import room_for_solution
 from gapbeam.solver.march.compiled.kernel_tables import (
     KernelState,
@@ -24,6 +23,7 @@ from gapbeam.solver.march.compiled.kernel_tables import (
 )
 from gapbeam.solver.march.compiled.lanes import widened
 from gapbeam.solver.march.compiled.ledger_kernel import OF_IMPACT, RECORDED
+from gapbeam.solver.march.compiled.point_motions import AroundPoints, around_points
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, RankOnes

@@ -37,7 +37,7 @@ from gapbeam.solver.assembly.assembled_system import attached_rows
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.symmetry import is_symmetric
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
-from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
+from gapbeam.solver.linear_algebra.deflation import rigid_body_modes
 from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.models.body import Body, ProbeRow
 from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion

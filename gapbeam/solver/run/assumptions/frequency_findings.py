@@ -12,8 +12,8 @@ import numpy as np
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.element_spacing import longest_element
-from gapbeam.solver.case.model_table import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, RigidModel
+from gapbeam.solver.case.model_choice import longest_element
+from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, RigidModel
 from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
 from gapbeam.solver.diagnostics.assumptions.frequency_content import PARTS, FrequencyContent
 from gapbeam.solver.diagnostics.energy_ledger import Ledger

@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix, vstack
 from gapbeam.solver.assembly.face_quadrature import body_points
 from gapbeam.solver.assembly.surface_rows import SurfaceRows, rows_at, surface_rows
 from gapbeam.solver.case.case import Case, Material
-from gapbeam.solver.case.model_table import BeamModel
+from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseScales, PoseWatch
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
 from gapbeam.solver.loads.load_choice import axis_point

@@ -21,7 +21,6 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import CASE_FILE, CHECKPOINT_FOLDER
-from gapbeam.solver.run.checkpoint.case_fingerprint import FREE, differences, keys_of
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
     BrokenCheckpoint,
     Contents,
@@ -31,11 +30,16 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
     write_checkpoint,
 )
 from gapbeam.solver.run.checkpoint.diagnostics_text import as_json, restore
-from gapbeam.solver.run.checkpoint.dof_layout import layout_of
 from gapbeam.solver.run.checkpoint.same_matrices import refuse_other_matrices
-from gapbeam.solver.run.checkpoint.same_model import keep_model, measures_of, model_as_it_was
-from gapbeam.solver.run.checkpoint.state_arrays import restored, stored
-from gapbeam.solver.run.checkpoint.state_checks import refuse_implausible
+from gapbeam.solver.run.checkpoint.same_model import (
+    FREE,
+    differences,
+    keep_model,
+    keys_of,
+    measures_of,
+    model_as_it_was,
+)
+from gapbeam.solver.run.checkpoint.state_checks import layout_of, refuse_implausible, restored, stored
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, on_rank_zero_with

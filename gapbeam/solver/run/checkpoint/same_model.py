@@ -1,8 +1,12 @@
-"""Model that a run resumes with: the one that was marched, to the last bit where that is more than its mesh."""
+"""Model that a run resumes with: the one that was marched, to the last bit where that is more than its mesh.
+
+Fingerprint of a case: every key but those that do not change the results.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import hashlib
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import isclose
 from pathlib import Path
@@ -13,6 +17,7 @@ from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.record_checksums import with_checksums
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
     BrokenCheckpoint,
@@ -21,8 +26,8 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
     read_checkpoint,
     write_model,
 )
-from gapbeam.solver.run.checkpoint.dof_layout import NODES, POINTS, DofLayout, layout_of
 from gapbeam.solver.run.checkpoint.kept_model import EXPANSION, Matrices, has_basis, matrices_of, sum_of, taken_up
+from gapbeam.solver.run.checkpoint.state_checks import NODES, POINTS, DofLayout, layout_of
 from gapbeam.solver.run.output.parallel_tables import on_rank_zero_with, taken
 
 ROUND_OFF = 1.0e-12  # of lengths and areas that ranks add up in another order
@@ -122,3 +127,55 @@ def _kept_sum(folder: Path) -> str:
     except BrokenCheckpoint:
         return ""
     return str(contents.header.get("basis"))
+
+
+FREE = {
+    "title",
+    "mesh.file",
+    "output.checkpoint_interval",
+    "output.keep_checkpoint",
+    "output.keep_states",
+    "output.wall_time",
+    "time.end",
+    "gates.accept_lack_of_memory",
+}
+MESH_FILE = "contents of mesh.file"
+NOTHING = "nothing"
+
+
+def keys_of(case: Case) -> dict[str, Any]:
+    """Return the values of a case by their dotted keys, with checksums for the paths of its files; for JSON."""
+    case = with_checksums(case)
+    keys = dict(_flat("", case.model_dump(mode="json")))
+    for load in case.load:
+        keys.pop(f"load.{load.name}.file", None)
+    if case.mesh.file is not None:
+        keys[MESH_FILE] = "sha256 " + checksum_of(Path(case.mesh.file))
+    return keys
+
+
+def checksum_of(path: Path) -> str:
+    """Return the SHA-256 of a file, which is not held in memory as a whole."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def differences(keys: dict[str, Any], expected: dict[str, Any], free: set[str] | frozenset[str]) -> list[str]:
+    """Return a line for every key in which two cases differ: what was found, what was expected."""
+    names = sorted((keys.keys() | expected.keys()) - free)
+    return [
+        f"{name}: found {keys.get(name, NOTHING)!r}, expected {expected.get(name, NOTHING)!r}"
+        for name in names
+        if keys.get(name, NOTHING) != expected.get(name, NOTHING)
+    ]
+
+
+def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, dict):
+        for name, entry in value.items():
+            yield from _flat(f"{key}.{name}" if key else name, entry)
+    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
+        for number, entry in enumerate(value):
+            yield from _flat(f"{key}.{entry.get('name', number)}", entry)
+    else:
+        yield key, value

@@ -3,28 +3,43 @@
     M x, K x of u, v, a;    d = -(g0 + G u);    T, V and Psi of the ledger;    X q = u;    t = n dt
 
 are stored beside what they follow from, so that they are checked by computing them again.
+
+Layout of the DOFs of a model on the ranks, and the places of a checkpoint's DOFs in it.
+
+A full model keeps its DOFs at the nodes of a mesh, numbered anew for every number of ranks: they are matched by place.
+A model of few DOFs has the same ones on all ranks, as long as it goes on with the same matrices.
+
+The state of a march as arrays that any number of ranks can read.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 from mpi4py import MPI
+from numpy.typing import NDArray
 
+from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.diagnostics.energy_ledger import open_ledger
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.march.compiled.compiled_march import misfit
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.run.checkpoint.checkpoint_files import BrokenCheckpoint
+from gapbeam.solver.run.checkpoint.checkpoint_files import BrokenCheckpoint, Contents
 from gapbeam.solver.run.checkpoint.diagnostics_text import restore
+from gapbeam.solver.run.checkpoint.kept_model import matrices_of, sum_of
+from gapbeam.solver.run.output.field_grid import matching
+from gapbeam.solver.run.output.parallel_tables import ParallelTable, RankRows, found_rows, rank_by_rank, taken
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import modal_system
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, State
 
 CARRIED = 1.0e-4  # of an image: how far it may have drifted since it was formed anew, iterative solves included
@@ -189,3 +204,203 @@ def _of_ledger(state: State, header: dict[str, Any], model: Model) -> Iterator[s
 
 def _largest(x: Array) -> float:
     return float(np.max(np.abs(x), initial=0.0))
+
+
+NODES, POINTS = "nodes", "points"
+
+
+@dataclass(frozen=True)
+class DofLayout:
+    """Layout of the DOFs of a model on the ranks.
+
+    Attributes:
+        model: The model.
+        comm: Its ranks.
+        nodes: Coordinates of the nodes of this rank, (n, 3), m.
+        rows: Where they are among all nodes, rank by rank.
+        basis: Checksum of the matrices of a model of few DOFs; empty where DOFs are at the nodes of a mesh.
+        modes: Checksum of the modal coordinates of compiled loops; empty where there are none.
+    """
+
+    model: Model
+    comm: MPI.Comm
+    nodes: Array
+    rows: RankRows
+    basis: str
+    modes: str
+
+    @property
+    def spread_out(self) -> bool:
+        """True where every rank has DOFs of its own."""
+        return self.model.body.expansion is None
+
+    @property
+    def places(self) -> Array:
+        """Contact points with a coordinate more that distinguishes the faces, (m, 4), m."""
+        contact = self.model.system.contact
+        return np.column_stack([contact.positions, self.model.case.beam.length * contact.faces])
+
+    @property
+    def node_table(self) -> ParallelTable:
+        """The coordinates of all nodes, (N, 3), m."""
+        return ParallelTable(self.rows, self.nodes)
+
+    def table(self, x: Array) -> ParallelTable:
+        """Return rows (..., n) of vectors on the DOFs of this rank as a table (..., N, components)."""
+        return ParallelTable(self.rows, x.reshape(*x.shape[:-1], -1, self.components), layered=x.ndim > 1)
+
+    def found_in(self, contents: Contents | None) -> RankRows:
+        """Return the places of this rank's nodes in a checkpoint, which is there on rank 0.
+
+        Raises:
+            ValueError: They are not the same places.
+
+        Collective.
+        """
+
+        def pieces() -> Iterator[Array]:
+            assert contents is not None  # on rank 0
+            if contents.shapes[NODES][1:] != self.nodes.shape[1:]:
+                raise ValueError(f"nodes of the shape {contents.shapes[NODES]}")
+            return contents.pieces(NODES)
+
+        return found_rows(self.comm, self.nodes, pieces)
+
+    def points_in(self, contents: Contents) -> Indices:
+        """Return the contact points of a checkpoint that match those here; on rank 0.
+
+        Raises:
+            ValueError: They are not the same places.
+        """
+        return matching(contents.array(POINTS), self.places)
+
+    @property
+    def components(self) -> int:
+        """Components of the displacement."""
+        return int(self.model.space.dofmap.index_map_bs)
+
+
+def layout_of(model: Model, comm: MPI.Comm) -> DofLayout:
+    """Return the layout of the DOFs of a model. Collective."""
+    space = model.space
+    owned = space.dofmap.index_map.size_local
+    nodes = np.ascontiguousarray(space.tabulate_dof_coordinates()[:owned])
+    basis = "" if model.body.expansion is None else sum_of(matrices_of(model.body))
+    modal = modal_system(model.system) if isinstance(model.system.operators, DenseOperators) else None
+    modes = "" if modal is None else sum_of({"shapes": modal.shapes})
+    return DofLayout(model, comm, nodes, rank_by_rank(comm, owned), comm.bcast(basis), comm.bcast(modes))
+
+
+AT_NODES = ("u", "v", "a", "lagged")
+AT_POINTS = ("depth", "pressure", "touch_speed", "traction", "plastic_set", "slip", "slides")
+OF_FACES = "closed_since"
+MODAL = "modal_"  # before the names of arrays
+
+Stored = dict[str, NDArray[Any]]
+
+
+def stored(paused: Paused, layout: DofLayout) -> dict[str, NDArray[Any] | ParallelTable]:
+    """Return the arrays of a march that was left, images with them; tables where they lie on all ranks. Collective."""
+    state = paused.state
+    arrays: dict[str, NDArray[Any] | ParallelTable] = {NODES: layout.node_table, POINTS: layout.places}
+    for name in AT_NODES:
+        x = getattr(state, name)
+        if x is not None:
+            arrays[name] = layout.table(x) if layout.spread_out else x
+    for name in (*AT_POINTS, OF_FACES):
+        if getattr(state, name) is not None:
+            arrays[name] = getattr(state, name)
+    for number, array in enumerate(paused.modal or ()):
+        arrays[f"{MODAL}{number}"] = array
+    return arrays
+
+
+def restored(contents: Contents | None, header: dict[str, Any], layout: DofLayout) -> tuple[Paused, bool]:
+    """Return a march as it was left, and whether it is so to the last bit.
+
+    Args:
+        contents: The checkpoint, of the same matrices where they are few; on rank 0.
+        header: Its header.
+        layout: Where the DOFs are now.
+
+    Raises:
+        BrokenCheckpoint: The arrays are not those of such a model.
+
+    Collective.
+    """
+    try:
+        return _restored(contents, header, layout)
+    except (KeyError, ValueError, IndexError, TypeError) as error:  # the same on all ranks
+        raise BrokenCheckpoint(f"its arrays do not fit the model: {error}") from error
+
+
+def _restored(contents: Contents | None, header: dict[str, Any], layout: DofLayout) -> tuple[Paused, bool]:
+    comm = layout.comm
+    rows = layout.found_in(contents)
+    spread_out = set(AT_NODES) if layout.spread_out else set()
+
+    def look() -> tuple[Stored, dict[str, tuple[int, ...]], bool]:
+        assert contents is not None
+        points = layout.points_in(contents)
+        shapes = contents.shapes
+        small = {name: contents.array(name) for name in shapes.keys() - spread_out - {NODES, POINTS}}
+        _check_lengths(small, dict.fromkeys(AT_POINTS, len(points)))
+        small |= {name: small[name][points] for name in AT_POINTS if name in small}
+        large = {name: shapes[name] for name in AT_NODES if name in spread_out & shapes.keys()}
+        _check(small, large, layout)
+        return small, large, np.array_equal(points, np.arange(len(points)))
+
+    small, large, same_order = on_rank_zero(comm, look)
+    same_order = (rows.in_order or not layout.spread_out) and same_order
+    found = {name: small.get(name) for name in (*AT_NODES, *AT_POINTS, OF_FACES)}
+    for name, shape in large.items():
+        layered = len(shape) == 3
+        x = taken(rows, shape, partial(_pieces, contents, name, layered), layered)
+        found[name] = x.reshape(*x.shape[:-2], -1)
+    state = State(time=float(header["time"]), **found)  # type: ignore[arg-type]
+    same_modes = same_order and header.get("modes") == layout.modes
+    modal = _modal(small)
+    paused = Paused(state, int(header["done"]), int(header["since"]), modal if modal and same_modes else None)
+    return paused, same_modes and (header.get("ranks") == comm.size or not layout.spread_out)
+
+
+def _pieces(contents: Contents | None, name: str, layered: bool) -> Iterator[NDArray[Any]]:
+    assert contents is not None  # on rank 0
+    return contents.pieces(name, layered)
+
+
+def _check_lengths(arrays: Stored, lengths: dict[str, int]) -> None:
+    """Refuse arrays that are longer than the places that they are taken at."""
+    for name, length in lengths.items():
+        if name in arrays and arrays[name].shape[:1] != (length,):
+            raise ValueError(f"{name} has the shape {arrays[name].shape}, expected {length} places")
+
+
+def _modal(small: Stored) -> tuple[NDArray[Any], ...]:
+    return tuple(small[f"{MODAL}{number}"] for number in range(sum(name.startswith(MODAL) for name in small)))
+
+
+def _check(small: Stored, large: dict[str, tuple[int, ...]], layout: DofLayout) -> None:
+    """Refuse arrays, and shapes of tables, that are not those of the model; rank 0."""
+    for name, array in small.items():
+        if array.dtype != np.float64 or (name not in OF_FACES and not np.all(np.isfinite(array))):
+            raise ValueError(f"{name} holds other things than finite numbers")
+    size, points = layout.model.system.operators.size, layout.model.system.contact.size
+    for name in ("u", "v", "depth", "pressure"):
+        if name not in small and name not in large:
+            raise ValueError(f"{name} is missing")
+    modal = _modal(small)
+    if modal and (wrong := misfit(modal, size, points)):
+        raise ValueError(wrong)
+    nodes, components = layout.rows.count, layout.components
+    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(AT_NODES, (3, size)) | {"lagged": (size,)}
+    if layout.spread_out:
+        shapes = dict.fromkeys(AT_NODES, (3, nodes, components)) | {"lagged": (nodes, components)}
+    shapes |= dict.fromkeys(AT_POINTS, (points,))
+    contact = layout.model.system.contact
+    along = (points, 0 if contact.rubbed is None else contact.rubbed.shape[0] // points)
+    shapes |= {"traction": along, "slip": along}
+    shapes[OF_FACES] = (len(contact.face_names),)
+    for name, shape in ({name: array.shape for name, array in small.items()} | large).items():
+        if name in shapes and shape != shapes[name]:
+            raise ValueError(f"{name} has the shape {shape}, expected {shapes[name]}")

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.periodic.continuation import CurvePoint, ResponseCurve
+from gapbeam.solver.periodic.periodic_response import SteadyModel
 from gapbeam.solver.periodic.response_branches import Branches
-from gapbeam.solver.periodic.steady_forcing import SteadyModel
 from gapbeam.solver.record_table import CURVE_FILE, CURVE_TABLE_FILE
 from gapbeam.solver.run.output.results_folder import write_beside
 

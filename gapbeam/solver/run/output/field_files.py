@@ -3,6 +3,8 @@
 One temporal collection that ParaView and meshio read. While a run goes on, one or a few fields at a time are a file of
 their own in the folder `fields`, put in place when it is whole, and then named by the XML, which grows in place:
 whatever happens to the run, the series can be read. At the end all fields are gathered in fields.h5.
+
+Mode shapes as fields that ParaView and meshio read: one instant a mode, its time the frequency in Hz.
 """
 
 from __future__ import annotations
@@ -15,12 +17,14 @@ from pathlib import Path
 import h5py
 import numpy as np
 from dolfinx import fem
+from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.assembly.face_quadrature import FacePoints, at_nodes, face_points, gather_points
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.modes.contact_modes import HeldModes
 from gapbeam.solver.record_table import (
     FIELD_FOLDER,
     FIELDS,
@@ -31,13 +35,10 @@ from gapbeam.solver.record_table import (
 )
 from gapbeam.solver.run.output import parallel_tables
 from gapbeam.solver.run.output.atomic_files import new_hdf5, part_of, put_in_place, to_disk, written
-from gapbeam.solver.run.output.corner_values import CornerValues
 from gapbeam.solver.run.output.field_grid import FieldGrid, around, dataset
-from gapbeam.solver.run.output.field_pieces import AT_ONCE, FieldPieces
-from gapbeam.solver.run.output.growing_xdmf import GrowingSeries
-from gapbeam.solver.run.output.hdf5_contents import refuse_other_data
+from gapbeam.solver.run.output.hdf5_files import AT_ONCE, FieldPieces, GrowingSeries, refuse_other_data
+from gapbeam.solver.run.output.nodal_stresses import CornerValues, StressFields
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, RankRows
-from gapbeam.solver.run.output.stress_fields import StressFields
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Snapshots
 
@@ -278,3 +279,30 @@ def _fill(file: h5py.File, tables: Mapping[str, ParallelTable], pieces: Pieces) 
         for piece in pieces(name):
             data[begin : begin + len(piece)] = piece
             begin += len(piece)
+
+
+LARGEST = 0.05  # displacement of a node, of the length of the beam
+
+
+def write_mode_fields(folder: Path, model: Model, modes: HeldModes) -> None:
+    """Write the shapes of all modes to fields.xdmf and fields.h5; the largest motion is 5 % of the length of the beam.
+
+    Args:
+        folder: Where they go.
+        model: The model.
+        modes: Its modes in one state of contact.
+
+    Collective.
+    """
+    comm, contact = model.space.mesh.comm, model.system.contact
+    writer = FieldWriter(folder, model)
+    try:
+        for frequency, shape in zip(modes.frequencies, modes.shapes.T, strict=True):
+            bodies = shape[model.body.operators.size :]  # of supports, beside which the beam may be at rest
+            moved = np.abs(np.concatenate([model.expand(shape), bodies]))
+            largest = comm.allreduce(float(np.max(moved, initial=0.0)), op=MPI.MAX)
+            scaled = shape * (LARGEST * model.case.beam.length / largest)
+            still, none = np.zeros((1, len(scaled))), np.zeros((1, contact.size))
+            writer.write(Snapshots(np.array([frequency]), scaled[None], still, none), model)
+    finally:
+        writer.close()

@@ -1,4 +1,7 @@
-"""The XML of one field in fields.xdmf: mesh, time, and where the values of each quantity lie."""
+"""The XML of one field in fields.xdmf: mesh, time, and where the values of each quantity lie.
+
+Meshes are numbered anew for every number of ranks; places are brought into the order of the file.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+from scipy.spatial import cKDTree
+
 from gapbeam.solver.record_table import FIELDS_DATA_FILE, VECTOR_FIELDS
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import Array, Indices
 
 XDMF_CELLS = {
     "triangle": "Triangle",
@@ -85,3 +91,29 @@ def _item(parent: ET.Element, place: str, shape: tuple[int, ...], kind: str) -> 
         parent, "DataItem", Dimensions=" ".join(map(str, shape)), NumberType=kind, Precision="8", Format="HDF"
     )
     item.text = place
+
+
+SAME_PLACE = 1.0e-9  # of the extent of all places
+
+
+def matching(places: Array, wanted: Array) -> Indices:
+    """Return the numbers of the wanted places, (n,), so that `places[matching(places, wanted)]` is `wanted`.
+
+    Args:
+        places: (n, d), m.
+        wanted: The same places in another order, up to round-off, (n, d), m.
+
+    Raises:
+        ValueError: They are not the same places, or some are there twice.
+    """
+    if places.shape != wanted.shape:
+        raise ValueError(f"{places.shape[0]} places, expected {wanted.shape[0]}")
+    if np.array_equal(places, wanted):
+        return np.arange(len(places))
+    near, found = cKDTree(places).query(wanted)
+    farthest = float(np.max(near, initial=0.0))
+    if farthest > SAME_PLACE * float(np.max(np.ptp(wanted, axis=0))):
+        raise ValueError(f"places that lie {farthest:.3g} m apart")
+    if len(np.unique(found)) < len(found):
+        raise ValueError("places that are there twice")
+    return np.asarray(found)

@@ -17,7 +17,7 @@ import numpy as np
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.record_table import FORMAT_VERSION, HISTORY, HISTORY_FILE, HISTORY_FOLDER, history_pieces
 from gapbeam.solver.run.output.atomic_files import Sink, copy_beside, own_folder, part_of, put_in_place, written
-from gapbeam.solver.run.output.hdf5_contents import Shape, refuse_other_data
+from gapbeam.solver.run.output.hdf5_files import Shape, refuse_other_data
 from gapbeam.solver.system.operators import Array
 
 BLOCK = 1024  # records that lie side by side in a file

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
-from gapbeam.solver.run.output.point_order import SAME_PLACE
+from gapbeam.solver.run.output.field_grid import SAME_PLACE
 from gapbeam.solver.system.operators import Array, Indices
 
 if TYPE_CHECKING:

@@ -1,24 +1,284 @@
-"""The results folder: made once, never overwritten by accident."""
+"""The results folder: made once, never overwritten by accident.
+
+Paths of results: names that can be written and shown, in a folder that is still there afterwards.
+
+Check of the output folder: plain files and folders of the run itself, no links that lead elsewhere.
+
+Lock of a results folder: one run, or one study, at a time writes it.
+
+The lock is one of the operating system on a file that says who holds it. The former goes with the process that took
+it, however that ends; where it does not reach, on another machine, the file alone says so.
+"""
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import json
+import logging
 import math
 import os
-from collections.abc import Iterator
-from contextlib import suppress
+import socket
+import stat
+import unicodedata
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from gapbeam.solver import record_table as records
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.record_table import LOCK_FILE
 from gapbeam.solver.run.output.atomic_files import new_file, part_of
 from gapbeam.solver.run.output.disk_errors import no_place
-from gapbeam.solver.run.output.folder_lock import refuse_if_held
-from gapbeam.solver.run.output.output_file_check import refuse_other_things
-from gapbeam.solver.run.output.output_paths import check_place
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+SHARED = "GAPBEAM_SHARED"
+"""Variable with the folders of the machine that the root file system of environment/run shows, separated by colons."""
+NO_DISKS = (Path("/proc"), Path("/sys"), Path("/dev"))
+BUT = Path("/dev/shm")
+LONGEST_NAME = 255  # bytes, of Linux
+LONGEST_PATH = 3800  # bytes: of 4096, as files and folders lie below
+UNFIT = {"Cc", "Cs", "Zl", "Zp"}
+"""Kinds of characters: control, half of a pair (no UTF-8), ends of lines and of paragraphs."""
+SHOWN = 40  # letters of a long name
+REMEDY = "choose another `output=`"
+
+
+def check_place(folder: Path) -> None:
+    """Refuse a folder for results by its name, its place and what is there; changes nothing.
+
+    Args:
+        folder: Where results shall go, there or not.
+
+    Raises:
+        UserError: Its name is too long, or has characters that no file should have; it lies where nothing stays; it or
+            what it lies in is no folder, or cannot be written.
+    """
+    check_name(folder)
+    _check_disk(folder)
+    try:
+        existing = next(path for path in (folder, *folder.absolute().parents) if os.path.lexists(path))
+        if not existing.is_dir():
+            kind = "a link that leads nowhere" if existing.is_symlink() and not existing.exists() else "a file"
+            raise UserError(f"{existing} is {kind}, not a folder; {REMEDY}")
+    except OSError as error:
+        raise UserError(f"{folder} cannot be looked at ({error.strerror}); {REMEDY}") from error
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise UserError(f"{existing} cannot be written (permission denied or read-only); {REMEDY}")
+
+
+def check_name(place: Path) -> None:
+    """Refuse a file or folder by its name.
+
+    Raises:
+        UserError: It is too long, or has characters that no file should have.
+    """
+    for part in place.parts:
+        found = next((one for one in part if unicodedata.category(one) in UNFIT), None)
+        if found is not None:
+            raise UserError(
+                f'"{_shown(part)}" has a character that no name should have ({found!a}); expected '
+                f"letters of UTF-8, without ends of lines and control characters; {REMEDY}"
+            )
+        _check_length(part, "name", LONGEST_NAME)
+    _check_length(str(place.absolute()), "path", LONGEST_PATH)
+    if place.parts and place.parts[0] == "~" and not place.exists():
+        raise UserError(
+            f"{place}: the shell puts a home folder instead of ~ only at the start of a word of its own, without "
+            f'quotes; write `output=` "$HOME{str(place)[1:]}"'
+        )
+
+
+def _check_length(text: str, kind: str, most: int) -> None:
+    length = len(os.fsencode(text))
+    if length > most:
+        raise UserError(f'"{_shown(text)}" is a {kind} of {length} bytes; expected at most {most}; {REMEDY}')
+
+
+def _check_disk(folder: Path) -> None:
+    place = Path(os.path.realpath(folder))
+    if place == place.parent:
+        raise UserError(f"{folder} is the root of all folders; {REMEDY}")
+    shared = [Path(path) for path in os.environ.get(SHARED, "").split(":") if path]
+    if shared and not any(place.is_relative_to(path) for path in shared):
+        raise UserError(
+            f"{folder} does not lie on your disk but in the root file system of environment/run, where it would be "
+            f"lost at the end of the command; expected a folder in one of {', '.join(map(str, shared))}; {REMEDY}"
+        )
+    if not shared and any(place.is_relative_to(path) for path in NO_DISKS) and not place.is_relative_to(BUT):
+        raise UserError(f"{folder} is no place for files; {REMEDY}")
+
+
+def _shown(text: str) -> str:
+    return ascii(text[:SHOWN])[1:-1] + ("..." if len(text) > SHOWN else "")
+
+
+KINDS = {
+    stat.S_IFLNK: "a link",
+    stat.S_IFDIR: "a folder",
+    stat.S_IFREG: "a file",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
+
+
+def refuse_other_things(folder: Path, files: Iterator[Path], folders: Iterator[Path]) -> None:
+    """Refuse links, pipes, devices and the like where files of a run belong; changes nothing.
+
+    A results folder that came from elsewhere would otherwise decide where we write, or let us wait without end.
+
+    Args:
+        folder: The results folder, for the message; it may be a link itself.
+        files: Where plain files belong, if anything.
+        folders: Where folders belong, if anything.
+
+    Raises:
+        UserError: Something else is there; all such places are reported.
+    """
+    faults = [
+        f"{path}: found {found}, expected {expected}"
+        for paths, expected in ((files, KINDS[stat.S_IFREG]), (folders, KINDS[stat.S_IFDIR]))
+        for path in paths
+        if (found := _kind(path)) not in (None, expected)
+    ]
+    if faults:
+        raise UserError("\n  ".join(["what is in the results folder was not written by a run:", *faults[:10]])
+                        + f"\ntake it away from {folder}, or choose another `output=`")  # fmt: skip
+
+
+def _kind(path: Path) -> str | None:
+    """Return the kind of file at a path, in words, links not followed; None where nothing is."""
+    try:
+        mode = path.lstat().st_mode
+    except OSError:
+        return None
+    return KINDS.get(stat.S_IFMT(mode), "something else")
+
+
+Result = TypeVar("Result")
+
+LOG = logging.getLogger("gapbeam")
+UNSUPPORTED = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.EINVAL}
+
+
+@contextmanager
+def locked(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
+    """Hold a results folder, which is made where it is not there.
+
+    Args:
+        folder: The results folder.
+        comm: The ranks that write it; None: this process alone, without MPI.
+
+    Raises:
+        UserError: Another run holds it, or it cannot be made or written.
+        NotWritten: The disk has no room.
+
+    Collective.
+    """
+    held: list[int] = []
+
+    def take() -> None:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            held.append(_taken(folder / LOCK_FILE))
+        except OSError as error:
+            raise no_place(folder, error) from error
+
+    by_one(comm, take)
+    try:
+        yield
+    finally:
+        for place in held:
+            with suppress(OSError):
+                (folder / LOCK_FILE).unlink()
+            os.close(place)
+
+
+def by_one(comm: MPI.Comm | None, work: Callable[[], Result]) -> Result:
+    """Do the work on rank 0, as `on_rank_zero` does, or here where there are no ranks, without MPI. Collective."""
+    if comm is None:
+        return work()
+    from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+
+    return on_rank_zero(comm, work)
+
+
+def refuse_if_held(folder: Path) -> None:
+    """Refuse a folder that another run holds, before anything is computed; changes nothing.
+
+    Raises:
+        UserError: Another run holds it.
+    """
+    with suppress(OSError):
+        place = os.open(folder / LOCK_FILE, os.O_RDWR | os.O_NOFOLLOW)
+        try:
+            _check(place, folder / LOCK_FILE)
+        finally:
+            os.close(place)
+
+
+def _taken(path: Path) -> int:
+    while True:
+        place = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+        try:
+            left = _check(place, path)
+            with suppress(FileNotFoundError):
+                if os.path.samestat(os.fstat(place), path.stat()):
+                    break
+        except BaseException:
+            os.close(place)
+            raise
+        os.close(place)  # its holder took it away just now
+    if left:
+        LOG.info("the run that held %s (process %s) is over; it did not end in order", path.parent, left.get("pid"))
+    os.ftruncate(place, 0)
+    os.pwrite(place, json.dumps({"host": socket.gethostname(), "pid": os.getpid()}).encode(), 0)
+    return place
+
+
+def _check(place: int, path: Path) -> dict[str, Any]:
+    """Take the lock of an open file and return who left it there; refuse one that is held."""
+    locks = True
+    try:
+        fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise _held(path, _holder(place)) from error
+    except OSError as error:
+        if error.errno not in UNSUPPORTED:
+            raise
+        locks = False
+    left = _holder(place)
+    elsewhere = left.get("host") not in (None, socket.gethostname())
+    if elsewhere or (not locks and _lives(left.get("pid"))):
+        raise _held(path, left)
+    return left
+
+
+def _held(path: Path, holder: dict[str, Any]) -> UserError:
+    who = f"process {holder.get('pid', '?')} on {holder.get('host', '?')}"
+    return UserError(
+        f"{path.parent} is being written by another run ({who}); expected one run at a time; choose another "
+        f"`output=`, or delete {path} if that run is over"
+    )
+
+
+def _holder(place: int) -> dict[str, Any]:
+    try:
+        found = json.loads(os.pread(place, 4096, 0) or b"{}")
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _lives(process: object) -> bool:
+    return isinstance(process, int) and Path(f"/proc/{process}").exists()
+
 
 FILES = (
     records.CASE_FILE,

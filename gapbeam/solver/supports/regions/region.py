@@ -9,7 +9,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.supports.support import Face
 from gapbeam.solver.table import Table
 

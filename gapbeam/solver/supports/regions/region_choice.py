@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.supports.regions.around_face import BoreFace, ProfileFace, WallsFace
 from gapbeam.solver.supports.regions.region import AroundRegion, Placement, Slot, Stop, place_around
 from gapbeam.solver.table import Number

@@ -1,0 +1,116 @@
+"""Axial and von Mises stress at the corners of the cells, by the rules of the stress at probes.
+
+Motion at the corners of the cells, which field files hold without the other nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from scipy.sparse import issparse
+
+from gapbeam.solver.assembly.face_quadrature import CornerGradients
+from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseScales, axial_stress, deformation
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.assumptions.pose_rows import scales_of
+from gapbeam.solver.system.operators import Array, Indices, row_product
+
+
+@dataclass(frozen=True)
+class StressFields:
+    """Stress fields of a displacement.
+
+    Attributes:
+        gradients: Give its gradient.
+        scales: Material, and how strain is completed.
+        displacement: On the mesh, which the values go to.
+    """
+
+    gradients: CornerGradients
+    scales: PoseScales
+    displacement: fem.Function
+
+    @classmethod
+    def of_model(cls, model: Model, linear: Any) -> StressFields | None:
+        """Return the stress fields of a model whose case asks for them, at corners of a linear space. Collective."""
+        if not model.case.output.stress:
+            return None
+        return cls(
+            CornerGradients.of_spaces(model.space, linear),
+            scales_of(model.case, np.zeros(1)),
+            fem.Function(model.space),
+        )
+
+    def at_corners(self, values: Array) -> dict[str, Array]:
+        """Return the stresses at the corners that this rank owns, (n,) each, Pa.
+
+        Args:
+            values: DOFs of the displacement on the mesh that this rank owns, m.
+
+        Collective.
+        """
+        self.displacement.x.array[: len(values)] = values
+        self.displacement.x.scatter_forward()
+        gradient = self.gradients.mean(self.displacement)
+        return {
+            "axial_stress": axial_stress(gradient, self.scales),
+            "von_mises_stress": deformation(gradient, self.scales)[2],
+        }
+
+
+@dataclass(frozen=True)
+class CornerValues:
+    """Values at the corners that this rank owns, taken from the DOFs that are marched.
+
+    A corner of a cell is a node of the space of the displacement, so its values are DOFs: nothing is interpolated. Of a
+    reduced model only the rows of the corners are expanded.
+
+    Attributes:
+        rows: DOFs of the mesh at the corners, among those that this rank owns, (n d,).
+        components: d, of the displacement.
+        expansion: These rows of the expansion of the model, transposed, (k, n d); None: the mesh is marched.
+    """
+
+    rows: Indices
+    components: int
+    expansion: Any
+
+    @classmethod
+    def of_model(cls, model: Model, linear: Any) -> CornerValues:
+        """Return the corner values of a model.
+
+        Args:
+            model: The model.
+            linear: Blocked linear Lagrange space on the same mesh, whose nodes are the corners.
+
+        Collective.
+        """
+        fine, coarse = fem.Function(model.space), fem.Function(linear)
+        block, owned = linear.dofmap.index_map_bs, linear.dofmap.index_map.size_local
+        fine.x.array[:] = np.arange(len(fine.x.array))
+        coarse.interpolate(fine)  # the number of the node that lies there
+        rows = np.rint(coarse.x.array[: owned * block]).astype(np.int64)
+        assert np.all(rows < model.space.dofmap.index_map.size_local * block), "a rank owns a corner, not its node"
+        expansion = model.body.expansion
+        if expansion is None:
+            return cls(rows, block, None)
+        taken = expansion[rows].T
+        return cls(rows, block, taken if issparse(taken) else np.ascontiguousarray(taken))
+
+    def vectors(self, marched: Array) -> Array:
+        """Return vectors in space, (times, n, 3).
+
+        Args:
+            marched: DOFs that are marched, of which those of the beam come first, (times, DOFs).
+        """
+        if self.expansion is None:
+            values = marched[:, self.rows]
+        elif issparse(self.expansion):
+            values = np.stack([one[: self.expansion.shape[0]] @ self.expansion for one in marched])
+        else:
+            values = row_product(marched[:, : len(self.expansion)], self.expansion)
+        shaped = values.reshape(len(marched), -1, self.components)
+        return np.pad(shaped, ((0, 0), (0, 0), (0, 3 - self.components))) if self.components < 3 else shaped

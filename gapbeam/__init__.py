@@ -60,12 +60,14 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.limit_cycle import limit_cycle, periodic
     from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, midpoint, newmark, theta
     from gapbeam.solver.scene.linear_stability import critical_velocity, eigenvalues, idle_supports, root_locus
+    from gapbeam.solver.scene.mesh_structure import from_mesh
     from gapbeam.solver.scene.modal_files import read_modes
     from gapbeam.solver.scene.scene import Scene
     from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
     from gapbeam.solver.scene.scene_march import history, march
     from gapbeam.solver.scene.scene_seat import NoSeat, seat
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, ElastoGap, HuntCrossley, KelvinVoigt
+    from gapbeam.solver.scene.solid_material import orthotropic
     from gapbeam.solver.scene.structure import Structure, from_modes, mass, reduced_at_points
     from gapbeam.solver.scene.structure_files import read_structure, write_structure
     from gapbeam.solver.scene.structure_pose import Pose
@@ -100,7 +102,9 @@ _MODULES = {
     "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "weight"),
     "solver.scene.scene_march": ("history", "march"),
     "solver.scene.scene_seat": ("NoSeat", "seat"),
+    "solver.scene.mesh_structure": ("from_mesh",),
     "solver.scene.shipped_laws": ("Adhesive", "Cubic", "ElastoGap", "HuntCrossley", "KelvinVoigt"),
+    "solver.scene.solid_material": ("orthotropic",),
     "solver.scene.structure": ("Structure", "from_modes", "mass", "reduced_at_points"),
     "solver.scene.structure_files": ("read_structure", "write_structure"),
     "solver.scene.structure_pose": ("Pose",),
@@ -172,6 +176,7 @@ __all__ = [
     "euler",
     "export",
     "frame",
+    "from_mesh",
     "from_modes",
     "generalized_alpha",
     "gridded_starts",
@@ -193,6 +198,7 @@ __all__ = [
     "modes",
     "newmark",
     "open_results",
+    "orthotropic",
     "periodic",
     "plot",
     "quasi_steady",

@@ -142,7 +142,7 @@ def short(schema: Mapping[str, Any]) -> str:
     """Return the values that a JSON schema allows, as short as they can be read."""
     if "const" in schema or "enum" in schema:
         return either(f"`{toml_value(value)}`" for value in schema.get("enum", [schema.get("const")]))
-    kind = schema["type"]
+    kind = schema.get("type", "object")  # a reference to a table
     if kind in ("number", "integer"):
         whole, limits = "whole " * (kind == "integer"), _range(schema)
         return f"{whole}{limits}" if limits else f"{whole}number"

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from math import inf, nan, pi
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ def calls() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
     shaker = gb.Force(one["at"], lambda t: 0.01 * np.sin(90.0 * t), name="shaker")
     scene = gb.Scene(one, contacts=[touch], loads=[shaker])
     still = gb.Scene(one, contacts=[touch])
+    bracket = str(Path(__file__).parents[2] / "cases" / "scenes" / "bracket.inp")
     K = np.array([[2e4, -1e4], [-1e4, 1e4]])
     return {
         "Structure": (gb.Structure, {"M": np.eye(2), "K": K, "C": 0.1 * K, "points": {"tip": [0, 1.0]}, "name": "a"}),
@@ -50,6 +52,21 @@ def calls() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
                 "section": gb.space_section("round", 0.02),
                 "material": material, "points": {"tip": (2.0, [0.0, 0.0, 1.0])}, "bends": 0.0, "flexibility": None,
                 "clamped": [0.0], "pinned": [], "held": [], "up": [0.0, 0.0, 1.0], "elements": 10, "name": "f",
+            },
+        ),
+        "from_mesh": (
+            gb.from_mesh,
+            {
+                "file": bracket, "materials": {"STEEL": material, "": material}, "units": "mm",
+                "points": {"tip": {"set": "TIP", "direction": [0.0, 0.0, 1.0]}}, "clamped": ["ROOT"], "plane": None,
+                "thickness": None, "frame": None, "place": None, "name": "m",
+            },
+        ),
+        "orthotropic": (
+            gb.orthotropic,
+            {
+                "young_moduli": [1e11, 1e10, 1e10], "poisson_ratios": [0.3, 0.3, 0.4],
+                "shear_moduli": [4e9, 4e9, 3e9], "density": 1600.0, "axis": [1.0, 0.0, 0.0], "across": None,
             },
         ),
         "mass": (gb.mass, {"value": 1.0, "motions": 2, "stiffness": 1e4, "name": "m"}),

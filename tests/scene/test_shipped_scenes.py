@@ -198,7 +198,78 @@ def test_two_tubes_have_the_frequencies_and_the_first_impact_of_slender_beams() 
     assert np.abs(found.displacement["driven.mid"][before] - given).max() < 0.02 * np.abs(given).max()
 
 
+def bracket_matrices() -> tuple[Array, Array, dict[str, list[int]]]:
+    """Return K and M (N/m, kg) and sets of the bracket: straight tetrahedra of order 2, cell by cell."""
+    blocks: dict[str, list[list[float]]] = {}
+    for line in (FOLDER / "bracket.inp").read_text(encoding="utf-8").splitlines():
+        if line.startswith("*"):
+            here = blocks.setdefault(line.upper().replace(" ", ""), [])
+        elif not line.startswith(("Abaqus", "written")):
+            here.append([float(one) for one in line.replace(",", " ").split()])
+    x = 1e-3 * np.array(blocks["*NODE"])[:, 1:]
+    cells = np.array([one for key in blocks if key.startswith("*ELEMENT") for one in blocks[key]], dtype=int)[:, 1:] - 1
+    sets = {key.rpartition("=")[2]: [int(i) - 1 for row in rows for i in row]
+            for key, rows in blocks.items() if "SET=" in key}  # fmt: skip
+    edges = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+    a, b = 0.58541019662496852, 0.13819660112501050
+    points = np.where(np.eye(4) == 1.0, a, b)
+    lengths = np.arange(10)
+    both = np.array([[6 if i == j else 1 for j in lengths[:4]] for i in lengths[:4]])
+    whole = np.zeros((10, 10))  # integral of N_i N_j over a cell, of its volume / 420: Zienkiewicz, with all products
+    whole[:4, :4] = both
+    for k, (i, j) in enumerate(edges, 4):
+        whole[:4, k] = whole[k, :4] = [-4 if n in (i, j) else -6 for n in range(4)]
+        for n, other in enumerate(edges, 4):
+            whole[k, n] = 32 if n == k else 16 if set(other) & {i, j} else 8
+    K, M = np.zeros((3 * len(x), 3 * len(x))), np.zeros((3 * len(x), 3 * len(x)))
+    soft = set(sets["RUBBER"])
+    for number, cell in enumerate(cells):
+        E, nu, rho = (2e7, 0.45, 1200.0) if number in soft else (2.1e11, 0.3, 7850.0)
+        J = np.vstack([np.ones(4), x[cell[:4]].T])
+        volume, slope = np.linalg.det(J) / 6.0, np.linalg.inv(J)[:, 1:]
+        k = np.zeros((10, 3, 10, 3))
+        for L in points:
+            G = np.array([*((4 * L[i] - 1) * slope[i] for i in range(4)),
+                          *(4 * (L[i] * slope[j] + L[j] * slope[i]) for i, j in edges)])  # fmt: skip
+            lame, mu = E * nu / (1 + nu) / (1 - 2 * nu), E / 2 / (1 + nu)
+            k += volume / 4 * (lame * np.einsum("ia,jb->iajb", G, G) + mu * np.einsum("ib,ja->iajb", G, G)
+                               + mu * np.einsum("ic,jc,ab->iajb", G, G, np.eye(3)))  # fmt: skip
+        at = (3 * cell[:, None] + np.arange(3)).ravel()
+        K[np.ix_(at, at)] += k.reshape(30, 30)
+        M[np.ix_(at, at)] += rho * volume / 420.0 * np.kron(whole, np.eye(3))
+    return K, M, sets
+
+
+@pytest.mark.slow(minutes=0.4)
+def test_the_bracket_follows_adaptive_integration_of_its_cells() -> None:
+    """Frequencies of cells summed by hand to 1e-6, and the pad before and after it strikes its stop."""
+    K, M, sets = bracket_matrices()
+    free = np.setdiff1d(np.arange(len(K)), [3 * i + k for i in sets["ROOT"] for k in range(3)])
+    row, along = np.zeros(len(K)), np.zeros(len(K))
+    row[[3 * i + 2 for i in sets["TIP"]]], along[2::3] = 1.0 / len(sets["TIP"]), 1.0
+    inertia = (M @ along)[free]
+    K, M, row = K[np.ix_(free, free)], M[np.ix_(free, free)], row[free]
+    squares, X = sl.eigh(K, M, subset_by_index=[0, 14])
+    scene = gb.scene(FOLDER / "bracket.toml")
+    assert scene.structures[0].modes[0][:15] == pytest.approx(squares, rel=1e-6)
+    Q = np.column_stack([X, np.linalg.solve(K - 0.1 * -squares[0] * M, row)])  # the static response, as shifted there
+    squares, Y = sl.eigh(Q.T @ K @ Q, Q.T @ M @ Q)
+    at, part, w = row @ Q @ Y, inertia @ Q @ Y, np.sqrt(squares)
+    n = len(w)
+
+    def rate(t: float, y: Array) -> Array:
+        depth, speed = at @ y[:n] - 2e-4, at @ y[n:]
+        force = max(5e5 * depth + 20.0 * speed, 0.0) if depth > 0.0 else 0.0
+        push = -part * driven(t, 150.0, 250.0, 0.02) - at * force
+        return np.concatenate([y[n:], push - 0.02 * w * y[n:] - w * w * y[:n]])
+
+    found = gb.history(scene, 5e-6, 0.04)
+    assert np.abs(found.force["stop"]).max() > 5.0
+    given = at @ solve_ivp(rate, (0.0, 0.04), np.zeros(2 * n), "DOP853", found.t, rtol=1e-8, atol=1e-13).y[:n]
+    assert np.abs(found.displacement["pad"] - given).max() < 0.01 * np.abs(given).max()
+
+
 def test_all_files_are_covered() -> None:
     """Files of this folder are those that the tests above and in `test_feedback_files` and `test_frames` know."""
     flows = ["freeplay-flutter.toml", "tube-fluidelastic.toml"]
-    assert sorted(["clip.toml", "rack.toml", "two-tubes.toml", "pipe-route.toml", *flows]) == SHIPPED
+    assert sorted(["bracket.toml", "clip.toml", "rack.toml", "two-tubes.toml", "pipe-route.toml", *flows]) == SHIPPED

@@ -42,6 +42,7 @@ ARTICLES = {
     "Structure": "a structure",
     "StructurePoint": 'a point of a structure, such as beam["tip"]',
     "Material": "a material, as of gapbeam.material",
+    "Pose": "a place, as of gapbeam.Pose",
     "CrossSection": "a section, as of gapbeam.section",
     "SpaceSection": "a section, as of gapbeam.space_section",
     "LinearScheme": "a scheme, such as gapbeam.midpoint()",

@@ -12,10 +12,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from functools import cached_property
+from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -67,7 +69,7 @@ def read_nodes(path: Path) -> Nodes:
     """
     try:
         if path.suffix == ".inp":
-            found = _inp(path.read_text(encoding="utf-8"))
+            found = nodes_of_input(input_blocks(path.read_text(encoding="utf-8")))
         elif path.suffix in TABLES:
             found = Nodes(_rows(path.read_text(encoding="utf-8").splitlines()))
         else:
@@ -89,44 +91,73 @@ def _rows(lines: Sequence[str]) -> dict[str, Array]:
     return {one[0]: np.array(one[1:4], dtype=float) for one in split if len(one) == 1 + BLOCK and one[0].isdigit()}
 
 
-def _inp(text: str) -> Nodes:
-    """Return nodes and sets of input of Abaqus or CalculiX: what stands below *NODE and *NSET."""
-    places: dict[str, Array] = {}
-    sets: dict[str, list[str]] = {}
-    kind, name, generated = "NODE", "", False  # included files have no keyword
+class InputBlock(NamedTuple):
+    """A keyword of Abaqus or CalculiX with its options, in capitals, and the fields of the lines below it."""
+
+    keyword: str
+    options: dict[str, str]
+    rows: list[list[str]]
+
+
+def input_blocks(text: str) -> list[InputBlock]:
+    """Return the blocks of input of Abaqus or CalculiX; included files have no keyword before their nodes."""
+    blocks = [InputBlock("NODE", {}, [])]
     for line in text.splitlines():
         if line.startswith("**") or not line.strip():
             continue
         if line.startswith("*"):
             kind, *options = [part.strip() for part in line[1:].upper().split(",")]
-            given = dict(option.partition("=")[::2] for option in options)
-            name = {key.strip(): value.strip() for key, value in given.items()}.get("NSET", "")
-            generated = "GENERATE" in given
-            continue
-        fields = line.replace(",", " ").split()
-        if kind == "NODE":
-            places[fields[0]] = np.array([*map(float, fields[1:]), 0.0, 0.0][:3])
-            members = fields[:1]
-        elif kind == "NSET":
-            members = fields
-            if generated:
-                first, last, step = [*map(int, fields), 1][:3]
-                members = [str(node) for node in range(first, last + 1, step)]
-            members = [node for one in members for node in ([one] if one.isdigit() else sets.get(one.upper(), []))]
+            pairs = (option.partition("=")[::2] for option in options)
+            blocks.append(InputBlock(kind, {key.strip(): value.strip() for key, value in pairs}, []))
+        else:
+            blocks[-1].rows.append(line.replace(",", " ").split())
+    return blocks
+
+
+def set_members(block: InputBlock, sets: Mapping[str, list[str]]) -> list[str]:
+    """Return the numbers in a block of a set: one by one, a range, or those of other sets."""
+    if "GENERATE" not in block.options:
+        names = [name for row in block.rows for name in row]
+        return [one for name in names for one in ([name] if name.isdigit() else sets.get(name.upper(), []))]
+    ranges = ([*map(int, row), 1][:3] for row in block.rows)
+    return [str(one) for first, last, step in ranges for one in range(first, last + 1, step)]
+
+
+def nodes_of_input(blocks: Sequence[InputBlock]) -> Nodes:
+    """Return nodes and sets of input of Abaqus or CalculiX: what stands below *NODE and *NSET."""
+    places: dict[str, Array] = {}
+    sets: dict[str, list[str]] = {}
+    for block in blocks:
+        if block.keyword == "NODE":
+            for row in block.rows:
+                places[row[0]] = np.array([*map(float, row[1:]), 0.0, 0.0][:3])
+            members = [row[0] for row in block.rows]
+        elif block.keyword == "NSET":
+            members = set_members(block, sets)
         else:
             continue
-        if name:
-            sets.setdefault(name, []).extend(members)
+        if block.options.get("NSET"):
+            sets.setdefault(block.options["NSET"], []).extend(members)
     return Nodes(places, sets)
 
 
-def _by_meshio(path: Path) -> Nodes:
+def meshio_mesh(path: Path) -> Any:
+    """Return the mesh of a file that meshio reads, without its prints.
+
+    Raises:
+        ValueError: It reads nothing.
+    """
     import meshio
 
     try:
-        mesh = meshio.read(path)
-    except (meshio.ReadError, SystemExit, KeyError, AssertionError) as error:
+        with redirect_stdout(StringIO()):
+            return meshio.read(path)
+    except (meshio.ReadError, SystemExit, KeyError, AssertionError, RuntimeError, ImportError) as error:
         raise ValueError(str(error) or "meshio gave up") from None
+
+
+def _by_meshio(path: Path) -> Nodes:
+    mesh = meshio_mesh(path)
     points = np.zeros((len(mesh.points), 3))
     points[:, : mesh.points.shape[1]] = mesh.points
     places = {str(i + 1): at for i, at in enumerate(points)}
@@ -198,6 +229,8 @@ class Rows:
         argument = f"points.{key}"
         if isinstance(given, Mapping):
             return self._along(key, given, fixed)
+        if not isinstance(given, str | int | Sequence):
+            raise ArgumentError(f"point {key}: found {given!r}, expected a DOF, or node, set or nearest", argument)
         wanted = [str(one) for one in ([given] if isinstance(given, str | int) else given)]
         rows = np.zeros((len(wanted), len(self.labels)))
         for row, label in zip(rows, wanted, strict=True):

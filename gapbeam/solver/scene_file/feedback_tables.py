@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model
 
-from gapbeam.solver.scene_file.structure_tables import FileName
+from gapbeam.solver.scene_file.mesh_tables import FileName
 from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Table, Whole
 
 Pair = tuple[Number, Number]

@@ -26,16 +26,17 @@ from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, redu
 from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint, read_model
 from gapbeam.solver.scene_file.feedback_builder import faulty_key, flow_span, made_feedback, stations
 from gapbeam.solver.scene_file.feedback_tables import AnyFeedback
+from gapbeam.solver.scene_file.mesh_tables import MeshFile
 from gapbeam.solver.scene_file.pair_tables import PairTable, at_nearest, meeting_faults, pair_faults
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, in_space, line_of
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.structure_tables import (
+    NODAL,
     BodyTable,
     ClampedBody,
     ElementBeam,
     ElementFrame,
     HeldBody,
-    ImportedMatrices,
     LumpedMass,
     ModesOfFile,
     PinnedBody,
@@ -163,8 +164,8 @@ def _place(site: _Site, table: BodyTable) -> None:
         UserError: A file cannot be read, or the place is none.
     """
     model, place = table.model, None if table.place is None else table.place.made()
-    if isinstance(model, ImportedMatrices):
-        read = read_model(
+    if isinstance(model, NODAL):
+        read = model.read(place, table.name) if isinstance(model, MeshFile) else read_model(
             model.stiffness, model.mass, units=model.units, damping=model.damping, dofs=model.dofs, nodes=model.nodes,
             place=place, name=table.name,
         )  # fmt: skip
@@ -213,7 +214,7 @@ def _body(site: _Site, table: BodyTable) -> Structure:
         at = dict.fromkeys(one.points, 0.0)
     elif isinstance(model, ModesOfFile):
         return read_modes(model.file, table.name)
-    elif isinstance(model, ImportedMatrices):
+    elif isinstance(model, NODAL):
         one, at = _imported(site, table, points, held), {}
     elif isinstance(model, ElementFrame):
         one, at = _framed(site, table, model, points, held), {}

@@ -11,14 +11,15 @@ from gapbeam.solver.case.checks.run_checks import run_has_steps, step_follows_th
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.scene_load_choice import point_of, structure_of
 from gapbeam.solver.scene_file.feedback_checks import feedback_faults
+from gapbeam.solver.scene_file.mesh_tables import MeshFile, material_faults
 from gapbeam.solver.scene_file.pair_tables import nearest_faults
 from gapbeam.solver.scene_file.structure_tables import (
+    NODAL,
     BodyTable,
     ClampedBody,
     ElementBeam,
     ElementFrame,
     HeldBody,
-    ImportedMatrices,
     LumpedMass,
     ModesOfFile,
     PinnedBody,
@@ -89,7 +90,7 @@ def _names(tables: Mapping[str, Any]) -> Iterator[Fault]:
 
 def _files(bodies: Mapping[int, BodyTable]) -> Iterator[Fault]:
     for number, one in bodies.items():
-        for key in FILES if isinstance(one.model, ImportedMatrices | ModesOfFile) else ():
+        for key in FILES if isinstance(one.model, NODAL | ModesOfFile) else ():
             file = getattr(one.model, key, None)
             if file is not None and not Path(file).is_file():
                 yield Fault(("structure", number, "model", key), f'"{file}", which is no file', "a file that is there")
@@ -115,9 +116,11 @@ def _bodies(tables: Mapping[str, Any], bodies: Mapping[int, BodyTable]) -> Itera
         if isinstance(model, ElementBeam) and model.motions == 2 and model.section.type not in ROUND:
             yield Fault((*where, "model", "motions"), f"2 of a section {model.section.type}",
                         f"1, or a section {' or '.join(ROUND)}: others bend differently in each plane")  # fmt: skip
+        if isinstance(model, MeshFile):
+            yield from material_faults((*where, "model", "materials"), model)
         if one.frame is not None and not any(one.frame):
             yield Fault((*where, "frame"), "a direction of length 0", "three numbers that are not all 0")
-        if one.frame is not None and not isinstance(model, ImportedMatrices):
+        if one.frame is not None and not isinstance(model, NODAL):
             yield Fault((*where, "frame"), f"a direction for a model {model.type}",
                         "no direction: it has one already", "leave frame out")  # fmt: skip
         if one.place is not None and isinstance(model, ElementFrame):
@@ -194,7 +197,7 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
             yield Fault((*key, "at"), f"{point.at:g} m, beyond the end", f"0 to {model.length:g} m")
     else:
         if point.at is not None:
-            yield Fault((*key, "at"), f"{point.at:g} m of matrices", f"one of {', '.join(OF_MATRICES)}")
+            yield Fault((*key, "at"), f"{point.at:g} m of a model {model.type}", f"one of {', '.join(OF_MATRICES)}")
         elif len(given) != 1:
             yield Fault(key, f"{' and '.join(given) or 'no place'}", f"one of {', '.join(OF_MATRICES)}")
         elif (given[0] == "dof") == (point.direction is not None):
@@ -228,7 +231,7 @@ def _joint(
             yield Fault(key, "no place, or several", "at: length along the axis of the frame, m, or nearest")
         return
     if joint.nearest is not None:
-        yield Fault((*key, "nearest"), f"nearest of a model {model.type}", "at of a beam, or nodes of matrices")
+        yield Fault((*key, "nearest"), f"nearest of a model {model.type}", "at of a beam, or nodes")
     elif isinstance(model, ElementBeam):
         if isinstance(joint, ClampedBody) and joint.nodes is not None:
             yield Fault((*key, "nodes"), "nodes of a beam", "at: x from its start, m")
@@ -236,13 +239,13 @@ def _joint(
             yield Fault((*key, "at"), "nothing: the key is missing", "x from the start of the beam, m")
         elif joint.at > model.length:
             yield Fault((*key, "at"), f"{joint.at:g} m, beyond the end", f"0 to {model.length:g} m")
-    elif isinstance(model, ImportedMatrices) and isinstance(joint, ClampedBody):
+    elif isinstance(model, NODAL) and isinstance(joint, ClampedBody):
         if joint.at is not None:
-            yield Fault((*key, "at"), f"{joint.at:g} m of matrices", "nodes: a set, or a list")
+            yield Fault((*key, "at"), f"{joint.at:g} m of a model {model.type}", "nodes: a set, or a list")
         elif joint.nodes is None:
             yield Fault((*key, "nodes"), "nothing: the key is missing", "a set of nodes, or a list of nodes")
     else:
-        kinds = "beam or frame" if isinstance(joint, PinnedBody) else "beam, frame or matrices"
+        kinds = "beam or frame" if isinstance(joint, PinnedBody) else "beam, frame, matrices or mesh"
         yield Fault((*key, "type"), f"a {joint.type} joint of a model {model.type}", f"a structure of {kinds}",
                     'type = "elastic" between its point and the frame')  # fmt: skip
 
@@ -269,8 +272,8 @@ def _pairs(
 
 def _is_placed(body: BodyTable) -> bool:
     model = body.model
-    if isinstance(model, ImportedMatrices):
-        return model.nodes is not None
+    if isinstance(model, NODAL):
+        return isinstance(model, MeshFile) or model.nodes is not None
     return isinstance(model, ElementFrame) or body.place is not None
 
 

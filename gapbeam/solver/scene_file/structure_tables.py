@@ -8,11 +8,9 @@ from pydantic import BeforeValidator, Field
 
 from gapbeam.solver.case.beam_table import Material
 from gapbeam.solver.scene.structure_pose import Pose
+from gapbeam.solver.scene_file.mesh_tables import Direction, FileName, MeshFile
 from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
 from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Table, Whole, named
-
-Direction = tuple[Number, Number, Number]
-FileName = Annotated[str, Field(min_length=1, max_length=1000)]
 
 
 class ImportedMatrices(Table):
@@ -113,8 +111,13 @@ class LumpedMass(Table):
 
 
 ModelChoice = Annotated[
-    ImportedMatrices | ModesOfFile | ElementBeam | ElementFrame | RigidBar | LumpedMass, Field(discriminator="type")
+    ImportedMatrices | MeshFile | ModesOfFile | ElementBeam | ElementFrame | RigidBar | LumpedMass,
+    Field(discriminator="type"),
 ]
+
+
+NODAL = ImportedMatrices | MeshFile
+"""Models of nodes with rows in three directions."""
 
 
 class Reduction(Table):
@@ -157,7 +160,7 @@ class BodyTable(Table):
     )
     frame: Direction | None = Field(
         default=None,
-        description="direction in which weight and base motions act on matrices, no unit; default none",
+        description="direction in which weight and base motions act on matrices or a mesh, no unit; default none",
         examples=[[0.0, 0.0, 1.0]],
     )
     place: PlaceTable | None = Field(
@@ -172,7 +175,7 @@ class BodyTable(Table):
 
 
 class PointTable(Table):
-    """A point of a beam, a frame, a rigid bar or matrices: where something touches, acts or is read."""
+    """A point of a beam, a frame, a rigid bar, matrices or a mesh: where something touches, acts or is read."""
 
     name: Name = Field(description="name, different for every point of the structure", examples=["tip"])
     structure: Name = Field(description="name of its structure", examples=["rack"])
@@ -181,12 +184,14 @@ class PointTable(Table):
         description="x from the start of a beam or bar, length along the axis of a frame, m",
         examples=[0.5],
     )
-    node: Annotated[Whole, Field(ge=1)] | None = Field(default=None, description="node of the matrices", examples=[12])
+    node: Annotated[Whole, Field(ge=1)] | None = Field(
+        default=None, description="node of matrices or a mesh", examples=[12]
+    )
     set: str | None = Field(
         default=None,
         min_length=1,
         max_length=80,
-        description="set of nodes, whose mean motion is taken; sets stand in the file of nodes",
+        description="set of nodes, whose mean motion is taken; sets stand in the file of nodes or the mesh",
         examples=["RIM"],
     )
     nearest: Direction | None = Field(
@@ -213,7 +218,7 @@ NEAREST: Any = Field(default=None, description="coordinates of which the nearest
 
 
 class ClampedBody(Table):
-    """Nodes of matrices, or a place of a beam, that neither move nor rotate."""
+    """Nodes of matrices or a mesh, or a place of a beam, that neither move nor rotate."""
 
     type: Literal["clamped"] = Field(description="kind of joint")
     structure: Name = Field(description="name of the structure", examples=["rack"])

@@ -27,8 +27,8 @@ from benchmarks.table import Cell, Table, machine_words
 from benchmarks.true_errors import true_errors
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import EnergyCreated
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.studies.error_estimate.companions import FINEST_MODES, FINEST_SHAPES

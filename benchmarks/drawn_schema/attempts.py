@@ -23,10 +23,9 @@ from benchmarks.fuzz.sandbox import Limits, Outcome, attempt
 from benchmarks.true_errors import true_errors
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.beam_motions import bends_in_two_planes
+from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.placed_support import own_law
-from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import CaseError, RunError, UserError
 from gapbeam.solver.record_table import CURVE_FILE
 from gapbeam.studies.error_estimate.motion_record import MotionRecord

@@ -14,9 +14,9 @@ import gapbeam
 from benchmarks.drawn_schema.earlier import begun
 from benchmarks.drawn_schema.ways import FINER, Way
 from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.solution_tables import FullModel
-from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.trials.response import TrialResponse, respond
 from gapbeam.studies.trials.starts import seated

@@ -41,7 +41,7 @@ def life(
     """
     from gapbeam.commands.compare import fraction
     from gapbeam.studies.life.run_life import run_life
-    from gapbeam.studies.life.time_words import long_time
+    from gapbeam.studies.life.worn_case import long_time
 
     longest = inf if at_most is None else long_time(at_most)
     if longest is None:

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gapbeam.interface.user_case import UserCase
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.model_choice import chosen_case
 from gapbeam.solver.case.reading import case_reader
 from gapbeam.solver.case.reading.overrides import Overrides

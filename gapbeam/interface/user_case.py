@@ -6,8 +6,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from gapbeam.process.launcher import all_ranks
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import Case, case_to_toml
 
 if TYPE_CHECKING:
     from gapbeam.solver.scene.scene import Scene

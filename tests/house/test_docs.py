@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from docs.tables.narrow_tables import MOST, ROWS, columns_of
-from gapbeam.solver.loads.ramp import ramps_at
+from gapbeam.solver.loads.time_function import ramps_at
 
 PROJECT = Path(__file__).parents[2]
 DOCS = PROJECT / "docs"

@@ -13,7 +13,7 @@ import pytest
 import gapbeam
 from gapbeam.postprocess.plot import DATA_FILE, FOLDER
 from gapbeam.postprocess.results.columns_of_run import points_of
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.errors import CaseError
 from gapbeam.solver.record_table import POINTS_FILE
 from tests.regression.test_hole_pictures import KEYS

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.errors import CaseError
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.models.body_key import body_key

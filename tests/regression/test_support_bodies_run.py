@@ -15,7 +15,7 @@ from gapbeam.postprocess.figures.motion_figures import shifts_at_probes
 from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.sections.contact_section import contact_section
 from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.weak_restraint import axial_restraint
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.modes.contact_modes import held_modes

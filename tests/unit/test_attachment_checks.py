@@ -9,7 +9,7 @@ import pytest
 
 from gapbeam.solver.attachments.attachment_tables import bending_rank
 from gapbeam.solver.attachments.mean_motion import MeanMotion
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
 from gapbeam.solver.system.operators import Array
 from tests.shared.case_texts import BEAM, assert_says, faults_of, written

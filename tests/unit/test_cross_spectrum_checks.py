@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, warnings
 from tests.shared.case_texts import assert_says
 from tests.unit.test_random_line_load_checks import FLOW, NEAR, SPAN

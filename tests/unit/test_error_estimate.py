@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gapbeam
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.errors import in_one_line

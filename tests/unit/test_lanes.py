@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.march.compiled import lanes
+from gapbeam.solver.march.compiled import kernel_tables as lanes
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.ledger_kernel import IMPULSE
 from gapbeam.solver.march.compiled.point_motions import set_products

@@ -19,8 +19,7 @@ from gapbeam.solver.errors import RunError
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import GIGABYTE, linear_solver
-from gapbeam.solver.memory.free_memory import free_here, free_memory
-from gapbeam.solver.memory.memory_estimate import MemoryNeeds, memory_needs
+from gapbeam.solver.memory.memory_estimate import MemoryNeeds, free_here, free_memory, memory_needs
 from gapbeam.solver.run.run_case import run_case
 from tests.shared.command import alone, called
 from tests.shared.models import beam_case, beam_model

@@ -11,7 +11,7 @@ from mpi4py import MPI
 from gapbeam.solver.assembly.assembled_system import assembled_system
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import support_reaction
-from gapbeam.solver.loads.attachment import Attachment
+from gapbeam.solver.loads.places import Attachment
 from gapbeam.solver.loads.point_load import HarmonicLoad
 from gapbeam.solver.loads.support_motion import BaseMotion
 from gapbeam.solver.models.model import build_model

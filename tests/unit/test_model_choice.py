@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gapbeam.solver.case.bending_waves import bending_wavelength
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.model_choice import graded_places
+from gapbeam.solver.case.model_choice import bending_wavelength, graded_places
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, read_case_text
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
 from gapbeam.solver.models.body_key import body_key

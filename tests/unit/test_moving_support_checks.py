@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.computed_defaults import contact_stiffness
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
 from gapbeam.solver.loads.support_walls import interference

@@ -15,8 +15,7 @@ from pydantic import BaseModel
 import gapbeam
 from benchmarks.drawn_schema.cases import drawn
 from benchmarks.drawn_schema.choices import all_choices
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.case_writer import toml_value
+from gapbeam.solver.case.case import Case, toml_value
 from gapbeam.solver.case.reading.known_keys import candidates, check_types
 from gapbeam.solver.case.reading.overrides import parse_value
 from gapbeam.solver.case.reading.value_words import options

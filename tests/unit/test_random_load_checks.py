@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, warnings
 from tests.shared.case_texts import GOOD, assert_says
 

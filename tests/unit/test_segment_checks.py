@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
 from tests.shared.case_texts import BEAM as HEAD
 from tests.shared.case_texts import assert_says, faults_of, written

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.computed_defaults import contact_damping, lightest_supported
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
 from gapbeam.solver.models.time_step import contact_duration, frequency_of_interest

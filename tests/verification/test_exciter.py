@@ -24,9 +24,9 @@ from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, 
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.model import Model, build_body, model_of
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
-from gapbeam.solver.periodic.fourier_series import Fourier
 from gapbeam.solver.periodic.harmonic_balance import HarmonicBalance
 from gapbeam.solver.periodic.period_map import MarchedMap, ModalMap
+from gapbeam.solver.periodic.shooting import Fourier
 from gapbeam.solver.run.run_case import run_case
 from gapbeam.solver.system.modal_coordinates import modal_system
 from gapbeam.solver.system.operators import RankOnes

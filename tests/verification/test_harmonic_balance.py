@@ -10,10 +10,9 @@ import pytest
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.periodic.floquet import Judgment, stability_of
-from gapbeam.solver.periodic.fourier_series import Fourier
 from gapbeam.solver.periodic.harmonic_balance import HarmonicBalance
 from gapbeam.solver.periodic.harmonic_continuation import balanced_multipliers, climb
-from gapbeam.solver.periodic.shooting import shoot
+from gapbeam.solver.periodic.shooting import Fourier, shoot
 from gapbeam.solver.system.modal_coordinates import modal_system
 from tests.shared.toys import stopped_oscillator
 from tests.verification.test_periodic_orbit import HARMONICS, MEAN, STATE

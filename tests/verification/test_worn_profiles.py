@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 import gapbeam
 from gapbeam.solver.errors import CaseError
 from gapbeam.studies.life.case_rates import CaseRates, PointRates
-from gapbeam.studies.life.profiles import of_faces
+from gapbeam.studies.life.worn_case import of_faces
 from gapbeam.studies.life.worn_march import Array, Blocks, Worn, wear_to_limits
 
 LENGTH, WIDTH, MASS = 0.2, 0.02, 7850.0 * 0.2 * 0.01 * 0.02

@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 import gapbeam
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic, PiecewiseLinear
 from gapbeam.solver.contact.laws.ramp_law import shaped_law

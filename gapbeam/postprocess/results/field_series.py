@@ -16,8 +16,7 @@ import numpy as np
 from meshio import CellBlock
 from meshio.xdmf import TimeSeriesReader
 
-from gapbeam.postprocess.results.damaged_files import printable
-from gapbeam.postprocess.results.hdf5_check import check_hdf5
+from gapbeam.postprocess.results.damaged_files import check_hdf5, printable
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.record_table import FIELD_FOLDER, FIELDS_DATA_FILE, STRESS_FIELDS
 

@@ -14,9 +14,8 @@ import numpy as np
 import xarray as xr
 
 from gapbeam.postprocess.results.bounded_files import read_json, read_plain
-from gapbeam.postprocess.results.damaged_files import printable
+from gapbeam.postprocess.results.damaged_files import check_hdf5, printable
 from gapbeam.postprocess.results.field_reader import Fields
-from gapbeam.postprocess.results.hdf5_check import check_hdf5
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.record_table import (
     CASE_FILE,

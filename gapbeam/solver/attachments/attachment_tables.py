@@ -42,7 +42,7 @@ from gapbeam.solver.attachments.mean_motion import (
     MeanMotion,
     MotionName,
 )
-from gapbeam.solver.loads.attachment import Attachment
+from gapbeam.solver.loads.places import Attachment
 from gapbeam.solver.table import AlongBeam, Name, NonNegative, Number, Positive, Table, Vector, placed_along
 
 MOTIONS: tuple[MotionName, ...] = (*IN_PLANE, *OUT_OF_PLANE)

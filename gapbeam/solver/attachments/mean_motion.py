@@ -25,7 +25,7 @@ from typing import Literal
 
 import numpy as np
 
-from gapbeam.solver.loads.attachment import Attachment
+from gapbeam.solver.loads.places import Attachment
 from gapbeam.solver.system.operators import Array
 
 MotionName = Literal["axial", "vertical", "lateral", "rotation", "lateral_rotation", "twist"]

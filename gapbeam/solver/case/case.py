@@ -1,4 +1,4 @@
-"""The case file as frozen pydantic models: what a run is asked to do.
+"""The case file as frozen pydantic models: what a run is asked to do, and its text with every default.
 
 SI units throughout, frequencies in Hz. The beam axis is x, with x = 0 at the supported end; the bending
 direction is y in 2D and z in 3D; the beam rests on the base (below) under the gland (above), or in several supports.
@@ -9,9 +9,11 @@ found by `gapbeam.solver.case.checks.all_checks`.
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BaseModel, BeforeValidator, Field
 
 from gapbeam.solver.attachments.attachment_tables import JointChoice, PlacedFluid, PointMass
 from gapbeam.solver.case.analysis_table import Analysis, Transient
@@ -20,6 +22,7 @@ from gapbeam.solver.case.beam_table import Beam as Beam
 from gapbeam.solver.case.beam_table import Material as Material
 from gapbeam.solver.case.contact_table import Contact, Wear
 from gapbeam.solver.case.placed_support import SupportTables
+from gapbeam.solver.case.reading.value_words import toml_value
 from gapbeam.solver.case.segment_table import PlacedSegment
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable, SolverTable, Time
 from gapbeam.solver.case.solution_tables import Gates as Gates
@@ -201,3 +204,52 @@ class Case(Table):
     def profile(self) -> BeamProfile:
         """Cross-section and material of the beam along x."""
         return BeamProfile.of(self.beam, self.material, self.segment)
+
+
+def case_to_toml(case: Case, heading: Sequence[str] = ()) -> str:
+    """Return a case as a case file with every default, which reads back to an equal case.
+
+    Args:
+        case: The case.
+        heading: Lines for the comment that opens the file, such as versions.
+    """
+    lines = [f"# {line}".rstrip() for line in "\n".join(heading).splitlines()]
+    lines.append(f"title = {toml_value(case.title)}")
+    for name, value in case:
+        if isinstance(value, BaseModel):
+            lines += ["", f"[{name}]  {_purpose(value)}", *_keys(value)]
+        elif isinstance(value, tuple):
+            for entry in value:
+                lines += ["", f"[[{name}]]  {_purpose(entry)}", *_keys(entry)]
+    return "\n".join(lines) + "\n"
+
+
+def _purpose(table: BaseModel) -> str:
+    return "# " + (inspect.getdoc(type(table)) or "").split("\n")[0]
+
+
+def _keys(table: BaseModel) -> Iterator[str]:
+    """Yield a line for every key, with its meaning behind it; keys without a value stand in comments."""
+    keys = sorted(type(table).model_fields, key=lambda key: {"type": 0, "name": 1}.get(key, 2))
+    given = {key: f"{key} = {_written(getattr(table, key))}" for key in keys if getattr(table, key) is not None}
+    widest = max(map(len, given.values()), default=0)
+    for key in keys:
+        line = f"{given[key]:{widest}}  # " if key in given else f"# {key}: not given; "
+        yield line + (type(table).model_fields[key].description or "")
+
+
+def _written(value: object) -> str:
+    """Return a value as TOML writes it, an inner table in one line."""
+    if isinstance(value, BaseModel):
+        given = (f"{key} = {toml_value(inner)}" for key, inner in value if inner is not None)
+        return "{ " + ", ".join(given) + " }"
+    return toml_value(value)
+
+
+def with_checksums(case: Case) -> Case:
+    """Return a case whose loads have the checksums of their files.
+
+    Raises:
+        RecordError: The file of a load cannot be used, or is another one than its checksum says.
+    """
+    return case.model_copy(update={"load": tuple(load.with_checksum() for load in case.load)})

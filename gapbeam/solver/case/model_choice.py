@@ -9,6 +9,15 @@ Graded beam elements: short in supports, and longer away from them, up to a shar
     neighbors differ by a factor of 1.25; at most 1/8 of the bending wavelength of the highest frequency of interest
 
 Supports and segments begin and end at nodes. Elements of a number that is given are shared out by 1 / h.
+
+Bending waves in a Timoshenko beam.
+
+    k^2 = w^2 (1/c^2 + 1/s^2) / 2 + sqrt(w^4 (1/c^2 - 1/s^2)^2 / 4 + w^2 / (c r)^2)
+
+c^2 = E / rho, s^2 = kappa G / rho, r^2 = I / A: the branch that becomes c r k^2 = w at low frequencies, and
+waves of shear above.
+
+Source: Timoshenko (1921), Philosophical Magazine 41, 744-746.
 """
 
 from __future__ import annotations
@@ -20,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gapbeam.meshes.sizing.mesh_size import CellLength
-from gapbeam.solver.case.bending_waves import bending_wavelength
+from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import lightest_supported, overhang_frequency
@@ -37,6 +46,19 @@ from gapbeam.solver.case.solution_tables import (
     Wanted,
 )
 from gapbeam.solver.errors import CaseError, Fault
+
+
+def bending_wavelength(piece: BeamPiece, frequency: float) -> float:
+    """Return the length of bending waves of a frequency, Hz, in a prismatic beam, m."""
+    material, beam = piece.material, piece.beam
+    omega, nu = 2.0 * pi * frequency, material.poisson_ratio
+    kappa = beam.shear_coefficient(nu)
+    bar = material.density / material.young_modulus  # 1 / c^2
+    shear = bar * 2.0 * (1.0 + nu) / kappa  # 1 / s^2
+    mean = 0.5 * omega**2 * (bar + shear)
+    square = mean + sqrt((0.5 * omega**2 * (bar - shear)) ** 2 + bar * (omega / beam.gyration_radius) ** 2)
+    return 2.0 * pi / sqrt(square)
+
 
 SAMPLES = 64  # of h in each part of the beam between two ends of supports or segments
 ALMOST = 1.0e-9  # of an element: round-off

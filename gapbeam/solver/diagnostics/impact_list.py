@@ -3,16 +3,23 @@
 Where there is no room for another impact, every second one goes, and from then on every second one is kept: what is
 kept stays spread evenly over all impacts, so that its distribution is theirs. Which ones are kept follows from their
 order alone. The parting before each impact, from the end of the impact before, is kept with it.
+
+An impact lasts from the step in which the face closes to the step in which it opens. Within a step the gap is taken as
+linear in time, so that instants and durations have an error of second order. The approach speed is the rate at which
+the smallest gap of the face closes over the step in which it does: contact takes part of it within that step,
+(w h)^2 / 24 of it on average, with w = pi / duration: 0.2 % where a contact has 16 steps, 2.6 % where it has 4.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from gapbeam.solver.jit import shared
 from gapbeam.solver.record_table import IMPACT_COLUMNS
+from gapbeam.solver.system.slip_modes import closed_part
 
 Array = np.ndarray
 
@@ -87,3 +94,69 @@ class ImpactList:
             raise ValueError(f"{len(rows)} of {count} impacts, each {every}th kept; expected finite numbers of such")
         self.count, self.every, self._end = count, every, end
         self._kept, self._new, self._room = rows, [], MOST - len(rows)
+
+
+UNSEEN = -1.0  # speed of a contact that began before the march
+
+
+class RunningImpact(NamedTuple):
+    """A face between two steps.
+
+    Attributes:
+        depth: Its largest penetration, m; negative: its smallest gap.
+        begun: Contact force over time since t = 0 when it was open last, N s.
+        speed: Approach speed of the contact that has not ended, m/s; `UNSEEN`: it began before the march.
+        duration: Its duration so far, s.
+    """
+
+    depth: float
+    begun: float
+    speed: float
+    duration: float
+
+
+class EndedImpact(NamedTuple):
+    """End of an impact in a step: whether one ended, how long before the end of the step, s, and its impulse, N s."""
+
+    ended: bool
+    lag: float
+    impulse: float
+
+
+@shared
+def approach_speed(before: float, depth: float, dt: float) -> float:
+    """Return the rate at which a gap closed over a step, m/s; where it began is not known: the least that it can be.
+
+    Args:
+        before: Largest penetration at its start, m.
+        depth: At its end, m.
+        dt: Size of the step, s.
+    """
+    return max(depth - before, 0.0) / dt if np.isfinite(before) else max(depth, 0.0) / dt
+
+
+@shared
+def after_gap(
+    before: RunningImpact, was_closed: bool, closed: bool, speed: float, depth: float, impulse: float, dt: float
+) -> tuple[RunningImpact, EndedImpact]:
+    """Return a face after a step, and the impact that ended in it.
+
+    Args:
+        before: The face before.
+        was_closed: Whether it was in contact before.
+        closed: Whether it is in contact at the end of the step.
+        speed: Approach speed, if it closed in this step, m/s.
+        depth: Largest penetration at the end, m.
+        impulse: Contact force over time since t = 0, N s.
+        dt: Size of the step, s.
+    """
+    if closed and was_closed:
+        return RunningImpact(depth, before.begun, before.speed, before.duration + dt), EndedImpact(False, 0.0, 0.0)
+    if closed:
+        part = closed_part(before.depth, depth)
+        return RunningImpact(depth, before.begun, speed, part * dt), EndedImpact(False, 0.0, 0.0)
+    if not was_closed:
+        return RunningImpact(depth, impulse, 0.0, 0.0), EndedImpact(False, 0.0, 0.0)
+    part = closed_part(before.depth, depth)
+    ended = EndedImpact(before.speed >= 0.0, (1.0 - part) * dt, impulse - before.begun)
+    return RunningImpact(depth, impulse, 0.0, before.duration + part * dt), ended

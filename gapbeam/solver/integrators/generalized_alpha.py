@@ -19,7 +19,7 @@ import numpy as np
 from pydantic import Field
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
-from gapbeam.solver.contact.laws.law_forms import ENDPOINT
+from gapbeam.solver.contact.laws.law_tables import ENDPOINT
 from gapbeam.solver.contact.solve.condensation import Condensed
 from gapbeam.solver.contact.solve.friction_solve import Sliding, solve_contact_and_friction
 from gapbeam.solver.integrators.effective_operator import hold, image_of_solution

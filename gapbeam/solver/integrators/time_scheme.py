@@ -36,8 +36,8 @@ class KernelNumbers(NamedTuple):
     """Numbers by which the compiled march knows a scheme.
 
     Attributes:
-        form: How its step takes the law, `gapbeam.solver.contact.laws.law_forms`: MEAN and IMPLICIT march by the kernel
-            of the midpoint rule, ENDPOINT by that of generalized-alpha.
+        form: Form of the law in its step, `gapbeam.solver.contact.laws.law_tables`: MEAN and IMPLICIT march by the
+            kernel of the midpoint rule, ENDPOINT by that of generalized-alpha.
         alpha_m: Of generalized-alpha, like the next three; of no meaning to the midpoint rule.
         alpha_f: Share of the old forces.
         beta: Weight of the new acceleration in the displacement.

@@ -10,7 +10,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.loads.attachment import Attachment, StaticForce
+from gapbeam.solver.loads.places import Attachment, StaticForce
 from gapbeam.solver.loads.point_load import HarmonicPointForce
 from gapbeam.solver.table import Name, NonNegative, Number
 

@@ -49,9 +49,8 @@ from typing import TypeVar
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.loads.ramp import ramped
 from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum, smoothed
-from gapbeam.solver.loads.time_function import piecewise_mean
+from gapbeam.solver.loads.time_function import piecewise_mean, ramped
 from gapbeam.solver.system.operators import Array, Indices
 
 WORDS = 4  # of 64 bits that a count of the generator gives

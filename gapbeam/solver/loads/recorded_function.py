@@ -2,7 +2,7 @@
 
     q(t) = r(t) (scale (x(start + t) - mean) + offset)
 
-x is the curve through the rows of the record, r the ramp (`loads.ramp`), mean the mean of
+x is the curve through the rows of the record, r the ramp (`loads.time_function`), mean the mean of
 x over the record or 0. What acts on the beam is s = q for forces, and the derivative 0, 1 or 2 of q for the
 acceleration of the support from a recorded acceleration, velocity or displacement. Nothing is integrated in time: the
 equations are those in the frame of the support, where only its acceleration acts. Before the first row and after the
@@ -27,9 +27,8 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
 from gapbeam.solver.errors import Fault, UserError
 from gapbeam.solver.loads.load_table import Holes, RecordedTable
-from gapbeam.solver.loads.ramp import ramped
 from gapbeam.solver.loads.record_file import FILE, TIME, RecordedRows, RecordError, read_record
-from gapbeam.solver.loads.time_function import piecewise_mean
+from gapbeam.solver.loads.time_function import piecewise_mean, ramped
 from gapbeam.solver.system.operators import Array, Indices
 
 ALIKE = 1.0e-9

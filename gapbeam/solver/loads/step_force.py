@@ -2,7 +2,7 @@
 
     s(t) = F (r(t - start) - r(t - end))
 
-r is the smooth start of `gapbeam.solver.loads.ramp`, or a step from 0 to 1 without a ramp.
+r is the smooth start of `gapbeam.solver.loads.time_function`, or a step from 0 to 1 without a ramp.
 """
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.places import PointForce, SupportAcceleration
 from gapbeam.solver.loads.point_load import PointLoad
-from gapbeam.solver.loads.ramp import ramps_at
 from gapbeam.solver.loads.support_motion import SupportMotion
-from gapbeam.solver.loads.time_function import TimeFunction, piecewise_mean
+from gapbeam.solver.loads.time_function import TimeFunction, piecewise_mean, ramps_at
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Vector
 from gapbeam.solver.wording.short_words import apart, exceeds

@@ -16,8 +16,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.load_checks import factor_needed
 from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.memory.free_memory import free_memory
-from gapbeam.solver.memory.memory_estimate import beam_needs, memory_needs
+from gapbeam.solver.memory.memory_estimate import beam_needs, free_memory, memory_needs
 
 LOG = logging.getLogger("gapbeam")
 GIGABYTE = 1.0e9

@@ -38,19 +38,17 @@ from gapbeam.solver.assembly.load_patterns import load_patterns
 from gapbeam.solver.assembly.mass_redistribution import extrapolation
 from gapbeam.solver.assembly.nitsche_terms import Nitsche
 from gapbeam.solver.assembly.section_rows import SectionRows, row_at
-from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.load_checks import factor_needed
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
-from gapbeam.solver.case.model_choice import highest_frequency
+from gapbeam.solver.case.model_choice import bending_wavelength, highest_frequency
 from gapbeam.solver.case.own_contact import whole_areas
 from gapbeam.solver.case.solution_tables import FullModel, RigidModel
 from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator, whole_contact
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
-from gapbeam.solver.memory.free_memory import free_memory
-from gapbeam.solver.memory.memory_estimate import memory_needs
+from gapbeam.solver.memory.memory_estimate import free_memory, memory_needs
 from gapbeam.solver.models.bending_stiffness import BendingStiffness, bending_stiffness, rigid_motions
 from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
 from gapbeam.solver.models.reduction.basis_report import MODES_ABOVE, BasisReport

@@ -18,8 +18,8 @@ from gapbeam.solver.case.contact_table import Wear
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.integrators.stable_step import SAFETY, StableStep
-from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.loads.load_choice import forcing_frequencies
+from gapbeam.solver.loads.places import Attachment
 
 DEPTH_RATIO = 0.01  # penetration over clearance at which a law with an exponent is compared with a linear one
 OF_THICKNESS = 1.0e-4  # where there is no clearance

@@ -10,10 +10,9 @@ import numpy as np
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.periodic.floquet import Judgment, Stability, judged, stability_of
-from gapbeam.solver.periodic.fourier_series import Fourier
 from gapbeam.solver.periodic.harmonic_balance import HarmonicBalance, HarmonicSolution
 from gapbeam.solver.periodic.period_map import ModalMap
-from gapbeam.solver.periodic.shooting import no_pause
+from gapbeam.solver.periodic.shooting import Fourier, no_pause
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array
 

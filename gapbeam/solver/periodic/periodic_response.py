@@ -25,11 +25,10 @@ from gapbeam.solver.march.python.march import March, march
 from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.periodic.floquet import UNKNOWN, Judgment, stability_of, with_error
-from gapbeam.solver.periodic.fourier_series import Fourier
 from gapbeam.solver.periodic.harmonic_balance import series_steps
 from gapbeam.solver.periodic.harmonic_continuation import NOTABLE_TRUNCATION, Climb, balanced_multipliers, climb
 from gapbeam.solver.periodic.period_map import MarchedMap, ModalMap, shoot_marched
-from gapbeam.solver.periodic.shooting import relative_change, shoot
+from gapbeam.solver.periodic.shooting import Fourier, relative_change, shoot
 from gapbeam.solver.supports.layout import with_value
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.modal_coordinates import modal_system

@@ -29,7 +29,7 @@ from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import PARTS_OF_WORK, WORK_RATE
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import SLIP_MODES
-from gapbeam.solver.run.assumptions.recorded_content import recorded_content
+from gapbeam.solver.run.assumptions.frequency_findings import recorded_content
 from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.run.verdict import (

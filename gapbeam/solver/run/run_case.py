@@ -15,10 +15,8 @@ from mpi4py import MPI
 from gapbeam.meshes.distribution.rank_zero import all_there, on_rank_zero
 from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.case.analysis_table import Periodic
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import Case, case_to_toml, with_checksums
 from gapbeam.solver.case.checks.case_warnings import warnings
-from gapbeam.solver.case.record_checksums import with_checksums
 from gapbeam.solver.case.solution_tables import FullModel
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError

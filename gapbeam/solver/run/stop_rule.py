@@ -8,10 +8,10 @@ from math import isfinite, pi
 from typing import Any
 
 from gapbeam.solver.case.analysis_table import Transient
+from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency, rayleigh
 from gapbeam.solver.case.solution_tables import RigidModel
-from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.diagnostics.statistics.batch_interval import BURN_IN_RELAXATIONS, STOPPING_RELAXATIONS
 from gapbeam.solver.diagnostics.statistics.run_statistics import FEW, PointStatistics, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts, figure_names, may_be_asked

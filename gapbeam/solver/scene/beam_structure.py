@@ -16,8 +16,7 @@ from pydantic import TypeAdapter, ValidationError
 from gapbeam.solver.case.beam_table import Material
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, heave_and_pitch_at, of_elements
-from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.given_numbers import finite, positive
+from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.system.operators import Array

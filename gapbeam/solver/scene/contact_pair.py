@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.argument_checks import ARTICLES, check_fields, shown
+from gapbeam.solver.scene.argument_checks import ARTICLES, check_fields, finite, positive, shown
 from gapbeam.solver.scene.convex_region import ConvexRegion
 from gapbeam.solver.scene.force_law import ForceLaw
-from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.shipped_laws import check_law
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, touch

@@ -23,9 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.force_law import inlined
-from gapbeam.solver.scene.given_numbers import finite
 from gapbeam.solver.system.operators import Array
 
 EVERY_WAY = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from gapbeam.solver.scene.given_numbers import ArgumentError
+from gapbeam.solver.scene.argument_checks import ArgumentError
 
 SYMMETRIC = 6
 FIRST_LETTERS = {"stiffness": "K", "mass": "M", "damping": "B"}

@@ -18,8 +18,7 @@ import scipy.linalg as sl
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.argument_checks import ARTICLES, checked, shown
-from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
+from gapbeam.solver.scene.argument_checks import ARTICLES, ArgumentError, checked, finite, positive, shown
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.system.operators import Array
 

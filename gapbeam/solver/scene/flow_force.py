@@ -28,9 +28,8 @@ import scipy.linalg as sl
 from scipy.interpolate import make_interp_spline
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
 from gapbeam.solver.scene.feedback import Feedback, Place, motions_of
-from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.system.operators import Array
 

@@ -14,10 +14,9 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.scene.feedback import Joint
 from gapbeam.solver.scene.flow_force import Flow, FlowSpan
-from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.linear_stability import Closed, closed_joints, eigenvalues
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.system.operators import Array

@@ -19,7 +19,7 @@ import numba
 import numpy as np
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.given_numbers import finite, positive
+from gapbeam.solver.scene.argument_checks import finite, positive
 
 TINY = 1e-300
 inlined: Any = numba.njit(error_model="numpy", forceinline=True)

@@ -26,9 +26,8 @@ from scipy.linalg import block_diag, null_space
 from gapbeam.solver.case.beam_table import Material
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
-from gapbeam.solver.scene.argument_checks import checked, shown
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive, shown
 from gapbeam.solver.scene.beam_structure import element_count, section_table
-from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.scene.structure_pose import ALONG
 from gapbeam.solver.system.operators import Array

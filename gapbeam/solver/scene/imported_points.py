@@ -23,7 +23,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from gapbeam.solver.scene.given_numbers import ArgumentError, finite
+from gapbeam.solver.scene.argument_checks import ArgumentError, finite
 from gapbeam.solver.scene.structure_pose import Pose
 from gapbeam.solver.system.operators import Array
 

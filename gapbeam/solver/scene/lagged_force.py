@@ -12,10 +12,9 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
 from gapbeam.solver.scene.feedback import Place
 from gapbeam.solver.scene.flow_force import Flow, FlowLaw, FlowSpan, lagging, square
-from gapbeam.solver.scene.given_numbers import ArgumentError, finite, positive
 from gapbeam.solver.system.operators import Array
 
 

@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.errors import NotConverged, UserError
-from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.scene.ensemble_members import SAMPLES, EnsembleFolder, Members, ensemble_key, joined, untrusted
-from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, Linear, LinearScheme, Slabs
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import BLOCK, Marcher

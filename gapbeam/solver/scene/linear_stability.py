@@ -18,11 +18,10 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, linear_sum_assignment
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked, shown
+from gapbeam.solver.scene.argument_checks import checked, finite, positive, shown
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import Flow
-from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
 from gapbeam.solver.system.operators import Array

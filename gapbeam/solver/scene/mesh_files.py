@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from gapbeam.solver.scene.given_numbers import ArgumentError
+from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.imported_points import (
     InputBlock,
     Nodes,

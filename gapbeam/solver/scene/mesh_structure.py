@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.case.beam_table import Material
-from gapbeam.solver.scene.argument_checks import checked, shown
-from gapbeam.solver.scene.given_numbers import ArgumentError, positive
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked, positive, shown
 from gapbeam.solver.scene.imported_points import Label, PointGiven, Rows
 from gapbeam.solver.scene.mesh_files import SolidMesh, read_mesh
 from gapbeam.solver.scene.solid_cells import KINDS, Indices

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.given_numbers import ArgumentError, finite
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.system.operators import Array
 

@@ -12,10 +12,9 @@ import numpy as np
 import scipy.linalg as sl
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Place, joined, parts_of
-from gapbeam.solver.scene.given_numbers import positive
 from gapbeam.solver.scene.linear_scheme import Linear, LinearScheme, Slabs, exact_modes
 from gapbeam.solver.scene.scene_load import Load
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense

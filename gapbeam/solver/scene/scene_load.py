@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.given_numbers import finite
+from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.system.operators import Array
 

@@ -29,8 +29,7 @@ from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
-from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.given_numbers import finite, matrix, positive
+from gapbeam.solver.scene.argument_checks import checked, finite, matrix, positive
 from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
 from gapbeam.solver.system.operators import Array
 

@@ -22,9 +22,8 @@ import scipy.io
 import scipy.sparse as sp
 
 from gapbeam.solver.errors import NotWritten, UserError
-from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked
 from gapbeam.solver.scene.dmig_file import FIRST_LETTERS, dmig_text, read_dmig
-from gapbeam.solver.scene.given_numbers import ArgumentError
 from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows, check_imported, read_nodes
 from gapbeam.solver.scene.structure import SYMMETRY, Structure
 from gapbeam.solver.scene.structure_pose import Pose

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gapbeam.solver.scene.given_numbers import ArgumentError, finite
+from gapbeam.solver.scene.argument_checks import ArgumentError, finite
 from gapbeam.solver.system.operators import Array
 
 ALONG = 1e-6  # cosine or sine of directions that are at right angles or one

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gapbeam.solver.case.beam_table import Material
 from gapbeam.solver.errors import Fault, Key, UserError
-from gapbeam.solver.scene.given_numbers import ArgumentError
+from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.mesh_structure import mesh_model
 from gapbeam.solver.scene.solid_material import OrthotropicMaterial, orthotropic
 from gapbeam.solver.scene.structure_files import ImportedModel

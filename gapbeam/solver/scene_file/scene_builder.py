@@ -13,12 +13,12 @@ import scipy.sparse.linalg as sla
 
 from gapbeam.solver.errors import CaseError, Fault, Key, RunError, UserError
 from gapbeam.solver.loads.scene_load_choice import AnyLoad, point_of, structure_of
+from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.frame_structure import ANGLE, FrameRoute, Station, frame, space_figures
-from gapbeam.solver.scene.given_numbers import ArgumentError
 from gapbeam.solver.scene.modal_files import read_modes
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight

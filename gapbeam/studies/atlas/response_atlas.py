@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.stats import binomtest
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.given_numbers import finite
+from gapbeam.solver.scene.argument_checks import finite
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array

@@ -12,7 +12,7 @@ from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from gapbeam.solver.errors import Interrupted
-from gapbeam.solver.memory.free_memory import free_here
+from gapbeam.solver.memory.memory_estimate import free_here
 from gapbeam.studies.engine.workers import Workers
 
 if TYPE_CHECKING:

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from math import floor
 
 from gapbeam.postprocess.results.records_in_memory import as_history
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.beam_motions import bends_in_two_planes
+from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case_text
-from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import CaseError, Interrupted, RunError, in_one_line
 from gapbeam.solver.models.body import Body
 from gapbeam.studies.error_estimate.companions import Companion

@@ -17,10 +17,10 @@ from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.solver.case.analysis_table import Transient
+from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.solution_tables import FullModel, ReducedModel
-from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import Interrupted, UserError
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH, RIGID, SLENDER

@@ -19,7 +19,7 @@ from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import WindowFigure, settled_windows
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.errors import CaseError, OutOfMemory, RunError, UserError

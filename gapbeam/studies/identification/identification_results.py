@@ -16,7 +16,7 @@ from rich.table import Table
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.postprocess.study_figures.response_census import CREEPING
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.value_words import toml_value
 from gapbeam.solver.run.output.results_folder import finite, write_beside

@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.face_wear import FaceWear, face_wear
-from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts
 from gapbeam.solver.errors import RunError, UserError

@@ -23,9 +23,7 @@ from gapbeam.solver.errors import RangeNotCovered, UserError
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.studies.life.case_rates import CaseRates, PointRates
 from gapbeam.studies.life.kept_runs import KeptRuns
-from gapbeam.studies.life.profiles import PROFILES_FILE, Profiles, of_faces
-from gapbeam.studies.life.time_words import time_words
-from gapbeam.studies.life.worn_case import worn_case, worn_clearances
+from gapbeam.studies.life.worn_case import PROFILES_FILE, Profiles, of_faces, time_words, worn_case, worn_clearances
 from gapbeam.studies.life.worn_march import Array, Blocks, Worn, WornState, wear_to_limits
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder, study_written

@@ -1,12 +1,22 @@
-"""Case with worn supports: larger gaps, and other noise in its loads."""
+"""Case with worn supports: larger gaps, worn profiles of the faces, and other noise in its loads."""
 
 from __future__ import annotations
 
+import csv
+import io
+import re
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
 
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import BaseAndGland, OneSupport
+from gapbeam.solver.system.semi_discrete import ContactOperator
+from gapbeam.studies.life.worn_march import Array, DepthRates, Worn, WornState
 
 
 def worn_case(case: Case, depths: Sequence[float], number: int = 0) -> Case:
@@ -43,3 +53,84 @@ def _worn(support: OneSupport, depths: Sequence[float]) -> OneSupport:
         return support.model_copy(update={"clearance": clearance})
     below, above = depths
     return support.model_copy(update={"clearance": clearance, "offset": support.offset + 0.5 * (above - below)})
+
+
+PROFILES_FILE = "profiles.csv"
+HEADS = ("face", "x (m)", "y (m)", "angle (deg)", "area (m^2)")
+
+
+@dataclass(frozen=True)
+class Profiles:
+    """The depths of all contact points over a life.
+
+    Attributes:
+        contact: Their places and faces.
+        states: Of the march, with depths of points.
+    """
+
+    contact: ContactOperator
+    states: Sequence[WornState]
+
+    def as_csv(self) -> str:
+        """Return a line a point: where it is, and its depth at the end of each block."""
+        text, contact = io.StringIO(), self.contact
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow([*HEADS, *(f"depth at {state.time!r} s (m)" for state in self.states)])
+        places = np.column_stack([contact.positions[:, :2], angles(contact), contact.weights])
+        depths = np.column_stack([state.depths for state in self.states])
+        for face, place, depth in zip(contact.faces, places, depths, strict=True):
+            writer.writerow([contact.face_names[face], *map(float, place), *map(float, depth)])
+        return text.getvalue()
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the last depths by face, with places, as plain data."""
+        contact, turned, last = self.contact, angles(self.contact), self.states[-1]
+        return {
+            name: {
+                "x": contact.positions[mine, 0].tolist(),
+                "angle": turned[mine].tolist(),
+                "depth": last.depths[mine].tolist(),
+            }
+            for number, name in enumerate(contact.face_names)
+            for mine in [contact.faces == number]
+        }
+
+
+def of_faces(worn: Worn, owners: Array) -> Worn:
+    """Return a march of points as one of faces, each as its deepest point; of points as deep, that which wears fastest.
+
+    Args:
+        worn: Of points.
+        owners: Index of the face of each point, (m,).
+    """
+    first = None if worn.first is None else int(owners[worn.first])
+    return replace(worn, states=tuple(_deepest(state, owners) for state in worn.states), first=first)
+
+
+def _deepest(state: WornState, owners: Array) -> WornState:
+    order = np.lexsort((state.rates.values, state.depths))
+    chosen = np.array([order[owners[order] == face][-1] for face in range(int(owners.max()) + 1)])
+    rates = state.rates
+    found = DepthRates(
+        rates.values[chosen], rates.low[chosen], rates.high[chosen], tuple(rates.verdicts[point] for point in chosen)
+    )
+    return WornState(state.time, state.depths[chosen], found, state.errors[chosen])
+
+
+YEAR = 365.25 * 86_400.0  # s, a Julian year
+UNITS = {"years": YEAR, "days": 86_400.0, "h": 3600.0, "s": 1.0}
+LETTERS = {"y": YEAR, "d": 86_400.0, "h": 3600.0, "m": 60.0, "s": 1.0, "": 1.0}
+
+
+def time_words(seconds: float) -> str:
+    """Return a time in the largest unit of which there is one at least: 12.3 years, 40 days, 3 h, 20 s."""
+    unit = next((name for name, size in UNITS.items() if seconds >= size), "s")
+    return f"{seconds / UNITS[unit]:.3g} {unit}"
+
+
+def long_time(text: str) -> float | None:
+    """Return a time such as 40y, 300d, 2000h or 90 (seconds), s; None: it is none."""
+    parts = re.fullmatch(r"(\d+(?:\.\d*)?(?:e\d+)?)([ydhms]?)", text.strip())
+    if parts is None or float(parts[1]) <= 0.0:
+        return None
+    return float(parts[1]) * LETTERS[parts[2]]

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from gapbeam.postprocess.results.run_watch import SpanOfRun
+from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import RMS_FORCE, WORK_RATE, Doubts
 from gapbeam.solver.record_table import CASE_FILE

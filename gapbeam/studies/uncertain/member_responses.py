@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import finite
 from gapbeam.solver.scene.ensemble_members import Members
-from gapbeam.solver.scene.given_numbers import finite
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array

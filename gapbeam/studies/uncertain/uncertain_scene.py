@@ -16,8 +16,8 @@ from scipy.stats import randint
 from gapbeam.solver.case.reading.case_reader import read_tables
 from gapbeam.solver.case.reading.overrides import pairs
 from gapbeam.solver.errors import CaseError, Fault, UserError
+from gapbeam.solver.scene.argument_checks import finite
 from gapbeam.solver.scene.ensemble_members import ensemble_key
-from gapbeam.solver.scene.given_numbers import finite
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array

@@ -8,12 +8,12 @@ from itertools import combinations
 from gapbeam.meshes.beam_geometry import SNAP
 from gapbeam.solver.attachments.attachment_tables import ElasticJoint, Fluid, Joint, PointMass, bending_rank
 from gapbeam.solver.case.analysis_table import Analysis
+from gapbeam.solver.case.beam_motions import moves_in_space
 from gapbeam.solver.case.case import Beam, Mesh
 from gapbeam.solver.case.checks.place_checks import Loads, namesakes, outside
 from gapbeam.solver.case.contact_table import Contact, advised_scheme
+from gapbeam.solver.case.segment_table import span_lies_on_the_beam
 from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel, Time
-from gapbeam.solver.case.span_faults import span_lies_on_the_beam
-from gapbeam.solver.case.symmetry import moves_in_space
 from gapbeam.solver.errors import Fault
 from gapbeam.solver.supports.layout import Layout, keyed, support_at
 from gapbeam.solver.supports.support_tables import AnySupports

@@ -14,9 +14,8 @@ from gapbeam.solver.case.beam_profile import beam_at
 from gapbeam.solver.case.case import Beam, Mesh, Output, Probe
 from gapbeam.solver.case.checks.place_checks import Loads, Segments, namesakes
 from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.segment_table import OF_MATERIAL, OF_SECTION
+from gapbeam.solver.case.segment_table import OF_MATERIAL, OF_SECTION, span_lies_on_the_beam
 from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel
-from gapbeam.solver.case.span_faults import span_lies_on_the_beam
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland

@@ -12,8 +12,8 @@ from gapbeam.solver.case.case import Beam, Mesh
 from gapbeam.solver.case.checks.place_checks import Loads, Segments, same_name
 from gapbeam.solver.case.contact_table import Contact, whole_unit
 from gapbeam.solver.case.placed_support import law_at, own_law
+from gapbeam.solver.case.segment_table import span_lies_on_the_beam
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable
-from gapbeam.solver.case.span_faults import span_lies_on_the_beam
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_choice import Load

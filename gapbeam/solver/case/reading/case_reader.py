@@ -12,8 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from pydantic import BaseModel
 
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.case import Case, case_to_toml, with_checksums
 from gapbeam.solver.case.checks.all_checks import contradictions
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.json_schema import schema
@@ -22,7 +21,6 @@ from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, check_types, inc
 from gapbeam.solver.case.reading.magnitudes import beyond_reason
 from gapbeam.solver.case.reading.overrides import Overrides, override
 from gapbeam.solver.case.reading.toml_text import beyond_bounds, key_lines, line_of, parse, read_text
-from gapbeam.solver.case.record_checksums import with_checksums
 from gapbeam.solver.errors import CaseError, Fault, Key
 from gapbeam.solver.wording.short_words import printable
 

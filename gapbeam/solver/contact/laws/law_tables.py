@@ -11,6 +11,8 @@ A stiffening stop is a linear spring whose stiffness changes at given depths, wi
 
 K holds from touch to the first depth, f_j K from the depth d_j on: a force over penetration as a polygon. A buffer
 before a hard stop and a bump stop are such laws.
+
+Forms of a contact law in a step, as schemes and compiled laws name them.
 """
 
 from __future__ import annotations
@@ -167,3 +169,6 @@ class PiecewiseLinear(ChosenLaw):
                 "depths that ascend, each once",
                 f"depths = {sorted(set(self.depths))}",
             )
+
+
+MEAN, IMPLICIT, ENDPOINT = 0, 1, 2  # its discrete gradient, at the end of the step, at one instant

@@ -12,7 +12,7 @@ import numpy as np
 
 from gapbeam.solver.contact.laws.damper import DampedPoint, Parameters
 from gapbeam.solver.contact.laws.law_choice import UNDAMPED, damping
-from gapbeam.solver.contact.laws.law_forms import ENDPOINT, MEAN
+from gapbeam.solver.contact.laws.law_tables import ENDPOINT, MEAN
 from gapbeam.solver.contact.laws.springs import spring_mean, spring_pressure, spring_slope
 from gapbeam.solver.jit import compiled_in_order, entry
 from gapbeam.solver.system.operators import Array, Indices

@@ -22,7 +22,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gapbeam.solver.contact.laws.law_forms import ENDPOINT, IMPLICIT
+from gapbeam.solver.contact.laws.law_tables import ENDPOINT, IMPLICIT
 from gapbeam.solver.contact.laws.point_law import LawTable
 from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
@@ -30,8 +30,7 @@ from gapbeam.solver.diagnostics.output_instants import Instants
 from gapbeam.solver.errors import NotConverged, RunError
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.jit import compile_in_another_process, is_kept, is_pending
-from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records, is_due, take_snapshot
-from gapbeam.solver.march.compiled.lanes import widened
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records, is_due, take_snapshot, widened
 from gapbeam.solver.march.compiled.ledger_kernel import (
     APPROACH,
     CLOSINGS,

@@ -33,7 +33,7 @@ from gapbeam.solver.diagnostics.energy_ledger import (
     relative_growth,
     unresolved_energy,
 )
-from gapbeam.solver.diagnostics.impact_updates import RunningImpact, after_gap, approach_speed
+from gapbeam.solver.diagnostics.impact_list import RunningImpact, after_gap, approach_speed
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records

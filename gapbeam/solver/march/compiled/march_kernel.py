@@ -14,7 +14,7 @@ from math import sqrt
 
 import numpy as np
 
-from gapbeam.solver.contact.laws.law_forms import ENDPOINT
+from gapbeam.solver.contact.laws.law_tables import ENDPOINT
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at
 from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED

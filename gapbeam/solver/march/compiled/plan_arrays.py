@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gapbeam.solver.contact.laws.law_forms import ENDPOINT, IMPLICIT, MEAN
+from gapbeam.solver.contact.laws.law_tables import ENDPOINT, IMPLICIT, MEAN
 from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.time_scheme import kernel_of
@@ -20,8 +20,8 @@ from gapbeam.solver.march.compiled.kernel_tables import (
     SlidingArrays,
     SnapshotRoom,
     WallRows,
+    widened,
 )
-from gapbeam.solver.march.compiled.lanes import widened
 from gapbeam.solver.march.compiled.ledger_kernel import OF_IMPACT, RECORDED
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, around_points
 from gapbeam.solver.march.python.march import March

@@ -34,8 +34,8 @@ from scipy.linalg import eigh, qr
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.assembled_system import attached_rows
+from gapbeam.solver.case.beam_motions import is_symmetric
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.symmetry import is_symmetric
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.linear_algebra.deflation import rigid_body_modes
 from gapbeam.solver.loads.load_parts import patterned

@@ -27,9 +27,9 @@ from petsc4py import PETSc
 from scipy.sparse import csr_matrix, identity
 
 from gapbeam.solver.assembly.assembled_system import acting_rows
+from gapbeam.solver.case.beam_motions import is_symmetric
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.solution_tables import ReducedModel
-from gapbeam.solver.case.symmetry import is_symmetric
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.reduction.basis_report import BasisReport

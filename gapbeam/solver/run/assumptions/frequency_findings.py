@@ -1,25 +1,28 @@
-"""Findings on the frequencies that carry energy, compared with step, mesh and basis."""
+"""Findings on the frequencies that carry energy in the motion of the probes, compared with step, mesh and basis."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
 from math import hypot, isfinite, pi, sqrt
+from pathlib import Path
 from typing import TypeVar
 
+import h5py
 import numpy as np
+from mpi4py import MPI
 
 from gapbeam.solver.case.analysis_table import Transient
-from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.model_choice import longest_element
+from gapbeam.solver.case.model_choice import bending_wavelength, longest_element
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, RigidModel
 from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
-from gapbeam.solver.diagnostics.assumptions.frequency_content import PARTS, FrequencyContent
+from gapbeam.solver.diagnostics.assumptions.frequency_content import PARTS, FrequencyContent, content_of_motion
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.integrators.spectral_analysis import carried_error, scheme_error
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.record_table import HISTORY_FILE
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 
@@ -192,3 +195,27 @@ def node_distance(model: Model) -> float:
     cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
     longest: list[float] = mesh.comm.allgather(float(np.max(mesh.h(mesh.topology.dim, cells), initial=0.0)))
     return max(longest) / sqrt(mesh.topology.dim) / case.mesh.degree
+
+
+def recorded_content(folder: Path, comm: MPI.Comm) -> FrequencyContent | None:
+    """Return the energy content of the probes; None where no probe has moved, or too few records are there.
+
+    Args:
+        folder: The results folder, its history closed.
+        comm: The ranks; rank 0 reads.
+
+    Collective.
+    """
+    found: FrequencyContent | None = None
+    if comm.rank == 0:
+        try:
+            with h5py.File(folder / HISTORY_FILE, "r") as file:
+                found = _content(file)
+        except (OSError, RuntimeError, KeyError):
+            found = None  # a history that cannot be read is reported by what reads it
+    shared: FrequencyContent | None = comm.bcast(found)
+    return shared
+
+
+def _content(file: h5py.File) -> FrequencyContent | None:
+    return content_of_motion(np.asarray(file["time"]), file["velocity"]) if "velocity" in file else None

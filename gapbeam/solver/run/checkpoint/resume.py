@@ -27,8 +27,7 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
     time_of,
 )
 from gapbeam.solver.run.checkpoint.checkpoints import Left, checked_header, last_checkpoint, refuse_another_case
-from gapbeam.solver.run.checkpoint.earlier_summary import earlier_summary
-from gapbeam.solver.run.checkpoint.same_model import FREE, differences, keys_of
+from gapbeam.solver.run.checkpoint.same_model import FREE, differences, earlier_summary, keys_of
 from gapbeam.solver.run.checkpoint.state_checks import DofLayout, layout_of, restored
 from gapbeam.solver.run.run_consumers import steps_between
 from gapbeam.solver.system.dense_operators import DenseOperators

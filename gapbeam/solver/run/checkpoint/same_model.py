@@ -1,11 +1,12 @@
 """Model that a run resumes with: the one that was marched, to the last bit where that is more than its mesh.
 
-Fingerprint of a case: every key but those that do not change the results.
+The fingerprint of a case holds every key but those that do not change the results.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import isclose
@@ -16,9 +17,9 @@ import numpy as np
 from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.record_checksums import with_checksums
+from gapbeam.solver.case.case import Case, with_checksums
 from gapbeam.solver.models.model import Model, model_of
+from gapbeam.solver.record_table import SUMMARY_FILE
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
     BrokenCheckpoint,
     Contents,
@@ -179,3 +180,18 @@ def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
             yield from _flat(f"{key}.{entry.get('name', number)}", entry)
     else:
         yield key, value
+
+
+LARGEST_SUMMARY = 64 * 2**20  # bytes
+
+
+def earlier_summary(folder: Path) -> dict[str, Any]:
+    """Return the summary of a run; of one that cannot be read, nothing."""
+    path = folder / SUMMARY_FILE
+    try:
+        if path.stat().st_size > LARGEST_SUMMARY:
+            return {}
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) and isinstance(found.get("message"), str) else {}

@@ -7,6 +7,7 @@ leave_quietly_while_loading()  # before anything that takes long to load
 from importlib import import_module  # noqa: E402
 from typing import TYPE_CHECKING, Any  # noqa: E402
 
+from gapbeam.process.extra_packages import find_extra_packages  # noqa: E402
 from gapbeam.process.process_environment import (  # noqa: E402
     cache_by_default,
     home_by_default,
@@ -17,6 +18,7 @@ from gapbeam.process.process_environment import (  # noqa: E402
 home_by_default()  # before anything loads Open MPI
 cache_by_default()  # before anything loads DOLFINx
 signals_by_default()  # before anything loads PETSc
+find_extra_packages()  # before anything imports one
 one_thread_by_default()  # before anything loads a numerical library
 
 if TYPE_CHECKING:

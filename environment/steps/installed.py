@@ -14,7 +14,7 @@ about = tomllib.loads((project / "pyproject.toml").read_text())["project"]
 
 needs = list(about.get("dependencies", []))
 for extra in about.get("optional-dependencies", {}).values():
-    needs += extra
+    needs += [need for need in extra if not need.startswith("dolfinx")]  # which the environment has
 
 metadata = folder / f"{about['name']}-{about['version']}.dist-info"
 metadata.mkdir(parents=True, exist_ok=True)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from math import nan
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -18,7 +18,6 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import NO_DAMPER
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.models.model import Model
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import Disc, HalfPlane
 from gapbeam.solver.scene.force_law import ForceLaw
@@ -29,6 +28,9 @@ from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator
+
+if TYPE_CHECKING:
+    from gapbeam.solver.models.model import Model
 
 UP = -1
 """Component of a probe that its point has: across the beam, in the bending plane."""

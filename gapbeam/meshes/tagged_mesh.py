@@ -1,4 +1,4 @@
-"""Mesh of a straight beam with named contact faces, built by gmsh on rank 0 and distributed."""
+"""Mesh of a straight beam with named contact faces, made on rank 0 and distributed: layers, or by gmsh."""
 
 from __future__ import annotations
 
@@ -9,13 +9,17 @@ import numpy.typing as npt
 from dolfinx.mesh import Mesh, MeshTags
 from mpi4py import MPI
 
-from gapbeam.meshes.beam_geometry import BeamGeometry, groups_of
+from gapbeam.meshes.beam_geometry import BODY, BeamGeometry, groups_of
 from gapbeam.meshes.distribution.distributed_mesh import mesh_from_gmsh
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.distribution.slices import slices
+from gapbeam.meshes.facet_groups import facet_groups
 from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors, gmsh_session
+from gapbeam.meshes.layered_mesh import LayeredMesh, layered_mesh
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sizing.expected_size import STRUCTURED, expected_cells
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
+from gapbeam.meshes.versions.mesh_maker import made_mesh
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,6 @@ class TaggedMesh:
 
     Attributes:
         mesh: the DOLFINx mesh; ghost cells across shared facets.
-        cells: tags of the cells; None when they are all alike.
         facets: tags of the facets in `groups`.
         groups: name of a facet group to its tag: those that face a support always, end (x = 0) and tip (x = length)
             perhaps.
@@ -36,7 +39,6 @@ class TaggedMesh:
     """
 
     mesh: Mesh
-    cells: MeshTags | None
     facets: MeshTags
     groups: dict[str, int]
     lower: tuple[float, ...] = field(init=False)
@@ -100,52 +102,44 @@ def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> Ta
 
     Collective.
     """
-    with gmsh_session(comm):
-        groups = on_rank_zero(comm, lambda: _draw(geometry, sizing))
-        mesh, cells, facets = mesh_from_gmsh(comm, geometry.dimension, groups)
-    return TaggedMesh(mesh, cells, facets, groups)
+    on_rank_zero(comm, lambda: _refuse_too_many(expected_cells(geometry, sizing)))
+    if geometry.section is not None or sizing.cell_of(geometry.dimension) in STRUCTURED:
+        mesh = _layered(comm, geometry, sizing)
+    else:
+        with gmsh_session(comm):
+            on_rank_zero(comm, lambda: _draw(geometry, sizing))
+            mesh, _, _ = mesh_from_gmsh(comm, geometry.dimension, lambda: geometry.support_length)
+    tagged = TaggedMesh(mesh, facet_groups(mesh, geometry), groups_of(geometry))
+    for name, count in tagged.facet_counts.items():
+        if count == 0:
+            raise MeshError(f"mesh of dimension {geometry.dimension}", found=f"no facets in {name}", expected="some")
+    return tagged
 
 
-def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
-    """Mesh the beam in the current gmsh model; returns the tags of its facet groups."""
+def _layered(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> Mesh:
+    """Make the layers of a beam on rank 0, and distribute them. Collective."""
+    made = list[LayeredMesh]()
+    on_rank_zero(comm, lambda: made.append(layered_mesh(geometry, sizing)))
+    order, dimension = 2 if geometry.section is not None and geometry.section.curved else 1, geometry.dimension
+    layers = made[0] if made else LayeredMesh.empty(dimension, order)
+    divide = slices(layers.centers, geometry.support_length)
+    return made_mesh(comm, layers.points, layers.cells, order, divide)
+
+
+def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> None:
+    """Fill the beam with triangles or tetrahedra in the current gmsh model."""
     import gmsh
 
-    from gapbeam.meshes.gmsh_models.beam_mesh import (
-        beam_layers,
-        beside_sections,
-        beside_slice,
-        check_faces,
-        draw_section,
-        draw_structured,
-        draw_unstructured,
-        name_faces,
-    )
+    from gapbeam.meshes.gmsh_models.unstructured import draw_unstructured
 
     unit = geometry.thickness  # gmsh's tolerances are absolute: it sees a beam of thickness 1
-    cell = sizing.cell_of(geometry.dimension)
     with gmsh_errors("building the mesh", "a mesh of the beam"):
-        _refuse_too_many(expected_cells(geometry, sizing))
-        outside: list[tuple[int, int]] = []
-        if geometry.section is not None:
-            bodies = draw_section(geometry.section, sizing.layers_along(geometry), geometry.edges, unit)
-            outside = beside_sections(geometry, bodies)
-        elif cell in STRUCTURED:
-            layers = beam_layers(geometry, sizing)
-            outside = beside_slice(geometry, draw_structured(geometry, layers, unit), layers[-1])
-        else:
-            draw_unstructured(geometry, sizing.cell_length(geometry), unit)
-        if not outside:
-            name_faces(geometry, unit)
+        draw_unstructured(geometry, sizing.cell_length(geometry), unit)
+        bodies = [tag for _, tag in gmsh.model.getEntities(geometry.dimension)]
+        gmsh.model.addPhysicalGroup(geometry.dimension, bodies, 1, BODY)
         gmsh.model.mesh.generate(geometry.dimension)
-        if outside:  # not before: meshes are extruded through them
-            gmsh.model.removeEntities(outside, recursive=True)
-            name_faces(geometry, unit)
-        if geometry.section is not None and geometry.section.curved:
-            gmsh.model.mesh.setOrder(2)
         gmsh.model.mesh.affineTransform([unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, unit, 0])
         gmsh.model.mesh.renumberNodes()
-        check_faces(geometry.dimension)
-    return groups_of(geometry)
 
 
 def _refuse_too_many(count: float) -> None:

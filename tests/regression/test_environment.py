@@ -194,8 +194,9 @@ def conda_pins(lines):
 
 
 def needed_pins():
-    """The same of what pyproject.toml asks for, the workers of studies included."""
-    needs = [Requirement(need) for need in (*about["dependencies"], *about["optional-dependencies"]["workers"])]
+    """The same of what pyproject.toml asks for with all extras, DOLFINx's wheel left out."""
+    extras = [need for extra in about["optional-dependencies"].values() for need in extra if "dolfinx" not in need]
+    needs = [Requirement(need) for need in (*about["dependencies"], *extras)]
     return {CONDA_NAMES.get(need.name, need.name): {str(limit) for limit in need.specifier} for need in needs}
 
 

@@ -17,6 +17,9 @@ from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.mesh_figures import describe
 from gapbeam.meshes.sizing.mesh_size import GROWTH, BeamSizing, Cell
 from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam
+from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
+from gapbeam.solver.case.reading.case_reader import read_case
+from tests.shared.command import PROJECT
 
 pytestmark = pytest.mark.versions
 
@@ -207,6 +210,21 @@ def test_callers_gmsh_session_comes_back() -> None:
         gmsh.finalize()
 
 
+@pytest.mark.parametrize("name", ["tube-holes", "tube-baffles", "bar-vblocks", "dovetail-slide"])
+def test_facets_of_a_support_lie_on_the_surface_alone(name: str) -> None:
+    """Each group covers its support once: facets as long along x as their layer, as many layers as the support has."""
+    case = read_case(PROJECT / "cases" / f"{name}.toml")
+    tagged = build_beam(COMM, geometry_of(case), sizing_of(case))
+    for support in case.layout.supports:
+        for face in support.faces:
+            nodes = facet_nodes(tagged, face.name)
+            lengths, corners = np.ptp(nodes[..., 0], axis=1), nodes[..., 0].min(axis=1)
+            around = COMM.allreduce(np.count_nonzero(np.isclose(corners, support.start)))
+            total = COMM.allreduce(float(lengths.sum()))
+            assert COMM.allreduce(float(lengths.min(initial=np.inf)), MPI.MIN) > 0.0
+            assert total == pytest.approx(around * (support.end - support.start), rel=1e-9)
+
+
 def test_gmsh_failure_becomes_a_mesh_error(monkeypatch: pytest.MonkeyPatch) -> None:
     import gmsh
 
@@ -215,7 +233,7 @@ def test_gmsh_failure_becomes_a_mesh_error(monkeypatch: pytest.MonkeyPatch) -> N
 
     monkeypatch.setattr(gmsh.model.mesh, "generate", fail)
     with pytest.raises(MeshError, match="no luck today"):
-        build_beam(COMM, beam("hexahedron"), BeamSizing("hexahedron"))
+        build_beam(COMM, beam("tetrahedron"), BeamSizing("tetrahedron"))
     assert not gmsh.isInitialized()
 
 

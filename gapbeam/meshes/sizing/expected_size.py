@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.sections.section_patches import SectionPatches
-from gapbeam.meshes.sizing.mesh_size import BeamSizing
+from gapbeam.meshes.sizing.beam_layers import beam_layers
+from gapbeam.meshes.sizing.mesh_size import BeamSizing, CellLength, structured_partition
 
 STRUCTURED = ("quadrilateral", "hexahedron")
 
@@ -15,8 +18,6 @@ def expected_cells(geometry: BeamGeometry, sizing: BeamSizing) -> float:
     Raises:
         MeshError: The sizes make no sense.
     """
-    from gapbeam.meshes.gmsh_models.beam_mesh import beam_layers, cells_that_fill
-
     if geometry.section is not None:
         along = sizing.layers_along(geometry)
         if geometry.steps:
@@ -36,8 +37,6 @@ def expected_nodes(geometry: BeamGeometry, sizing: BeamSizing, degree: int) -> f
     Raises:
         MeshError: The sizes make no sense.
     """
-    from gapbeam.meshes.gmsh_models.beam_mesh import beam_layers
-
     if geometry.section is not None:
         along = sizing.layers_along(geometry)
         if geometry.steps:  # but for the nodes where sections meet
@@ -58,3 +57,12 @@ def _section(geometry: BeamGeometry, x: float) -> SectionPatches:
     section = geometry.at(x).section
     assert section is not None
     return section
+
+
+def cells_that_fill(geometry: BeamGeometry, cell_length: CellLength) -> float:
+    """Number of equilateral cells that fill the beam, from the lengths wanted along it."""
+    x = structured_partition(geometry.breakpoints(0), cell_length)
+    lengths = np.diff(x)
+    section = geometry.volume / geometry.length
+    share = np.sqrt(3) / 4 if geometry.dimension == 2 else 1 / (6 * np.sqrt(2))
+    return float(np.sum(section * lengths / (share * lengths**geometry.dimension)))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from gapbeam.meshes.beam_geometry import BODY, BeamGeometry
+from gapbeam.meshes.beam_geometry import BODY, ENDS, BeamGeometry
 from gapbeam.meshes.distribution.distributed_mesh import mesh_from_gmsh
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors, gmsh_session
@@ -40,10 +40,17 @@ def read_mesh(comm: MPI.Comm, path: str | PathLike[str], geometry: BeamGeometry)
     """
     with gmsh_session(comm):
         groups = on_rank_zero(comm, lambda: _load(Path(path), geometry))
-        mesh, cells, facets = mesh_from_gmsh(comm, geometry.dimension, groups)
-    tagged = TaggedMesh(mesh, cells, facets, groups)
+        mesh, _, facets = mesh_from_gmsh(comm, geometry.dimension, lambda: _end(geometry.dimension, groups))
+    tagged = TaggedMesh(mesh, facets, groups)
     _check_volume(f"mesh file {path}, group {BODY}", tagged)
     return tagged
+
+
+def _end(dimension: int, groups: dict[str, int]) -> float:
+    """Return the end of the last support, m; on rank 0."""
+    from gapbeam.meshes.distribution.cell_positions import end_of
+
+    return end_of(dimension, groups, tuple(name for name in groups if name not in ENDS))
 
 
 def _check_volume(where: str, tagged: TaggedMesh) -> None:

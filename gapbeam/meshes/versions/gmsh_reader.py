@@ -1,4 +1,4 @@
-"""DOLFINx's reader of gmsh models, and its partitioners, in DOLFINx 0.9 to 0.11 and after."""
+"""DOLFINx's reader of gmsh models in DOLFINx 0.9 to 0.11 and after."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ import inspect
 from types import ModuleType
 from typing import Any
 
-from dolfinx.mesh import GhostMode, Mesh, MeshTags, create_cell_partitioner
+from dolfinx.mesh import GhostMode, Mesh, MeshTags
 from mpi4py import MPI
+
+from gapbeam.meshes.versions.mesh_maker import partitioner
 
 
 def read_model(comm: MPI.Comm, dimension: int, divide: Any) -> tuple[Mesh, MeshTags, MeshTags]:
@@ -27,7 +29,7 @@ def read_model(comm: MPI.Comm, dimension: int, divide: Any) -> tuple[Mesh, MeshT
     import gmsh
 
     read = _reader().model_to_mesh
-    options: dict[str, Any] = {"partitioner": _partitioner(divide)}
+    options: dict[str, Any] = {"partitioner": partitioner(divide)}
     if "ghost_mode" in inspect.signature(read).parameters:  # after 0.11 the reader hands it to the partitioner
         options = {"ghost_mode": GhostMode.shared_facet}
     # the fields after the third differ between the releases
@@ -41,11 +43,3 @@ def _reader() -> ModuleType:
         return importlib.import_module("dolfinx.io.gmsh")
     except ModuleNotFoundError:
         return importlib.import_module("dolfinx.io.gmshio")
-
-
-def _partitioner(divide: Any) -> Any:
-    """Return a partitioner of cells; from 0.10 it wants the largest number of cells at a facet, too."""
-    try:
-        return create_cell_partitioner(divide, GhostMode.shared_facet)
-    except TypeError:
-        return create_cell_partitioner(divide, GhostMode.shared_facet, 2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite, pi
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
@@ -16,8 +16,10 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import BURN_IN_RELAXAT
 from gapbeam.solver.diagnostics.statistics.run_statistics import FEW, PointStatistics, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts, figure_names, may_be_asked
 from gapbeam.solver.errors import IntervalNotMet, UserError
-from gapbeam.solver.models.model import Model
 from gapbeam.solver.wording.short_words import apart, near
+
+if TYPE_CHECKING:
+    from gapbeam.solver.models.model import Model
 
 DOUBTS = {"not resolved": "not resolved by the step", "biased": "biased by the scheme"}
 CERTAINTY = ("effective_samples", "relative_variance_times_time")

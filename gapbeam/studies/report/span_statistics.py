@@ -17,8 +17,8 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import RMS_FORCE, WORK_RATE, Doubts
 from gapbeam.solver.record_table import CASE_FILE
-from gapbeam.solver.run.march_summary import all_rates, work_rate
 from gapbeam.solver.run.stop_rule import decay_time, has_statistics
+from gapbeam.solver.run.wear_rates import all_rates, work_rate
 
 UNKNOWN = (RMS_FORCE, "approach_speed")
 """Figures that records do not hold."""

@@ -11,11 +11,14 @@ import re
 import shutil
 from math import prod
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.errors import NotWritten, RunError, UserError
-from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import FIELDS, HISTORY, STRESS_FIELDS, VECTOR_FIELDS
+
+if TYPE_CHECKING:
+    from gapbeam.solver.models.model import Model
 
 NUMBERS = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EROFS)
 ADVICE = "look for a full disk, a quota, or a folder that was moved or made read-only"

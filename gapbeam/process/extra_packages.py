@@ -1,0 +1,71 @@
+"""Packages of extras: advice where gapbeam imports one that is not installed, and the order in which libraries load."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib.machinery import PathFinder
+from types import ModuleType
+
+MESHED = ("mpi4py", "dolfinx", "petsc4py", "slepc4py", "basix", "ufl", "gmsh")
+EXTRAS = (
+    dict.fromkeys(MESHED, "fem")
+    | dict.fromkeys(("pyvista", "vtkmodules", "plotly"), "pictures")
+    | dict.fromkeys(("distributed", "dask_jobqueue"), "workers")
+)
+"""Extra of each package that gapbeam runs without, where nothing needs it."""
+OF_WHEEL = "dolfinx_solver"  # DOLFINx, petsc4py and slepc4py from PyPI
+ON_MPI = ("dolfinx", "petsc4py", "slepc4py", OF_WHEEL)
+
+
+class MissingExtraError(ModuleNotFoundError):
+    """A package of an extra is not installed."""
+
+    exit_status = 2
+
+
+class _Advice:
+    """Last finder of modules: nobody has found the package."""
+
+    @staticmethod
+    def find_spec(name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None) -> None:
+        """Refuse a package of an extra that gapbeam imports; leave other importers to what they do without it.
+
+        Raises:
+            MissingExtraError: It is not installed.
+        """
+        extra = EXTRAS.get(name)
+        if extra is not None and _importer().startswith("gapbeam."):
+            also = "; files with [[structure]], scenes and their plots need no extra" if extra == "fem" else ""
+            raise MissingExtraError(
+                f"{name} is not installed; it comes with the extra `{extra}`: pip install 'gapbeam[{extra}]'{also}",
+                name=name,
+            )
+
+
+class _Order:
+    """First finder of modules: h5py and MPI before the DOLFINx of PyPI, which brings an HDF5 and expects an MPI."""
+
+    @staticmethod
+    def find_spec(name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None) -> None:
+        """Load h5py and MPI before the first module that stands on them; leave the finding to other finders."""
+        if name in ON_MPI and _Order in sys.meta_path:
+            sys.meta_path.remove(_Order)
+            if PathFinder.find_spec(OF_WHEEL) is not None:
+                import h5py  # noqa: F401
+                from mpi4py import MPI  # noqa: F401
+
+
+def find_extra_packages() -> None:
+    """Put both finders in place."""
+    if _Advice not in sys.meta_path:
+        sys.meta_path.insert(0, _Order)
+        sys.meta_path.append(_Advice)
+
+
+def _importer() -> str:
+    """Return the name of the module that imports."""
+    frame = sys._getframe(2)
+    while frame is not None and "importlib" in frame.f_globals.get("__name__", ""):
+        frame = frame.f_back  # type: ignore[assignment]
+    return "" if frame is None else str(frame.f_globals.get("__name__", ""))

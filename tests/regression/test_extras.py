@@ -1,0 +1,78 @@
+"""An installation without extras runs structures, and says which extra anything else needs."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import gapbeam as gb
+from tests.shared.command import PROJECT
+
+CLIP = PROJECT / "cases" / "scenes" / "clip.toml"
+BRIEF = "time.end=0.02"
+
+
+def bare(*words: str | Path) -> subprocess.CompletedProcess[str]:
+    """Return what a command says where no package of an extra is installed."""
+    command = [sys.executable, "-m", "tests.programs.without_extras", *map(str, words)]
+    environment = os.environ | {"GAPBEAM_ERRORS": "none"}
+    return subprocess.run(
+        command, cwd=PROJECT, env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
+
+
+def test_structures_need_no_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file with [[structure]] runs and is drawn; its records have the bits of the whole environment."""
+    for words in (
+        ("run", CLIP, "--set", BRIEF, "--output", tmp_path / "bare"),
+        ("plot", tmp_path / "bare"),
+    ):
+        done = bare(*words)
+        assert done.returncode == 0, done.stderr
+    monkeypatch.setenv("GAPBEAM_ERRORS", "none")
+    gb.run(CLIP, [BRIEF], tmp_path / "whole")
+    found, expected = (gb.open_results(tmp_path / name).history for name in ("bare", "whole"))
+    assert set(found) == set(expected)
+    assert len(found["time"]) > 1
+    assert all((found[name] == expected[name]).all() for name in expected)
+
+
+@pytest.mark.parametrize(
+    ("words", "package", "extra"),
+    [
+        (("check", "cases/demo.toml"), "mpi4py", "fem"),
+        (("view", "cases/demo.toml"), "dolfinx", "fem"),
+        (("report", "{run}"), "plotly", "pictures"),
+    ],
+)
+def test_the_extra_that_a_command_needs_is_named(
+    words: tuple[str, ...], package: str, extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One line, status 2, and the command that installs it."""
+    run = tmp_path / "run"
+    monkeypatch.setenv("GAPBEAM_ERRORS", "none")
+    if "{run}" in words:
+        gb.run(CLIP, [BRIEF], run)
+    done = bare(*(word.format(run=run) for word in words))
+    assert done.returncode == 2
+    assert f"{package} is not installed" in done.stderr
+    assert f"pip install 'gapbeam[{extra}]'" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_other_importers_find_nothing_as_before() -> None:
+    """The advice is for gapbeam alone: `find_spec` of other code returns None, and their import fails plainly."""
+    program = (
+        "import sys, importlib.util, gapbeam\n"
+        "from importlib.machinery import PathFinder\n"
+        "sys.meta_path.remove(PathFinder)\n"
+        "assert importlib.util.find_spec('plotly') is None\n"
+        "try:\n    import plotly\n"
+        "except ImportError as error:\n    assert type(error) is ModuleNotFoundError, type(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr

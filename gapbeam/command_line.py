@@ -28,6 +28,7 @@ from gapbeam.commands.drawing import export, plot, render, view
 from gapbeam.commands.new import new
 from gapbeam.commands.report import report
 from gapbeam.commands.study_choice import STUDIES
+from gapbeam.commands.terminal import closing_rows
 from gapbeam.commands.tradeoff import judged_by, level_within
 from gapbeam.commands.watch import watch
 from gapbeam.process.failing_ranks import abort_together, first_rank, on_one_rank
@@ -149,6 +150,8 @@ def run(
         console = Console(stderr=outcome.exit_status != 0, soft_wrap=True, highlight=False)
         if outcome.exit_status in (0, DOUBTFUL):  # the message of a failure is in the log already
             console.print(f"done: {harmless(with_options(outcome.message))}", markup=False)
+            if closing := outcome.summary.get("closing"):
+                console.print(closing_rows(closing))
         console.print(f"results: {harmless(outcome.folder)}", markup=False)
     return outcome.exit_status
 
@@ -283,7 +286,7 @@ def _refuse_empty(arguments: list[str]) -> None:
 
 def _log_to_terminal(talks: bool) -> None:
     logger = logging.getLogger("gapbeam")
-    logger.setLevel(logging.INFO if talks else logging.CRITICAL + 1)
+    logger.setLevel(logging.DEBUG if talks else logging.CRITICAL + 1)  # details go to run.log
     logger.propagate = False
     logger.handlers[:] = [_terminal_handler()]
     logger.filters[:] = [OptionWords()]
@@ -300,6 +303,7 @@ def _terminal_handler() -> logging.Handler:
     else:
         handler = logging.StreamHandler()
         handler.setFormatter(_Harmless("%(levelname)-7s %(message)s"))
+    handler.setLevel(logging.INFO)
     return handler
 
 

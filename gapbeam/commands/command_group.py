@@ -24,8 +24,40 @@ SYNONYMS = {
 """Names of our commands in other programs."""
 
 
+EXAMPLES = {
+    "run": "gapbeam run case.toml --set support.clearance=0.2e-3 --output results/wide",
+    "check": "gapbeam check case.toml",
+    "schema": "gapbeam schema > case.schema.json",
+    "new": "gapbeam new my-beam.toml --template demo",
+    "view": "gapbeam view case.toml",
+    "watch": "gapbeam watch results/case",
+    "plot": "gapbeam plot results/case",
+    "render": "gapbeam render results/case --frames 50",
+    "export": "gapbeam export results/case",
+    "report": "gapbeam report results/case",
+    "compile": "gapbeam compile",
+    "sweep": "gapbeam sweep case.toml support.clearance=0.1e-3:0.4e-3:7 --workers 2",
+    "stability": "gapbeam stability case.toml",
+    "tradeoff": "gapbeam tradeoff case.toml",
+    "modes": "gapbeam modes case.toml --count 6",
+    "identify": "gapbeam identify study.toml",
+    "compare": "gapbeam compare results/a results/b",
+    "life": "gapbeam life case.toml --set wear.depth_limit=0.5e-3",
+    "atlas": "gapbeam atlas case.toml",
+    "uncertain": "gapbeam uncertain study.toml",
+}
+"""A line to type, for the end of the help of each command."""
+
+
 class SuggestingGroup(TyperGroup):
-    """Commands; instead of "No such command" with the nearest one."""
+    """Commands; instead of "No such command" with the nearest one. Help ends with an example."""
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Command | None:  # type: ignore[override]  # as below
+        """Return a command, with its example."""
+        found = super().get_command(ctx, cmd_name)
+        if found is not None and cmd_name in EXAMPLES:
+            found.epilog = f"Example: {EXAMPLES[cmd_name]}"
+        return found
 
     def resolve_command(  # type: ignore[override]  # of click, or of the one that typer has from 0.29 on
         self, ctx: Any, args: list[str]

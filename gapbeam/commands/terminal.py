@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
+from rich.table import Table
+from rich.text import Text
 
 from gapbeam.studies.engine.workers import TimeLeft
 
@@ -25,6 +27,19 @@ def screen(width: int) -> Console:
     if not console.is_terminal:
         console.width = max(console.width, width)
     return console
+
+
+def closing_rows(closing: Mapping[str, Any]) -> Table:
+    """Return the table that closes a run, as its summary has it."""
+    columns = list(closing["rows"][0]) if closing["rows"] else []
+    table = Table(box=None, padding=(0, 2, 0, 0), caption_justify="left", show_edge=False)
+    for name in columns:
+        table.add_column(f"figure, {closing['part']}" if name == "figure" and closing["part"] else name, no_wrap=True)
+    for row in closing["rows"]:
+        table.add_row(*(Text(row[name]) for name in columns))
+    if closing["others"]:
+        table.add_row(Text(f"{closing['others']} more in summary.json"))
+    return table
 
 
 class Bar:

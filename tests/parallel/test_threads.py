@@ -87,6 +87,6 @@ def test_more_threads_than_cores_are_reported(monkeypatch: pytest.MonkeyPatch) -
 @alone
 def test_threads_are_reported_in_the_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """The log says how many ranks and threads there are."""
-    with caplog.at_level("INFO", logger="gapbeam"):
+    with caplog.at_level("DEBUG", logger="gapbeam"):
         gapbeam.run(DEMO, ["time.end=5e-4", "load.shaker.ramp=0", "output.fields_interval=5e-4"], tmp_path / "out")
     assert f"ranks: 1, threads a rank: {threads_a_rank()}" in caplog.text

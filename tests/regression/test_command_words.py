@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
+import shlex
 import subprocess
 from pathlib import Path
 
 import pytest
+import typer
 
+from gapbeam.command_line import app
+from gapbeam.commands.command_group import EXAMPLES, SuggestingGroup
 from tests.shared.command import PROJECT, alone, called_in_turn, process_environment
 from tests.shared.processes import LONGEST
 
@@ -75,3 +79,17 @@ def test_completion_is_installed(tmp_path: Path) -> None:
         "source ~/.bashrc; COMP_WORDS=(gapbeam wat) COMP_CWORD=1; _gapbeam_completion gapbeam; echo ${COMPREPLY[@]}"
     )
     assert bash(script, tmp_path).stdout.split() == ["watch"]
+
+
+def test_help_ends_with_an_example_that_can_be_typed() -> None:
+    """Every command has one, with options and arguments that it takes."""
+    group = typer.main.get_command(app)
+    assert isinstance(group, SuggestingGroup)
+    assert set(EXAMPLES) == set(group.commands)
+    for name, line in EXAMPLES.items():
+        program, first, *words = shlex.split(line.partition(" > ")[0])
+        assert (program, first) == ("gapbeam", name)
+        command = group.get_command(None, name)
+        assert command is not None
+        assert command.epilog == f"Example: {line}"
+        command.make_context(name, words)

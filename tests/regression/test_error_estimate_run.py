@@ -33,7 +33,7 @@ def estimated(monkeypatch: pytest.MonkeyPatch) -> None:
 @alone
 @pytest.mark.usefixtures("estimated")
 def test_a_run_ends_with_its_errors(tmp_path: Path) -> None:
-    """Figures with errors in the summary and on the last line; `--error none` and the variable switch them off."""
+    """Figures with errors in the summary and in the closing table; `--error none` and the variable switch them off."""
     done = called("run", DEMO, *settings(*QUIET), "--output", tmp_path / "on")
     assert done.returncode == 0, done.stderr
     summary = gapbeam.open_results(tmp_path / "on").summary
@@ -49,7 +49,9 @@ def test_a_run_ends_with_its_errors(tmp_path: Path) -> None:
     history = gapbeam.open_results(tmp_path / "on").history
     settled = history["displacement"].sel(probe="tip", component="y").values[2000:]
     assert tip["value"] == pytest.approx(float(np.ptp(settled)), rel=0.05)
-    assert "settled part: test peak-to-peak displacement" in done.stdout
+    assert "figure, settled part" in done.stdout
+    assert "test peak-to-peak displacement" in done.stdout
+    assert {row["figure"]: row["verdict"] for row in summary["closing"]["rows"]}[tip["name"]] == "good"
     assert "+-" in done.stdout
     peaks = errors["force_peaks"]["settled part"]["base"]
     assert set(peaks) == {"largest recorded force", "mean force over the contact", "contact_duration"}

@@ -92,14 +92,17 @@ def test_folder_holds_the_documented_files(folder: Path) -> None:
 
 
 def test_terminal_gets_two_lines_and_a_log(done: subprocess.CompletedProcess[str], folder: Path) -> None:
-    """Standard output reports only the outcome and the folder; the rest is on standard error, and in run.log."""
+    """Standard output reports only the outcome and the folder; the rest is on standard error, details in run.log."""
     outcome, place = done.stdout.splitlines()
     assert outcome.startswith("done: 200 steps, energy ")
     assert place == f"results: {folder}"
     log = (folder / "run.log").read_text(encoding="utf-8")
-    for shown in ("770 DOFs", "contact.stiffness", "seated in", "largest contact force"):
+    for shown in ("chosen: contact.stiffness", "at rest the beam presses on base"):
         assert shown in done.stderr
         assert shown in log
+    for detail in ("770 DOFs", "5 E/h", "meshed: ", "seated in", "assumptions hold", "largest contact force"):
+        assert detail not in done.stderr, "for analysts"
+        assert detail in log
 
 
 def test_progress_is_reported_on_standard_error(tmp_path: Path) -> None:

@@ -306,9 +306,9 @@ BAD_NAMES = {
         ["[time.scheme] rho_inf", '`rho_inf` belongs in [time.scheme] of type "generalized-alpha"'],
     ),
     "missing key": (
-        "step = 1.0e-4\n",
+        "clearance = 0.107e-3",
         "",
-        ["[time] step", "missing", '"auto" or a number greater than 0 (time step, s; auto: ', "add step = 0.0001"],
+        ["[support] clearance", "missing", "a number (pad thickness minus beam thickness", "add clearance = "],
     ),
     "missing table": (
         "[support]\nlength = 0.050\nclearance = 0.107e-3\n",

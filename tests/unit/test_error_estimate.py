@@ -19,6 +19,7 @@ from gapbeam.solver.models.model import build_body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.solver.system.operators import Array
+from gapbeam.studies.error_estimate.closing_table import REFUSED, ClosingTable, closing_table
 from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, companion_motions
 from gapbeam.studies.error_estimate.companions import (
     COARSER,
@@ -58,7 +59,6 @@ from gapbeam.studies.error_estimate.run_errors import (
     doubts,
     eaten,
     errors_of,
-    last_line,
     without_errors,
 )
 from gapbeam.studies.trials import starts as kept_body
@@ -239,13 +239,15 @@ def test_harmonics_that_differ_by_phase_alone_have_errors(phase: float, order: i
 def test_no_error_is_more_than_all_of_its_figure(value: float, error: float) -> None:
     """Beyond 100 % the error stands in the unit of the figure, and no per cent do."""
     one = FigureError("tip peak-to-peak displacement", "N", "whole run", value, error, {}, 0.0)
-    line = last_line(RunErrors((one,), None, 1.0, CompanionPlan((), False, ()), {}))
+    (row,) = closing_table((one,), 1.0, True).rows
     if one.relative is None:
         assert error > abs(value) or value == 0.0
-        assert line.endswith(f"+- {error:.2g} N")
+        assert row.interval == f"+- {error:.2g} N"
+        assert row.verdict == "do not use"
     else:
         assert one.relative == error / abs(value) <= 1.0
-        assert line.endswith(" %")
+        assert row.interval.endswith(" %")
+        assert row.verdict == ("good" if error <= 0.1 * abs(value) else "rough" if 2 * error <= abs(value) else REFUSED)
 
 
 @pytest.mark.parametrize(("moved", "rests"), [(0.0, True), (1e-15, True), (1e-12, True), (1e-8, False), (1e-3, False)])
@@ -254,8 +256,8 @@ def test_what_rests_has_no_relative_error(moved: float, rests: bool) -> None:
     sag, span = 4.0e-3, Span("whole run", 0.0, 1.0, 1)
     ours, theirs = (replace(one, displacement=one.displacement - sag) for one in (sine(moved), sine(1.5 * moved)))
     found = figure_errors(ours, {FINEST: theirs}, None, span, False, SMOOTHED)
-    line = last_line(RunErrors(tuple(found), None, 1.0, CompanionPlan((), False, ()), {}))
-    assert ("tip peak-to-peak displacement 0 but for round-off" in line) == rests
+    rows = {row.figure: row.value for row in closing_table(found, 1.0, True).rows}
+    assert (rows["tip peak-to-peak displacement"] == "0 but for round-off") == rests
     if rests:
         assert next(one for one in found if one.name == "tip peak-to-peak displacement").relative is None
         along = replace(ours, displacement=ours.displacement + sag, farthest=sag)  # it moves along its axis alone
@@ -445,6 +447,9 @@ def test_a_blow_within_a_long_contact_is_not_resolved() -> None:
     assert peaks["mean force over the contact"] == pytest.approx(1.8e4 / 4.0 + 10.0)
     (words,) = doubtful_peaks({"whole run": {"base": peaks}}, INTERVAL)
     assert "a contact of 4 records is not resolved" in words
+    worse = peaks | {"largest recorded force": 2.0e4}
+    (words,) = doubtful_peaks({"whole run": {"base": peaks, "gland": worse}}, INTERVAL)
+    assert "on gland (and so on base), 2e+04 N" in words, "one warning for all faces"
 
 
 @pytest.mark.parametrize("power", [-14, -3, 0, 10])
@@ -613,7 +618,7 @@ def test_errors_are_not_known_where_the_scheme_takes_the_energy_of_noise() -> No
     )
     found = without_errors(RunErrors(figures, None, 1.0, CompanionPlan((), False, ()), {}), "")
     assert {one.error for one in found.figures} == {None}
-    assert last_line(found) == "no figure could be estimated"
+    assert closing_table(found.figures, 1.0, True) == ClosingTable("", (), 0)
 
 
 def test_companions_that_end_early_say_nothing_of_what_comes_later() -> None:
@@ -626,8 +631,10 @@ def test_companions_that_end_early_say_nothing_of_what_comes_later() -> None:
         motions = {name: growing.between(0.0, end) for name in (HALF_STEP, COARSER, FINEST)}
         found = errors_of(case, growing, {name: CompanionMotion(name, motions[name]) for name in motions}, plan)
         assert found.later == later
-        assert last_line(found).startswith("first part, up to t = 0.04 s: tip" if later else "whole run: tip")
-        assert "+- less than 0.001 %" in last_line(found)
+        closing = closing_table(found.figures, found.reached, found.whole)
+        assert closing.part == ("first part, up to t = 0.04 s" if later else "whole run")
+        assert closing.rows[0].figure.startswith("tip")
+        assert "+- less than 0.001 %" in {row.interval for row in closing.rows}
         words = doubts(found, growing.end)
         assert any("the largest force on base came later and has no error" in one for one in words) == bool(later)
 
@@ -670,14 +677,25 @@ def test_round_off_aside_does_not_end_what_can_be_predicted() -> None:
     assert horizon_of(still, [(in_space(0.0, 1.0e-4), 1.0)], SMOOTHING) is not None
 
 
-def test_the_last_line_has_what_matters_of_many_faces() -> None:
-    """Sixty stops, most of them never touched, filled a screen; the others stand in the summary."""
+def test_the_closing_table_has_what_matters_of_many_faces() -> None:
+    """Sixty stops, most of them never touched, and twenty probes filled a screen; the others stand in the summary."""
     rows = [
         FigureError(f"c{n}_below largest recorded force", "N", "whole run", float(n), 0.0, {}, 0.0) for n in range(60)
     ]
-    line = last_line(RunErrors(tuple(rows), None, 1.0, CompanionPlan((), False, ()), {}))
-    assert [f"c{n}_below " in line for n in (0, 1, 56, 59)] == [False, False, True, True]
-    assert "55 smaller forces in summary.json" in line
+    rows += [FigureError(f"p{n} peak-to-peak displacement", "m", "whole run", 1e-3, 1e-5, {}, 0.0) for n in range(20)]
+    closing = closing_table(rows, 1.0, True)
+    shown = [row.figure.partition(" ")[0] for row in closing.rows]
+    assert sorted(shown) == ["c56_below", "c57_below", "c58_below", "c59_below", "p0", "p1", "p2", "p3"]
+    assert closing.others == 55 + 16, "c0_below was never touched"
+    rms = {"name": "probe.tip.rms", "unit": "m", "value": 1e-3, "low": 0.9e-3, "high": 1.1e-3, "relative": 0.1}
+    noisy = closing_table(rows, 1.0, True, {"figures": [{**rms, "verdict": "too short"}, {**rms, "verdict": "good"}]})
+    assert noisy.rows[:2] == (
+        ("probe.tip.rms", "1 mm", "0.9 mm to 1.1 mm", "too short"),
+        ("probe.tip.rms", "1 mm", "0.9 mm to 1.1 mm", "good"),
+    )
+    assert len(noisy.rows) == 8
+    still = FigureError("c0_below largest recorded force", "N", "whole run", 0.0, 0.0, {}, 0.0)
+    assert closing_table([still], 1.0, True).rows[0].verdict == "no contact"
 
 
 def test_companions_share_the_body_of_their_run(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -163,7 +163,9 @@ def test_a_run_takes_it(tmp_path: Path) -> None:
     """From --set: the run passes, its case file and summary hold the number, and its case file runs again."""
     done = called("run", DEMO, *settings(*RATTLE, "time.step=auto", "time.end=0.01"), "--output", tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    assert "time.step = 3.333e-05 s: 50 steps in a period of 500 Hz, 5 times the highest forcing" in done.stderr
+    assert "chosen: contact.stiffness = 2.1e+14 Pa/m, time.step = 3.333e-05 s" in done.stderr
+    log = (tmp_path / "out" / "run.log").read_text(encoding="utf-8")
+    assert "time.step = 3.333e-05 s: 50 steps in a period of 500 Hz, 5 times the highest forcing" in log
     results = gapbeam.open_results(tmp_path / "out")
     assert results.case["time"]["step"] == pytest.approx(1e-4 / 3, rel=1e-15)
     assert results.summary["convergence"]["steps"] == 300

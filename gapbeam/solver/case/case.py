@@ -161,6 +161,12 @@ class Case(Table):
     """A whole case."""
 
     title: str = Field("", max_length=200, description="one line that says what the case shows")
+    units: Literal["m-kg-s", "mm-t-s", "mm-kg-s"] | None = Field(
+        default=None,
+        description="length, mass and time that the numbers of the file are in; overrides, files that the case names, "
+        "and results are SI; default SI",
+        examples=["mm-t-s"],
+    )
     beam: Beam
     material: Material
     segment: tuple[PlacedSegment, ...] = Field(  # type: ignore[valid-type]
@@ -215,6 +221,7 @@ def case_to_toml(case: Case, heading: Sequence[str] = ()) -> str:
     """
     lines = [f"# {line}".rstrip() for line in "\n".join(heading).splitlines()]
     lines.append(f"title = {toml_value(case.title)}")
+    lines += [] if case.units is None else [f"units = {toml_value(case.units)}"]
     for name, value in case:
         if isinstance(value, BaseModel):
             lines += ["", f"[{name}]  {_purpose(value)}", *_keys(value)]

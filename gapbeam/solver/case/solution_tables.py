@@ -270,7 +270,9 @@ class Time(Table):
 
     end: Positive = Field(description="end of the run, s", examples=[0.6])
     step: Literal["auto"] | Positive = Field(
-        description="time step, s; auto: from the highest frequency of interest and the contact", examples=[1.0e-4]
+        default="auto",
+        description="time step, s; auto: from the highest frequency of interest and the contact",
+        examples=[1.0e-4],
     )
     frequency: Positive | None = Field(
         default=None,

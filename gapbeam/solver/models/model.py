@@ -57,6 +57,7 @@ from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 from gapbeam.solver.system.slip_modes import SlipModes
 
 LOG = logging.getLogger("gapbeam")
+GIVEN = "given in the case"
 
 
 @dataclass(frozen=True)
@@ -152,23 +153,37 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
 
     Collective.
     """
-    return model_of(case, build_body(case, comm))
+    model = model_of(case, build_body(case, comm))
+    _log_choices(model)
+    return model
+
+
+def _log_choices(model: Model) -> None:
+    """Say what the program chose, and to analysts why."""
+    defaults = [f"{one.key} = {one.value:.4g} {one.unit}" for one in model.defaults if not one.reason.startswith(GIVEN)]
+    kind = [f"model {model.case.model.type}"] if model.case.model.reasons else []
+    if chosen := ", ".join([*kind, *defaults]):
+        LOG.info("chosen: %s", chosen)
+    for reason in model.case.model.reasons:
+        LOG.debug("model auto: %s", reason)
+    for one in model.defaults:
+        LOG.debug("%s = %.4g %s: %s", one.key, one.value, one.unit, one.reason)
 
 
 def build_body(case: Case, comm: MPI.Comm) -> Body:
     """Return the body of a case for `model_of`; errors as in `build_model`. Collective."""
     refuse_too_large_before_meshing(case, comm)
     meshed = mesh_beam(case, comm)
-    LOG.info("meshed: %d cells in %.2g s", meshed.tagged.cell_count, meshed.seconds)
+    LOG.debug("meshed: %d cells in %.2g s", meshed.tagged.cell_count, meshed.seconds)
     if case.mesh.file is not None:
         LOG.info("%s", _filled(case, meshed.section))
         refuse_too_large(case, mesh_dofs(meshed), comm)
     if isinstance(case.model, BeamModel):
         for name, why in motions_in_words(case):
-            LOG.info("beam motion beside bending: %s (%s)", name, why)
+            LOG.debug("beam motion beside bending: %s (%s)", name, why)
         return beam_body(case, meshed, case.model)
     body = finite_elements(case, meshed)
-    LOG.info("assembled: %d DOFs in %.2g s", mesh_dofs(meshed), body.seconds["assembly"])
+    LOG.debug("assembled: %d DOFs in %.2g s", mesh_dofs(meshed), body.seconds["assembly"])
     refuse_poor_bending(case, body.bending)
     match case.model:
         case FullModel():
@@ -177,7 +192,7 @@ def build_body(case: Case, comm: MPI.Comm) -> Body:
             return rigid_body(body)
         case ReducedModel():
             body = reduced_body(body, case.model)
-            LOG.info("%s; reduced in %.2g s", basis_words(body), body.seconds["reduction"])
+            LOG.debug("%s; reduced in %.2g s", basis_words(body), body.seconds["reduction"])
             return body
         case AutoModel():
             raise UserError('the model "auto" is chosen when a case is read; found a case that was not read')

@@ -149,8 +149,8 @@ def describe_march(
     summary["assumptions"] = [finding.as_data() for finding in findings]
     noted = [*remarks(model, accounts, findings), *resolution_remarks(model, accounts.tally)]
     summary["warnings"] += noted
-    LOG.info("%s", in_one_line(findings))
-    LOG.info("%s", contact_words(model, accounts.peaks))
+    LOG.debug("%s", in_one_line(findings))
+    LOG.debug("%s", contact_words(model, accounts.peaks))
     if model.law.friction is not None:
         LOG.info("%s", friction_words(accounts))
     for remark in noted:

@@ -37,7 +37,7 @@ from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output import run_summary as summaries
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
 from gapbeam.solver.run.output.disk_errors import check_space, size_of_results
-from gapbeam.solver.run.output.progress import log_file
+from gapbeam.solver.run.output.progress import kept_lines, log_file
 from gapbeam.solver.run.output.results_folder import (
     AS_RUN,
     check_folder,
@@ -114,7 +114,7 @@ def _run_case(
         rule.refuse_misfit(case)
     if resume:
         refuse_to_resume(case)
-    with out_of_memory_reported("the model was made"):
+    with out_of_memory_reported("the model was made"), kept_lines() as earlier:
         model = build_model(case, comm)
     signals.check()
     refuse_energy_creators(model)
@@ -132,7 +132,7 @@ def _run_case(
             model = left.model
             # or a refusal, before anything in the folder changes
             consumers = RunConsumers(model, folder, comm, left, rule)
-        with log_file(folder, comm):
+        with log_file(folder, comm, earlier):
             summary = _opening(model)
             together = cache(lambda: comm.size == 1 or all_there(ends))
             try:
@@ -209,7 +209,7 @@ def _opening(model: Model) -> dict[str, Any]:
     }
     for warning in summary["warnings"]:
         LOG.warning("%s", warning)
-    LOG.info(
+    LOG.debug(
         "%d DOFs, %d contact points on %d interface DOFs, ranks: %d, threads a rank: %d",
         model.dofs,
         contact.size,
@@ -217,10 +217,6 @@ def _opening(model: Model) -> dict[str, Any]:
         summary["model"]["ranks"],
         threads_a_rank(),
     )
-    for reason in case.model.reasons:
-        LOG.info("model auto: %s", reason)
-    for default in model.defaults:
-        LOG.info("%s = %.4g %s: %s", default.key, default.value, default.unit, default.reason)
     return summary
 
 
@@ -296,14 +292,10 @@ def _seated(simulation: Simulation, summary: dict[str, Any]) -> Seat | NotConver
         return seat
     summary["seat"] = summaries.describe_seat(seat, simulation.model)
     summary["wall_time"]["seat"] = time.perf_counter() - clock
-    LOG.info(
-        "seated in %d iterations: %s, largest penetration %.3g m",
-        seat.iterations,
-        ", ".join(
-            f"{name} {summary['seat'][f'{name}_force']:.4g} N" for name in simulation.model.system.contact.face_names
-        ),
-        summary["seat"]["largest_penetration"],
-    )
+    forces = {name: summary["seat"][f"{name}_force"] for name in simulation.model.system.contact.face_names}
+    rests = ", ".join(f"{name} ({force:.3g} N)" for name, force in forces.items() if force > 0.0)
+    LOG.info("at rest the beam %s", f"presses on {rests}" if rests else "touches no support")
+    LOG.debug("seated in %d iterations, deepest %.3g m", seat.iterations, summary["seat"]["largest_penetration"])
     return seat
 
 

@@ -21,6 +21,7 @@ import numpy as np
 import scipy.io
 import scipy.sparse as sp
 
+from gapbeam.solver.case.reading.case_units import UNITS
 from gapbeam.solver.errors import NotWritten, UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked
 from gapbeam.solver.scene.dmig_file import FIRST_LETTERS, dmig_text, read_dmig
@@ -180,10 +181,6 @@ def _by_pyyeti(path: Path, argument: str) -> ReadMatrix:
         return ReadMatrix(sp.csr_matrix(one[0] if isinstance(one, list | tuple) else one))
     except (OSError, ValueError, TypeError, KeyError, IndexError) as error:
         raise ArgumentError(f"{path}: cannot be read as a matrix ({error})", argument) from None
-
-
-UNITS = {"m-kg-s": (1.0, 1.0), "mm-t-s": (1e-3, 1e3), "mm-kg-s": (1e-3, 1.0)}
-"""Length in m and mass in kg of a system of units whose time is s."""
 
 
 class PlacedPoint(NamedTuple):

@@ -264,7 +264,7 @@ def force_peaks(run: MotionRecord, spans: Iterable[Span]) -> ForcePeaks:
 
 
 def doubtful_peaks(found: Mapping[str, Mapping[str, Mapping[str, float]]], interval: float) -> Iterator[str]:
-    """Yield the largest forces that belong to contacts that records do not resolve, one sentence a face.
+    """Yield a sentence where the largest forces belong to contacts that records do not resolve; of faces the worst.
 
     Args:
         found: As `force_peaks` returns them.
@@ -276,14 +276,16 @@ def doubtful_peaks(found: Mapping[str, Mapping[str, Mapping[str, float]]], inter
             short = peaks[DURATION] < (RESOLVING_STEPS + 0.5) * interval
             if short and peaks[LARGEST_FORCE] > NOTABLE * peaks[MEAN_FORCE] > 0.0:
                 worst[face] = max(peaks, worst.get(face, peaks), key=lambda one: one[LARGEST_FORCE])
-    for face, peaks in worst.items():
-        count = round(peaks[DURATION] / interval)
-        largest, mean = peaks[LARGEST_FORCE], peaks[MEAN_FORCE]
-        yield (
-            f"the {LARGEST_FORCE} on {face}, {largest:.4g} N, is {largest / mean:.2g} times the {MEAN_FORCE}, "
-            f"{mean:.4g} N: a contact of {count} records is not resolved, and the force of one record follows the "
-            "step; use the mean, or a smaller time.step"
-        )
+    if not worst:
+        return
+    face, peaks = max(worst.items(), key=lambda one: one[1][LARGEST_FORCE] / one[1][MEAN_FORCE])
+    largest, mean, count = peaks[LARGEST_FORCE], peaks[MEAN_FORCE], round(peaks[DURATION] / interval)
+    others = f" (and so on {', '.join(one for one in worst if one != face)})" if len(worst) > 1 else ""
+    yield (
+        f"the {LARGEST_FORCE} on {face}{others}, {largest:.4g} N, is {largest / mean:.2g} times the {MEAN_FORCE}, "
+        f"{mean:.4g} N: a contact of {count} records is not resolved, and its {LARGEST_FORCE} depends on the step; "
+        f"use the {MEAN_FORCE}, or a smaller time.step"
+    )
 
 
 HARMONICS = 3

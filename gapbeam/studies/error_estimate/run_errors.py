@@ -26,18 +26,17 @@ from gapbeam.solver.models.body import Body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH, RIGID, SLENDER
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
+from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.verdict import UNDER_NOISE
+from gapbeam.studies.error_estimate.closing_table import MOST_FORCES, closing_table, with_unit
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of
 from gapbeam.studies.error_estimate.figure_errors import (
-    MOST_FORCES,
     FigureError,
     figure_errors,
-    figures_in_words,
     horizon_of,
     repeats,
-    with_unit,
 )
 from gapbeam.studies.error_estimate.force_peaks import (
     FEWEST_RECORDS,
@@ -191,15 +190,18 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
         found = with_bending(found, summary["model"].get("bending", {}).get("off", 0.0))
         errors |= describe(found)
         warnings += [*doubts(found, run.end), *beyond, *noisy]
-        summary["message"] += f"; {last_line(found)}"
+        summary["closing"] = closing_table(
+            found.figures, found.reached, found.whole, summary.get("statistics")
+        ).as_data()
     except (EstimateError, ResultsError) as failed:
         errors |= {"status": "not estimated", "reason": str(failed)}
         summary["message"] += f"; errors not estimated: {failed}"
     errors["seconds"] = time.perf_counter() - clock
     summary["errors"], summary["warnings"] = errors, [*summary["warnings"], *warnings]
     summary["wall_time"] = summary["wall_time"] | {"error_estimate": errors["seconds"]}
-    for warning in warnings:
-        LOG.warning("%s", warning)
+    with log_file(outcome.folder):
+        for warning in warnings:
+            LOG.warning("%s", warning)
     write_summary(outcome.folder, summary)
     return summary
 
@@ -372,11 +374,6 @@ def describe(found: RunErrors) -> dict[str, Any]:
         "companions": dict(found.marched),
         "figures": [one.as_data() for one in found.figures],
     }
-
-
-def last_line(found: RunErrors) -> str:
-    """Return the main figures with their errors in one line; of many faces those with the largest forces."""
-    return figures_in_words(found.figures, found.reached, found.whole)
 
 
 def doubts(found: RunErrors, end: float) -> list[str]:

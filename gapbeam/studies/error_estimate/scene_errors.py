@@ -27,15 +27,16 @@ from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.errors import Interrupted, RunError, in_one_line
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
+from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun
 from gapbeam.solver.scene.scene_march import marcher_of, steps_to
+from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table
 from gapbeam.studies.error_estimate.companions import HALF_STEP, STIFFER
 from gapbeam.studies.error_estimate.figure_errors import (
     FACTORS,
     FigureError,
     figure_errors,
-    figures_in_words,
     horizon_of,
     repeats,
 )
@@ -53,6 +54,7 @@ from gapbeam.studies.error_estimate.motion_record import MotionRecord
 
 LOG = logging.getLogger("gapbeam")
 FIRST_ORDER = {**FACTORS, HALF_STEP: 2.0}
+Estimate = tuple[dict[str, Any], list[str], ClosingTable | str]
 NO_ERRORS = {"GAPBEAM_ERRORS": "none"}
 
 
@@ -68,25 +70,28 @@ def with_scene_errors(asked: SceneRun, outcome: Outcome) -> Outcome:
     with Signals(None) as signals:
         signals.march_begins()
         try:
-            errors, warnings, words = _estimated(asked, outcome, signals)
+            errors, warnings, closing = _estimated(asked, outcome, signals)
         except Interrupted as stopped:
             message = f"{signals.heard.words} while the errors of the run were estimated; its results are whole"
             LOG.error("%s", message)
             return replace(outcome, exit_status=stopped.exit_status, message=message)
     errors["seconds"] = time.perf_counter() - clock
     summary["errors"], summary["warnings"] = errors, [*summary["warnings"], *warnings]
-    summary["message"] += f"; {words}"
-    for warning in warnings:
-        LOG.warning("%s", warning)
-    LOG.info("%s", words)
+    if isinstance(closing, str):
+        summary["message"] += f"; {closing}"
+    else:
+        summary["closing"] = closing.as_data()
+    with log_file(outcome.folder):
+        for warning in warnings:
+            LOG.warning("%s", warning)
     write_summary(outcome.folder, summary)
     return replace(outcome, summary=summary, message=summary["message"])
 
 
-def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> tuple[dict[str, Any], list[str], str]:
-    """Return the errors, warnings, and a line of words."""
+def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
+    """Return the errors, warnings, and the table that closes the run, or why there is none."""
 
-    def none(why: str) -> tuple[dict[str, Any], list[str], str]:
+    def none(why: str) -> Estimate:
         return {"status": "not estimated", "reason": why}, [], f"errors not estimated: {why}"
 
     if asked.observers:
@@ -134,7 +139,7 @@ def _motion(history: Any) -> MotionRecord:
 
 def _errors(
     asked: SceneRun, run: MotionRecord, motions: Mapping[str, MotionRecord], failed: Mapping[str, str], begin: float
-) -> tuple[dict[str, Any], list[str], str]:
+) -> Estimate:
     """Return the entries of summary, warnings and message; times of the summary count from t = 0."""
     frequency = None if asked.period is None else 1.0 / asked.period
     smoothing = 0.05 * min(run.end, run.end if asked.period is None else asked.period)
@@ -170,4 +175,4 @@ def _errors(
         "companions": {name: {"step": asked.step * (0.5 if name == HALF_STEP else 1.0)} for name in motions},
         "figures": [one.as_data() for one in figures],
     }
-    return described, warnings, figures_in_words(figures, run.end, whole=True)
+    return described, warnings, closing_table(figures, run.end, whole=True)

@@ -17,6 +17,7 @@ from gapbeam.solver.case.checks.all_checks import contradictions
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.json_schema import schema
 from gapbeam.solver.case.model_choice import chosen_case
+from gapbeam.solver.case.reading.case_units import convert, looks_like_millimeters
 from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, check_types, incomplete, label
 from gapbeam.solver.case.reading.magnitudes import beyond_reason
 from gapbeam.solver.case.reading.overrides import Overrides, override
@@ -91,15 +92,20 @@ def plain_tables(value: Any) -> Any:
 def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> Case:
     """Return the case of the tables of a file, or raise all of their faults."""
     refuse_scene(data, path)
+    _refuse_endless(data, path)
+    unclear = convert(data)
     typed, faults = override(data, overrides)
     _refuse_endless(data, path)
     _find_files(data, path)
     tables, wrong = check_types(data)
+    wrong += unclear or looks_like_millimeters(data, tables)
     known = {fault.key for fault in wrong}
     wrong += [fault for fault in beyond_reason(data) if fault.key not in known]
     places = Places(path, data, key_lines(text), typed)
     case = None
-    if "model" not in tables or tables["model"].decided:
+    if any(fault.key == ("units",) for fault in wrong):
+        pass  # all other numbers are wrong with it
+    elif "model" not in tables or tables["model"].decided:
         wrong += contradictions(tables, incomplete(wrong, data))
     elif not (wrong or faults):
         case, wrong = _chosen(data)

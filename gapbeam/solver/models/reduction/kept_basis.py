@@ -77,7 +77,7 @@ def kept_or_found(comm: MPI.Comm, inputs: Iterable[Any], find: Callable[[], Foun
     found = _read(file)
     if comm.allreduce(found is not None, op=MPI.LAND):
         assert found is not None
-        LOG.info("basis: kept by an earlier run in %s", file.parent)
+        LOG.debug("basis: kept by an earlier run in %s", file.parent)
         return found
     clock = time.perf_counter()
     found = find()
@@ -164,6 +164,6 @@ def _keep(file: Path, found: FoundBasis, seconds: float) -> None:
             other.unlink(missing_ok=True)
             taken -= its_size
     except OSError as error:
-        LOG.info("basis: not kept in %s (%s)", file.parent, error.strerror or type(error).__name__)
+        LOG.debug("basis: not kept in %s (%s)", file.parent, error.strerror or type(error).__name__)
         with suppress(OSError):
             part.unlink(missing_ok=True)

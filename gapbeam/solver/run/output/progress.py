@@ -5,7 +5,7 @@ progress.json: progress of a march, for readers of the results folder while it r
 It is written beside and renamed, so that a reader sees a whole one; it goes when the march ends. A disk that is full
 does not end a run because of it.
 
-run.log: what was printed on the terminal, with times.
+run.log: the lines of the terminal and the details that analysts want (level DEBUG), with times.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import json
 import logging
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
@@ -164,14 +164,39 @@ class _Quiet(logging.FileHandler):
         """Leave the line out."""
 
 
+class _Kept(logging.Handler):
+    """Lines that come before there is a folder."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.records: list[logging.LogRecord] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep a line."""
+        self.records.append(record)
+
+
 @contextmanager
-def log_file(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
-    """Send the log of rank 0, or of a process without MPI, to run.log as well; not collective."""
+def kept_lines() -> Iterator[list[logging.LogRecord]]:
+    """Keep the log of what comes before there is a folder, for `log_file`."""
+    kept = _Kept()
+    LOG.addHandler(kept)
+    try:
+        yield kept.records
+    finally:
+        LOG.removeHandler(kept)
+
+
+@contextmanager
+def log_file(folder: Path, comm: MPI.Comm | None = None, earlier: Iterable[logging.LogRecord] = ()) -> Iterator[None]:
+    """Send the log of rank 0, or of a process without MPI, to run.log as well, earlier lines first; not collective."""
     if comm is not None and comm.rank != 0:
         yield
         return
     handler = _Quiet(folder / LOG_FILE, delay=True, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    for record in earlier:
+        handler.handle(record)
     LOG.addHandler(handler)
     try:
         yield

@@ -1,0 +1,115 @@
+"""The table that closes a run: its main figures, each with its interval and a verdict on its use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from gapbeam.postprocess.signals.figure_names import (
+    AXIAL_STRESS,
+    DISPLACEMENT,
+    LARGEST_FORCE,
+    MEAN_FORCE,
+    VON_MISES_STRESS,
+)
+from gapbeam.studies.error_estimate.figure_errors import FigureError
+from gapbeam.studies.error_estimate.force_peaks import BEYOND_HORIZON, SETTLED, UP_TO_HORIZON, WHOLE_RUN
+
+MOST_ROWS, MOST_FORCES, MOST_STATISTICS = 8, 4, 3
+GOOD, ROUGH = 0.1, 0.5  # of a figure: the errors up to which it may be used, and used with care
+LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
+FORCES = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}")
+SHOWN_FIGURES = (f" {DISPLACEMENT}", f" {AXIAL_STRESS}", f" {VON_MISES_STRESS}", *FORCES)
+SHOWN_STATISTICS = (".rms", ".impact_rate")
+SHOWN_SPANS = (SETTLED, WHOLE_RUN, "first part", BEYOND_HORIZON, UP_TO_HORIZON, "start-up")
+USE, CARE, REFUSED, NO_CONTACT = "good", "rough", "do not use", "no contact"
+
+
+class ClosingRow(NamedTuple):
+    """A row in words: the figure, its value, the interval around it, and whether it may be used."""
+
+    figure: str
+    value: str
+    interval: str
+    verdict: str
+
+
+class ClosingTable(NamedTuple):
+    """Rows, at most `MOST_ROWS`, the part of the run that they are of, and the number of figures left out."""
+
+    part: str
+    rows: tuple[ClosingRow, ...]
+    others: int
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the table for summary.json."""
+        return {"part": self.part, "rows": [row._asdict() for row in self.rows], "others": self.others}
+
+
+def closing_table(
+    figures: Sequence[FigureError], reached: float, whole: bool, statistics: Mapping[str, Any] | None = None
+) -> ClosingTable:
+    """Return the main figures of a run: statistics under noise, displacements and stresses, the largest forces.
+
+    Args:
+        figures: Of all parts of a run, with their errors.
+        reached: Up to where errors are known, s.
+        whole: Whether that is the end of the run.
+        statistics: Those of the summary of a run under random loads.
+    """
+    averaged = [
+        _statistic(one) for one in (statistics or {}).get("figures", ()) if one["name"].endswith(SHOWN_STATISTICS)
+    ]
+    known = [one for one in figures if one.error is not None]
+    span = next((name for name in SHOWN_SPANS if any(one.span == name for one in known)), None)
+    shown = [one for one in known if one.span == span and one.name.endswith(SHOWN_FIGURES)]
+    forces = sorted((one for one in shown if one.name.endswith(FORCES)), key=lambda one: -abs(one.value))
+    smaller = [one for one in forces[MOST_FORCES:] if one.value or one.error]
+    kept = [one for one in shown if one not in forces[MOST_FORCES:]]
+    rows = averaged[:MOST_STATISTICS]
+    room = MOST_ROWS - len(rows) - len(forces[:MOST_FORCES])
+    motions = [one for one in kept if not one.name.endswith(FORCES)]
+    rows += [_row(one) for one in kept if one in motions[:room] or one.name.endswith(FORCES)]
+    until = "" if whole else f", up to t = {reached:.3g} s"
+    others = len(averaged[MOST_STATISTICS:]) + len(motions[max(room, 0) :]) + len(smaller)
+    return ClosingTable(f"{span}{until}" if span else "", tuple(rows), others)
+
+
+def _row(one: FigureError) -> ClosingRow:
+    if one.rests:
+        return ClosingRow(one.name, "0 but for round-off", "", USE)
+    verdict = _verdict(one.relative)
+    if one.name.endswith(FORCES) and one.value == 0.0 == one.error:
+        verdict = NO_CONTACT
+    return ClosingRow(one.name, with_unit(one.value, one.unit), plus_minus(one), verdict)
+
+
+def _statistic(one: Mapping[str, Any]) -> ClosingRow:
+    """Return the row of a statistic: its 95 % interval, and the doubt about it where there is one."""
+    unit = one["unit"]
+    verdict = one["verdict"] if one["verdict"] != "good" else _verdict(one["relative"])
+    interval = "" if one["relative"] is None else f"{with_unit(one['low'], unit)} to {with_unit(one['high'], unit)}"
+    return ClosingRow(one["name"], with_unit(one["value"], unit), interval, verdict)
+
+
+def _verdict(relative: float | None) -> str:
+    if relative is None or relative > ROUGH:
+        return REFUSED
+    return USE if relative <= GOOD else CARE
+
+
+def plus_minus(one: FigureError) -> str:
+    """Return an error in per cent of its figure, or in the unit of the figure where it is larger than that."""
+    if one.relative is None:
+        return f"+- {with_unit(one.error or 0.0, one.unit, 2)}"
+    percent = 100.0 * one.relative
+    if percent < LEAST_SHOWN:
+        return f"+- less than {LEAST_SHOWN:g} %"
+    return f"+- {percent:.0f} %" if percent >= 10.0 else f"+- {percent:.2g} %"
+
+
+def with_unit(value: float, unit: str, digits: int = 3) -> str:
+    """Return a value with its unit; lengths in mm."""
+    if unit == "m" and abs(value) < 1.0:
+        return f"{1e3 * value:.{digits}g} mm"
+    return f"{value:.{digits}g} {unit}"

@@ -1,0 +1,191 @@
+"""The key `units`: a case in mm, t and s is the case in SI, and values that look like mm and MPa stop a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import gapbeam
+from gapbeam.solver.case.case import case_to_toml
+from gapbeam.solver.case.json_schema import unit_in
+from gapbeam.solver.case.reading.case_reader import read_case_text
+from gapbeam.solver.case.reading.case_units import UNITS, factor_of
+from gapbeam.solver.case.reading.known_keys import tables
+from gapbeam.solver.errors import CaseError
+
+PROJECT = Path(__file__).parents[2]
+IN_SI = """
+[beam]
+length = 0.51
+thickness = 0.012
+width = 0.02
+[material]
+young_modulus = 2.1e11
+poisson_ratio = 0.3
+density = 7850.0
+[support]
+length = 0.05
+clearance = 1.0e-4
+[contact]
+stiffness = 1.0e13
+damping = 1.0e9
+[[load]]
+type = "gravity"
+acceleration = 9.8
+[[load]]
+type = "harmonic_force"
+name = "shaker"
+point = 0.3
+amplitude = 5.0
+frequency = 20.0
+[[load]]
+type = "base_motion"
+name = "floor"
+quantity = "displacement"
+amplitude = 1.0e-3
+frequency = 20.0
+[[mass]]
+name = "tip"
+point = 0.5
+mass = 0.2
+polar_inertia = 3.0e-5
+[[probe]]
+name = "tip"
+point = [0.5, 0.0]
+[time]
+end = 0.1
+"""
+IN_MM = """
+[beam]
+length = 510
+thickness = 12.0
+width = 20
+[material]
+young_modulus = 2.1e5
+poisson_ratio = 0.3
+density = 7.85e-9
+[support]
+length = 50.0
+clearance = 0.1
+[contact]
+stiffness = 1.0e4
+damping = 1.0
+[[load]]
+type = "gravity"
+acceleration = 9.8e3
+[[load]]
+type = "harmonic_force"
+name = "shaker"
+point = 300.0
+amplitude = 5.0
+frequency = 20.0
+[[load]]
+type = "base_motion"
+name = "floor"
+quantity = "displacement"
+amplitude = 1.0
+frequency = 20.0
+[[mass]]
+name = "tip"
+point = 500.0
+mass = 0.2e-3
+polar_inertia = 3.0e-2
+[[probe]]
+name = "tip"
+point = [500.0, 0.0]
+[time]
+end = 0.1
+"""
+
+
+def close(one: object, other: object) -> bool:
+    """Return whether two tables hold the same numbers to round-off."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(close(one[key], other[key]) for key in one)
+    if isinstance(one, list | tuple) and isinstance(other, list | tuple):
+        return len(one) == len(other) and all(map(close, one, other))
+    return one == pytest.approx(other, rel=1e-14) if isinstance(one, float) else one == other
+
+
+def test_a_case_in_millimeters_is_the_case_in_si() -> None:
+    """Both written by hand; overrides and the case that a run leaves are SI."""
+    plain, converted = read_case_text(IN_SI), read_case_text('units = "mm-t-s"' + IN_MM)
+    assert converted.units == "m-kg-s"
+    assert close(plain.model_dump(), converted.model_dump() | {"units": None})
+    assert read_case_text(case_to_toml(converted)) == converted
+    wider = read_case_text('units = "mm-t-s"' + IN_MM, {"support.clearance": 2e-4})
+    assert wider.layout.clearance == 2e-4
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"),
+    [
+        ("m", 1e-3), ("N", 1.0), ("Pa", 1e6), ("kg/m^3", 1e12), ("Pa/m", 1e9), ("Pa s/m", 1e9), ("N/m", 1e3),
+        ("N s/m", 1e3), ("1/Pa", 1e-6), ("m^2", 1e-6), ("kg m^2", 1e-3), ("kg/m", 1e6), ("N s/m^2", 1e6),
+        ("N m/rad", 1e-3), ("N m s/rad", 1e-3), ("m/s^2", 1e-3), ("m/s", 1e-3), ("Hz", 1.0), ("degrees", 1.0),
+        ("m/s^2, m/s or m", 1e-3), ("N or m/s^2", None), ("N^2/Hz or (m/s^2)^2/Hz", None), ("", 1.0),
+    ],
+)  # fmt: skip
+def test_factors_of_units(unit: str, factor: float | None) -> None:
+    """From mm, t, s: N and MPa are its force and stress."""
+    assert factor_of(unit, "mm-t-s") == (None if factor is None else pytest.approx(factor))
+    assert factor_of(unit, "m-kg-s") == (None if factor is None and " or " in unit and "(" in unit else 1.0)
+
+
+def test_every_number_of_a_case_has_a_unit() -> None:
+    """So that none is left as it is by mistake."""
+    for table in tables():
+        for name, field in table.model.model_fields.items():
+            kind = str(field.annotation)
+            if "float" in kind or "Number" in kind or "Positive" in kind:
+                assert unit_in(field.description or ""), (table, name)
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ('stiffness = 1.0e4\n[contact.law]\ntype = "hunt-crossley"\nexponent = 1.5\nrestitution = 0.5\n', "stiffness"),
+        ("stiffness = 1.0e4\npoints = [0.0, 50.0]\n", "stiffness"),
+    ],
+)
+def test_a_unit_that_depends_is_refused(change: str, key: str) -> None:
+    """A stiffness with the exponent of its law in its unit, and one of contact points."""
+    with pytest.raises(CaseError) as refused:
+        read_case_text('units = "mm-t-s"' + IN_MM.replace("stiffness = 1.0e4\ndamping = 1.0\n", change))
+    assert f"[contact] {key}" in str(refused.value)
+    assert "a key with one unit" in str(refused.value)
+
+
+def test_millimeters_and_megapascals_stop_a_run() -> None:
+    """By the sum of unlikely values; one alone is asked about; who writes the units is believed."""
+    with pytest.raises(CaseError) as refused:
+        read_case_text(IN_MM)
+    (fault,) = refused.value.faults
+    assert "length = 510 m" in fault.found
+    assert "these look like mm and MPa" in fault.found
+    assert 'units = "mm-t-s"' in fault.hint
+    with pytest.raises(CaseError) as refused:  # a density in kg/m^3 does not go with mm-t-s, and the advice says so
+        read_case_text(IN_MM.replace("density = 7.85e-9", "density = 7850.0"))
+    assert "density in t/mm^3, 7.85e-09" in refused.value.faults[0].hint
+    assert read_case_text(IN_SI.replace("length = 0.51\n", "length = 120.0\n")).beam.length == 120.0
+    soft = IN_SI.replace("2.1e11", "2.1e7").replace("stiffness = 1.0e13\ndamping = 1.0e9\n", "stiffness = 1e9\n")
+    assert read_case_text(soft).material.young_modulus == 2.1e7
+    large = 'units = "m-kg-s"' + soft.replace("length = 0.51\n", "length = 120.0\n")
+    assert read_case_text(large).units == "m-kg-s"
+    for unknown in ('units = "mm"', "units = 3"):
+        with pytest.raises(CaseError, match=r"units") as refused:
+            read_case_text(unknown + IN_SI)
+        assert "mm-t-s" in str(refused.value)
+
+
+def test_shipped_cases_do_not_look_like_millimeters() -> None:
+    """None of them is stopped."""
+    assert set(UNITS) == {"m-kg-s", "mm-t-s", "mm-kg-s"}
+    for file in sorted((PROJECT / "cases").glob("*.toml")):
+        assert gapbeam.read_case(file).units is None
+
+
+def test_the_step_is_chosen_where_none_is_given() -> None:
+    """Nobody has to guess."""
+    assert read_case_text(IN_SI).time.step == "auto"

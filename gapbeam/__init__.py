@@ -65,10 +65,11 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.mesh_structure import from_mesh
     from gapbeam.solver.scene.modal_files import read_modes
     from gapbeam.solver.scene.scene import Scene
-    from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
+    from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, moving_force, weight
     from gapbeam.solver.scene.scene_march import history, march
     from gapbeam.solver.scene.scene_seat import NoSeat, seat
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, ElastoGap, HuntCrossley, KelvinVoigt
+    from gapbeam.solver.scene.snubber import snubber
     from gapbeam.solver.scene.solid_material import orthotropic
     from gapbeam.solver.scene.structure import Structure, from_modes, mass, reduced_at_points
     from gapbeam.solver.scene.structure_files import read_structure, write_structure
@@ -101,11 +102,12 @@ _MODULES = {
     "solver.scene.linear_stability": ("critical_velocity", "eigenvalues", "idle_supports", "root_locus"),
     "solver.scene.modal_files": ("read_modes",),
     "solver.scene.scene": ("Scene",),
-    "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "weight"),
+    "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "moving_force", "weight"),
     "solver.scene.scene_march": ("history", "march"),
     "solver.scene.scene_seat": ("NoSeat", "seat"),
     "solver.scene.mesh_structure": ("from_mesh",),
     "solver.scene.shipped_laws": ("Adhesive", "Cubic", "ElastoGap", "HuntCrossley", "KelvinVoigt"),
+    "solver.scene.snubber": ("snubber",),
     "solver.scene.solid_material": ("orthotropic",),
     "solver.scene.structure": ("Structure", "from_modes", "mass", "reduced_at_points"),
     "solver.scene.structure_files": ("read_structure", "write_structure"),
@@ -198,6 +200,7 @@ __all__ = [
     "midpoint",
     "model",
     "modes",
+    "moving_force",
     "newmark",
     "open_results",
     "orthotropic",
@@ -216,6 +219,7 @@ __all__ = [
     "scene",
     "seat",
     "section",
+    "snubber",
     "space_section",
     "span",
     "stability",

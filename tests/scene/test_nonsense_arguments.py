@@ -69,6 +69,17 @@ def calls() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
                 "shear_moduli": [4e9, 4e9, 3e9], "density": 1600.0, "axis": [1.0, 0.0, 0.0], "across": None,
             },
         ),
+        "snubber": (
+            gb.snubber,
+            {
+                "between": one["at"], "stiffness": 1e6, "release": 1e-3, "velocity": 1e-2, "acceleration": None,
+                "damping": 0.0, "drag": 1.0, "name": "s",
+            },
+        ),
+        "moving_force": (
+            gb.moving_force,
+            {"points": [one["at"], one["at"]], "places": [0.0, 1.0], "force": 10.0, "position": 2.0, "name": "w"},
+        ),
         "mass": (gb.mass, {"value": 1.0, "motions": 2, "stiffness": 1e4, "name": "m"}),
         "Contact": (
             gb.Contact,

@@ -14,7 +14,7 @@ from gapbeam.solver.scene.convex_region import ConvexRegion
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.shipped_laws import check_law
 from gapbeam.solver.scene.structure import StructurePoint
-from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, touch
+from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, settled, touch
 from gapbeam.solver.system.operators import Array
 
 
@@ -133,6 +133,13 @@ class Contact:
         exact, damped = self.sticks, self.law.is_damped
         return touch(self.region.kind, self.law.kind, self.motions, rough and self.is_rough, exact, damped, level)
 
+    @property
+    def memory(self) -> tuple[int, int, int]:
+        """Address of what settles the contact after a step, first row of what its law remembers, and how many."""
+        kind, region = self.law.kind, self.region.kind
+        first = VALUES + len(region.names) + len(kind.given)
+        return (settled(region, kind) if kind.memory else 0), first, len(kind.memory)
+
     def replaced(self, name: str, value: Any) -> Contact:
         """Return the contact with another friction, sliding or offset, or value of the region or the law by its name.
 
@@ -141,9 +148,9 @@ class Contact:
         """
         if name in ("friction", "sliding", "offset"):
             return replace(self, **{name: value})
-        if name in self.law.kind.names:
+        if name in self.law.kind.given:
             return replace(self, law=self.law.replaced(**{name: value}))
         if name in self.region.kind.names:
             return replace(self, region=self.region.replaced(name, value))
-        known = ", ".join(("friction", "sliding", "offset", *self.region.kind.names, *self.law.kind.names))
+        known = ", ".join(("friction", "sliding", "offset", *self.region.kind.names, *self.law.kind.given))
         raise UserError(f"contact {self.name or '?'} has no value {name!r}; it has {known}")

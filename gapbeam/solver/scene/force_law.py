@@ -40,6 +40,9 @@ class LawKind:
         defaults: Parameters that may be left out.
         nonnegative: Names of parameters that may not be negative.
         positive: Names of parameters that may not be 0 either.
+        settle: settle(x0, x1, h, *parameters): the last parameters, which the law remembers, after a step of h from x0
+            to x1; or None.
+        memory: Names of these parameters; "speed" is the velocity of the contact at the start.
     """
 
     name: str
@@ -52,6 +55,13 @@ class LawKind:
     defaults: dict[str, float] = field(default_factory=dict)
     nonnegative: tuple[str, ...] = ()
     positive: tuple[str, ...] = ()
+    settle: Any = None
+    memory: tuple[str, ...] = ()
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Names of the parameters that a user gives."""
+        return tuple(one for one in self.names if one not in self.memory)
 
     def __call__(self, **parameters: Any) -> ForceLaw:
         """Return the law with its parameters.
@@ -59,12 +69,12 @@ class LawKind:
         Raises:
             UserError: A parameter is unknown, missing, not finite or negative where it may not be.
         """
-        unknown = sorted(set(parameters) - set(self.names))
+        unknown = sorted(set(parameters) - set(self.given))
         missing = [one for one in self.names if one not in parameters and one not in self.defaults]
         if unknown or missing:
             raise UserError(
                 f"law {self.name}: unknown {', '.join(unknown) or 'nothing'}, missing "
-                f"{', '.join(missing) or 'nothing'}; its parameters: {', '.join(self.names)}"
+                f"{', '.join(missing) or 'nothing'}; its parameters: {', '.join(self.given)}"
             )
         return ForceLaw(self, tuple(self.value(one, parameters.get(one, self.defaults.get(one))) for one in self.names))
 
@@ -94,8 +104,8 @@ class ForceLaw:
     def is_damped(self) -> bool:
         """True where the damper acts at all with these parameters."""
         damper = self.kind.damper
-        if damper is None:
-            return False
+        if damper is None or self.kind.memory:  # what it remembers may begin to damp
+            return damper is not None
         try:
             return bool(np.any(damper.py_func(1.0, 1.0, 1.0, *(np.asarray(one) for one in self.values))))
         except (TypeError, ValueError):  # a function of numbers only
@@ -107,9 +117,9 @@ class ForceLaw:
         Raises:
             UserError: The law has no such parameter, or it may not have that value.
         """
-        unknown = sorted(set(parameters) - set(self.kind.names))
+        unknown = sorted(set(parameters) - set(self.kind.given))
         if unknown:
-            raise UserError(f"law {self.kind.name} has no {', '.join(unknown)}; it has {', '.join(self.kind.names)}")
+            raise UserError(f"law {self.kind.name} has no {', '.join(unknown)}; it has {', '.join(self.kind.given)}")
         plain = {name: self.kind.value(name, value) for name, value in parameters.items()}
         pairs = zip(self.kind.names, self.values, strict=True)
         return replace(self, values=tuple(plain.get(name, value) for name, value in pairs))
@@ -122,6 +132,7 @@ def law(
     adhesive: bool = False,
     nonnegative: Sequence[str] = (),
     positive: Sequence[str] = (),
+    settle: Callable[..., Any] | None = None,
 ) -> Callable[[Callable[..., Any]], LawKind]:
     """Make a law of a spring; a decorator of spring(x, *parameters), whose parameters are those of the law.
 
@@ -135,6 +146,7 @@ def law(
         adhesive: Whether the law acts beyond touch, too, and may pull.
         nonnegative: Names of parameters that may not be negative.
         positive: Names of parameters that may not be 0 either.
+        settle: What the law remembers after a step; see `LawKind`. These are its parameters with defaults.
 
     Raises:
         UserError: A name is that of no parameter.
@@ -142,15 +154,19 @@ def law(
 
     def make(spring: Callable[..., Any]) -> LawKind:
         given = list(inspect.signature(spring).parameters.values())[1:]
-        potential_, damper_, mean_ = (
-            one if one is None or hasattr(one, "py_func") else inlined(one) for one in (potential, damper, mean)
+        potential_, damper_, mean_, settle_ = (
+            one if one is None or hasattr(one, "py_func") else inlined(one) for one in (potential, damper, mean, settle)
         )
         defaults = {one.name: one.default for one in given if one.default is not one.empty}
         names = tuple(one.name for one in given)
         if unknown := sorted({*nonnegative, *positive} - set(names)):
             raise UserError(f"law {spring.__name__}: no parameter {', '.join(unknown)}; it has {', '.join(names)}")
         bounds = tuple(nonnegative), tuple(positive)
-        return LawKind(spring.__name__, names, inlined(spring), potential_, damper_, mean_, adhesive, defaults, *bounds)
+        memory = tuple(defaults) if settle is not None else ()
+        return LawKind(
+            spring.__name__, names, inlined(spring), potential_, damper_, mean_, adhesive, defaults, *bounds, settle_,
+            memory,
+        )  # fmt: skip
 
     return make
 

@@ -403,5 +403,5 @@ class _Job:
         def pick(a: Array) -> Array:
             return a[:, index] if a.shape[1] > 1 else np.repeat(a, len(index), axis=1)
 
-        a = None if state.a is None else pick(state.a)
-        return SceneState(state.t, pick(state.q), pick(state.v), pick(state.z), pick(state.F), a)
+        a, memory = (None if one is None else pick(one) for one in (state.a, state.memory))
+        return SceneState(state.t, pick(state.q), pick(state.v), pick(state.z), pick(state.F), a, memory)

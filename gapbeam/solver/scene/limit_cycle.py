@@ -78,6 +78,7 @@ def periodic(
     """
     if not (np.isfinite(period) and period > 0.0) or steps < 1:
         raise UserError(f"periodic: found period {period!r} s in {steps} steps, expected both above 0")
+    scene.refuse_memory("periodic")
     if scheme.is_accelerated:
         raise UserError("periodic: the scheme has accelerations as states; take the midpoint rule or theta")
     begin = start or scene.state()
@@ -204,6 +205,7 @@ def limit_cycle(
             f"limit cycle: found {steps} steps, {cycles} cycles and period {period!r}; expected at least 4 and 3, "
             "and a time above 0"
         )
+    scene.refuse_memory("limit cycle")
     if scene.is_large:
         raise UserError("limit cycle: a structure is too large; reduce it: gapbeam.reduced_at_points")
     if not scene.contacts:

@@ -18,6 +18,7 @@ Arrays of a scene as its compiled step sees them: condensed for a step, contacts
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -244,6 +245,8 @@ class Slabs(NamedTuple):
         spent: (contacts, L), in the same order: energy lost in each contact so far, by its law and by friction.
         rough: Whether there is friction: then there is no step potential.
         sticks: (slabs,) whether its friction sticks without creep, by Coulomb's own law.
+        settle: (slabs,) address of what its law remembers after a step; 0: nothing.
+        kept: (slabs, 2) first row of what its law remembers, and how many.
     """
 
     address: Any
@@ -255,6 +258,13 @@ class Slabs(NamedTuple):
     spent: Array
     rough: bool
     sticks: Any
+    settle: Any
+    kept: Any
+
+    def memory(self) -> Iterator[Array]:
+        """Yield the memory of the laws of each slab, (rows, contacts, L): a part of the workspace."""
+        for s, (first, count) in enumerate(self.kept):
+            yield self.work[s, first : first + count, : self.start[s + 1] - self.start[s]]
 
 
 class SolveRoom(NamedTuple):

@@ -35,6 +35,7 @@ class SceneState:
         z: States of the feedback.
         F: Contact forces, the mean over the last step, (motions, lanes).
         a: Accelerations, where the scheme needs them.
+        memory: What laws of contacts remember, such as that a snubber is locked, (values, lanes); default nothing.
     """
 
     t: float
@@ -43,6 +44,7 @@ class SceneState:
     z: Array
     F: Array
     a: Array | None = None
+    memory: Array | None = None
 
     def spread(self, lanes: int) -> SceneState:
         """Return the state for so many lanes: repeated where it has one."""
@@ -50,8 +52,8 @@ class SceneState:
         def many(x: Array) -> Array:
             return np.repeat(x, lanes, axis=1) if x.shape[1] == 1 else x.copy()
 
-        a = None if self.a is None else many(self.a)
-        return SceneState(self.t, many(self.q), many(self.v), many(self.z), many(self.F), a)
+        a, memory = (None if one is None else many(one) for one in (self.a, self.memory))
+        return SceneState(self.t, many(self.q), many(self.v), many(self.z), many(self.F), a, memory)
 
 
 class Scene:
@@ -369,6 +371,8 @@ class Scene:
             self.first[integers(order)].astype(np.int64), work,
             np.zeros((len(order), lanes)), rough and any(one.is_rough for one in self.contacts),
             integers([self.contacts[some[0]].sticks for _, some in parts]),
+            integers([self.contacts[some[0]].memory[0] for _, some in parts]),
+            integers([self.contacts[some[0]].memory[1:] for _, some in parts]).reshape(-1, 2),
         )  # fmt: skip
 
     def walls(self, times: Array, lanes: int = 1) -> Array:
@@ -396,6 +400,18 @@ class Scene:
                 target[self.start[place] : self.start[place + 1]] = own
         states = np.zeros((self.states, 1))
         return SceneState(t, q[:, None], v[:, None], states, np.zeros((self.motions, 1)))
+
+    def refuse_memory(self, what: str) -> None:
+        """Refuse contacts whose laws remember, where a state is displacements, velocities and states of the feedback.
+
+        Raises:
+            UserError: There is one.
+        """
+        found = [one.name or "?" for one in self.contacts if one.law.kind.memory]
+        if found:
+            raise UserError(
+                f"{what}: found {found[0]}, which remembers its past, expected contacts without memory; march the scene"
+            )
 
     @property
     def states(self) -> int:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import make_interp_spline
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite
@@ -238,3 +239,54 @@ def unit_direction(direction: ArrayLike | None, where: str) -> Array:
         found = "no direction" if direction is None else f"direction {np.round(given, 6).tolist()}"
         raise UserError(f"{where}: found {found}, expected (x, y, z), as its frame moves in space")
     return np.asarray(given / np.linalg.norm(given))
+
+
+@checked
+def moving_force(
+    points: Sequence[StructurePoint],
+    places: Sequence[float],
+    force: Value,
+    position: float | Callable[..., Any],
+    name: str = "",
+) -> list[Force]:
+    """Return the loads of a force that moves along a structure, such as a wheel on a beam: those of a scene.
+
+    Between points along its way the row b(s) of the place s is a cubic spline of their rows,
+
+        f(t) = F(t) sum_i N_i(s(t)) b_i,     N_i(s_j) = 1 for i = j, else 0,
+
+    of order 4 in the distance of the points where the structure is smooth; 0 before the first and beyond the last.
+
+    Args:
+        points: Along its way, two or more; the force acts along the first motion of each.
+        places: Of the points along its way, m, growing.
+        force: F, N; see `Load`.
+        position: s, m, a function of time; or a speed, m/s, at which it starts from 0.
+        name: "wheel" makes loads "wheel-0", "wheel-1", ...
+
+    Raises:
+        UserError: Points and places do not fit.
+    """
+    s = finite(places, f"moving force {name or '?'}: places")
+    wrong = next((one for one in points if not isinstance(one, StructurePoint)), None)
+    if wrong is not None or s.shape != (len(points),) or len(s) < 2 or not np.all(np.diff(s) > 0.0):
+        raise UserError(
+            f"moving force {name or '?'}: found {len(points)} points and places {s.tolist()}, expected two points of "
+            "structures or more, and a place for each that is beyond the one before"
+        )
+    speed = 0.0 if callable(position) else float(finite(position, f"moving force {name or '?'}: position"))
+    moved = np.vectorize(position if callable(position) else lambda t: speed * t, otypes=[float])
+    shapes = make_interp_spline(s, np.eye(len(s)), k=min(3, len(s) - 1))
+    given = Load(points[0].structure, points[0].rows[0], force, name)
+
+    def share(i: int) -> Callable[[Any], Any]:
+        def value(t: Any) -> Any:
+            times = np.atleast_1d(np.asarray(t, dtype=float))
+            at = moved(times)
+            inside = (s[0] <= at) & (at <= s[-1])
+            size = given.table(times.ravel())[:, 0].reshape(times.shape)
+            return np.reshape(size * inside * shapes(np.clip(at, s[0], s[-1]))[..., i], np.shape(t))
+
+        return value
+
+    return [Force(one, share(i), name=f"{name}-{i}" if name else "") for i, one in enumerate(points)]

@@ -77,7 +77,24 @@ class Marcher:
             self.a = np.ascontiguousarray(state.a) if state.a is not None else self.accelerations()
         self.ledger, self.peaks, self.passes = np.zeros((7, lanes)), np.zeros((len(self.linear.watch), 2, lanes)), 0
         self.kept = step_records(self.linear, 0, lanes, False, False)
+        self._recall(state.memory)
         self.ledger[STORED] = rest(self.slabs, self.y)[2]
+
+    def _recall(self, memory: Array | None) -> None:
+        """Give laws what they remember, (values, lanes); None: nothing but the speed of their contacts."""
+        parts = list(self.slabs.memory())
+        if memory is not None:
+            ends = np.cumsum([part.shape[0] * part.shape[1] for part in parts])
+            for part, values in zip(parts, np.split(memory, ends[:-1]), strict=True):
+                part[:] = values.reshape(part.shape)
+            return
+        times = np.array([self.t0, self.t0 + self.h])
+        speed = self.scene.contact_rows @ self.v - np.diff(self.scene.walls(times, self.lanes), axis=0)[0] / self.h
+        for s, part in enumerate(parts):
+            here = self.slabs.motion[self.slabs.start[s] : self.slabs.start[s + 1]]
+            names = self.scene.contacts[int(np.searchsorted(self.scene.first, here[0], "right")) - 1].law.kind.memory
+            if "speed" in names:
+                part[names.index("speed")] = speed[here]
 
     def fastest(self) -> float:
         """Return the largest angular frequency of the scene with springs of its feedback, rad/s."""
@@ -170,7 +187,11 @@ class Marcher:
     def state(self) -> SceneState:
         """A copy of the present state: another march may start from it."""
         a = self.a.copy() if len(self.a) else None
-        return SceneState(self.t, self.q.copy(), self.v.copy(), self.z.copy(), self.F.copy(), a)
+        parts = (one.reshape(-1, self.lanes) for one in self.slabs.memory())
+        memory = np.concatenate([np.zeros((0, self.lanes)), *parts])
+        return SceneState(
+            self.t, self.q.copy(), self.v.copy(), self.z.copy(), self.F.copy(), a, memory if len(memory) else None
+        )
 
     def inertia(self) -> tuple[Array, Array]:
         """Return kinetic and strain energy, (lanes,), J."""

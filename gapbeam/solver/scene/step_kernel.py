@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from gapbeam.solver.scene.force_solve import solve
 from gapbeam.solver.scene.lane_code import L, add, clear, copy, lanewise, spread
+from gapbeam.solver.scene.touch_kernel import call
 
 DAMPED, LAW, RUBBED, LOADED, FED, WALLED, STORED, KINETIC, STRAIN = range(9)
 
@@ -41,6 +42,14 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
     if passes:
         add(linear.carry, F, u[m:], 1.0)
         add(linear.fed_back, F, phi, 1.0)
+    for s in range(len(slabs.settle)):  # laws that remember
+        if slabs.settle[s] != 0:
+            count = slabs.start[s + 1] - slabs.start[s]
+            for c in range(count):
+                j = slabs.motion[slabs.start[s] + c]
+                for lane in range(L):
+                    slabs.work[s, 0, c, lane], slabs.work[s, 2, c, lane] = y[j, lane], y1[j, lane]
+            call(slabs.settle[s], h, L * count, slabs.place[s])
     clear(ledger[STORED:])
     for s in range(len(slabs.address)):
         for c in range(slabs.start[s + 1] - slabs.start[s]):

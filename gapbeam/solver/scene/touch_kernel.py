@@ -150,6 +150,30 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
     return _touches[key]
 
 
+def settled(region: RegionKind, law: LawKind) -> int:
+    """Return the address of what a kind of law remembers after a step from rows 0 to 2, with stored and lost energy."""
+    key = (region, law)
+    if key in _touches:
+        return _touches[key]
+    face, settle, potential, given = region.face, law.settle, law.potential, len(law.given)
+    first = VALUES + len(region.names)
+    at_region, at_law, kept = _values(VALUES, len(region.names)), _values(first, len(law.names)), len(law.memory)
+
+    def compiled(h, count, workspace):  # type: ignore[no-untyped-def]
+        w = numba.carray(workspace, (ROWS, WIDTH))
+        for i in range(count):
+            x0, x1 = face(0, w[0, i], 0.0, w[2, i], 0.0, at_region(w, i))[:2]
+            before = potential(x1, *at_law(w, i))
+            new = settle(x0, x1, h, *at_law(w, i))
+            for k in range(kept):
+                w[first + given + k, i] = new[k]
+            after = potential(x1, *at_law(w, i))
+            w[10, i], w[11, i] = after, w[11, i] + before - after
+
+    _touches[key] = address(SIGNATURE, compiled)
+    return _touches[key]
+
+
 def _values(row: int, count: int) -> Any:
     """Return compiled values(w, i) -> tuple of `count` rows from `row` at evaluation i."""
     items = "".join(f"w[{row + k}, i], " for k in range(count))

@@ -22,6 +22,7 @@ from gapbeam.solver.scene.frame_structure import ANGLE, FrameRoute, Station, fra
 from gapbeam.solver.scene.modal_files import read_modes
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
+from gapbeam.solver.scene.snubber import snubber
 from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, reduced_at_points
 from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint, read_model
 from gapbeam.solver.scene_file.feedback_builder import faulty_key, flow_span, made_feedback, stations
@@ -42,6 +43,7 @@ from gapbeam.solver.scene_file.structure_tables import (
     PinnedBody,
     PointTable,
     RigidBar,
+    SnubberJoint,
     SpringJoint,
 )
 from gapbeam.solver.system.operators import Array
@@ -122,6 +124,8 @@ def built_scene(
     loads = [load for number, one in enumerate(case.load) for load in _loads(site, number, one)]
     joints, masses = [], []
     for number, joint in enumerate(case.joint):
+        if isinstance(joint, SnubberJoint):
+            contacts.append(_snubber(site, number, joint))
         if isinstance(joint, SpringJoint):
             ends = [site.point(("joint", number, "between"), place) for place in joint.between]
             known = [end for end in ends if end is not None]
@@ -407,6 +411,20 @@ def _contact(site: _Site, number: int, pair: PairTable) -> Contact | None:
         offset=pair.offset,
         name=pair.name,
     )
+
+
+def _snubber(site: _Site, number: int, joint: SnubberJoint) -> Contact | None:
+    ends = [one for place in joint.between if (one := site.point(("joint", number, "between"), place)) is not None]
+    if len(ends) < len(joint.between):
+        return None
+    try:
+        return snubber(
+            ends[0] if len(ends) == 1 else (ends[0], ends[1]),
+            **joint.model_dump(exclude={"type", "between"}),
+        )
+    except UserError as error:
+        site.faults.append(fault_of(("joint", number, "between"), error))
+        return None
 
 
 def _loads(site: _Site, number: int, load: AnyLoad) -> list[Load]:

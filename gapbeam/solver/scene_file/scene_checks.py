@@ -25,6 +25,7 @@ from gapbeam.solver.scene_file.structure_tables import (
     PinnedBody,
     PointTable,
     RigidBar,
+    SnubberJoint,
     SpringJoint,
 )
 from gapbeam.solver.wording.short_words import near
@@ -74,8 +75,10 @@ def _points(by_name: Mapping[str, BodyTable], points: Any) -> dict[str, set[str]
 def _names(tables: Mapping[str, Any]) -> Iterator[Fault]:
     """Names are given once."""
     seen: dict[str, Key] = {}
-    for array in ("structure", "pair", "load", "feedback"):
+    for array in ("structure", "pair", "load", "feedback", "joint"):
         for number, one in tables.get(array, {}).items():
+            if array == "joint" and not isinstance(one, SnubberJoint):
+                continue
             key = (array, number, "name")
             if one.name in seen:
                 yield Fault(key, f'"{one.name}", a second time', "different names of structures, pairs, loads, forces",
@@ -209,11 +212,18 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
 def _joint(
     key: Key, joint: Any, by_name: Mapping[str, BodyTable], known: Mapping[str, set[str] | None]
 ) -> Iterator[Fault]:
-    if isinstance(joint, SpringJoint):
+    if isinstance(joint, SpringJoint | SnubberJoint):
         for place in joint.between:
             yield from _exists((*key, "between"), place, known, by_name)
         if joint.stiffness == joint.damping == 0.0:
             yield Fault((*key, "stiffness"), "0 without damping: the joint does nothing", "a stiffness or a damping")
+        if isinstance(joint, SnubberJoint):
+            lock = joint.acceleration if joint.velocity is None else joint.velocity
+            if lock is None or None not in (joint.velocity, joint.acceleration):
+                found = "neither velocity nor acceleration" if lock is None else "velocity and acceleration"
+                yield Fault(key, found, "one of them: what locks it")
+            elif not joint.release < lock:
+                yield Fault((*key, "release"), f"{joint.release:g}", f"less than {lock:g}, at which it locks")
         return
     yield from _known_structure((*key, "structure"), joint.structure, by_name)
     if joint.structure not in by_name:

@@ -260,7 +260,25 @@ class SpringJoint(Table):
     damping: NonNegative = Field(default=0.0, description="N s/m")
 
 
-BodyJoint = Annotated[ClampedBody | PinnedBody | HeldBody | SpringJoint, Field(discriminator="type")]
+class SnubberJoint(Table):
+    """A support that is free while its point moves slowly, and locks as a spring and damper beyond a limit."""
+
+    type: Literal["snubber"] = Field(description="kind of joint")
+    name: Name = Field(description="name in results, different for every pair and snubber", examples=["lock"])
+    between: tuple[PointName] | tuple[PointName, PointName] = Field(
+        description="a point of one motion, or two", examples=[["pipe.hanger"]]
+    )
+    velocity: Positive | None = Field(default=None, description="at which it locks, m/s", examples=[5e-3])
+    acceleration: Positive | None = Field(
+        default=None, description="at which it locks, m/s^2; velocity or acceleration", examples=[0.2]
+    )
+    release: NonNegative = Field(description="at which it opens again, m/s or m/s^2, below the lock", examples=[1e-3])
+    stiffness: NonNegative = Field(description="of the locked one, from where it locked, N/m", examples=[2e7])
+    damping: NonNegative = Field(default=0.0, description="of the locked one beside its spring, N s/m")
+    drag: NonNegative = Field(default=0.0, description="of the free one, N s/m")
+
+
+BodyJoint = Annotated[ClampedBody | PinnedBody | HeldBody | SpringJoint | SnubberJoint, Field(discriminator="type")]
 
 
 class LoadedPoint(Table):

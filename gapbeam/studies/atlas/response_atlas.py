@@ -128,6 +128,7 @@ def atlas(
     """
     if min(steps, settle, rounds, orders) < 1 or exponents < 50:
         raise UserError("atlas: expected steps, settle, rounds and orders from 1 on, and exponents from 50 on")
+    scene.refuse_memory("atlas")
     if scheme.is_accelerated:
         raise UserError("atlas: the scheme has accelerations as states; take the midpoint rule or theta")
     axes = {path: np.atleast_1d(finite(value, path)) for path, value in (over or {}).items()}

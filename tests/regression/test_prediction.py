@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 from mpi4py import MPI
@@ -63,6 +64,22 @@ def test_check_says_what_it_does_and_stops_where_steps_are_slow(
     assert "marches some steps" in caplog.text
     assert f"{trial_prediction.WARM_UP} steps from the seat" in found.cost.basis
     assert not found.cost.scaled
+
+
+@alone
+def test_the_time_that_makes_machine_code_is_not_that_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A first trial of an hour is a warm-up: later ones say what a step costs."""
+    march, tried = trial_prediction._Trials.march, list[int]()
+
+    def slow_at_first(trials: trial_prediction._Trials, steps: int) -> trial_prediction._Trial:
+        tried.append(steps)
+        found = march(trials, steps)
+        return found if len(tried) > 1 else replace(found, spent=3600.0, per_step=3600.0 / steps)
+
+    monkeypatch.setattr(trial_prediction._Trials, "march", slow_at_first)
+    found = describe_case(gapbeam.read_case(DEMO, {"model": "rigid", "time.end": 1.0}), MPI.COMM_SELF)
+    assert found.cost.per_step < 1.0
+    assert len(tried) > 2
 
 
 @alone

@@ -33,6 +33,7 @@ from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import lightest_supported, overhang_frequency
+from gapbeam.solver.case.own_contact import rolling_radius
 from gapbeam.solver.case.solution_tables import (
     ELEMENTS_IN_SUPPORT,
     SPACING_OF_WAVE,
@@ -186,8 +187,11 @@ def chosen_case(case: Case) -> Case:
             if doubt is not None:
                 reasons.append(f"not {name} {place}: {doubt}")
                 continue
-            reasons.append(f"{name} {place}: the simplest model that is left")
-            given = level.fitted(figures).model_copy(update={"reasons": tuple(reasons)})
+            fitted = level.fitted(figures)
+            lines = figures.rolls and fitted.rings is not None
+            added = f"; its sections meet flat walls along lines, {fitted.rings} in each support" if lines else ""
+            reasons.append(f"{name} {place}: the simplest model that is left{added}")
+            given = fitted.model_copy(update={"reasons": tuple(reasons)})
             return case.model_copy(update={"model": given, "mesh": mesh})
     raise CaseError("", in_common(refused) or [none_fits(reasons)])
 
@@ -229,7 +233,16 @@ def scene_figures(case: Case, wanted: Wanted) -> SceneFigures:
         squeezed=any(one.clearance < 0.0 for one in case.layout.supports),
         graded=graded_count(case),
         around=all(one.around for one in case.layout.supports),
+        longest_support=max(one.length for one in case.layout.supports),
+        rolls=rolls(case),
     )
+
+
+def rolls(case: Case) -> bool:
+    """Return whether a model whose sections keep their shape meets flat walls along lines, and holes as circles."""
+    lines = [rolling_radius(case, one) is not None for one in case.layout.supports]
+    others = [one for one, line in zip(case.layout.supports, lines, strict=True) if not line]
+    return any(lines) and all(face.circle for one in others for face in one.faces)
 
 
 def contact_frequency(case: Case) -> float:

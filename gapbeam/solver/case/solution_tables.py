@@ -11,7 +11,8 @@ from pydantic import BeforeValidator, Field
 from gapbeam.solver.integrators.scheme_choice import USUAL, Scheme
 from gapbeam.solver.table import NonNegative, Positive, Switch, Table, Whole, named
 
-STATIONS = 8
+STATIONS, FEWEST_STATIONS, MOST_STATIONS = 8, 4, 20
+STATIONS_OF_WAVE = 16  # in a bending wave; with four in a short support, forces and displacements are right to 0.1 %
 RIGID_SHARE = 0.3  # of the first bending frequency, up to which a body may be rigid
 THICKNESS_OF_WAVE = 0.125  # thickness over the bending wavelength, up to which beam theory holds
 SPACING_OF_WAVE = 0.125  # distance of nodes over the bending wavelength
@@ -37,6 +38,8 @@ class SceneFigures(NamedTuple):
         squeezed: Whether a support is an interference fit, which squeezes the section.
         graded: Number of graded elements that supports and waves ask for.
         around: Whether all supports are around the beam.
+        longest_support: Length of the longest support, m.
+        rolls: Whether sections that keep their shape meet some supports along lines, and the others as circles.
     """
 
     wanted: Wanted
@@ -50,6 +53,16 @@ class SceneFigures(NamedTuple):
     squeezed: bool = False
     graded: int = 0
     around: bool = False
+    longest_support: float = 0.0
+    rolls: bool = False
+
+    @property
+    def stations(self) -> int | None:
+        """Sections that touch along each support around the beam: as many as bending waves ask for, on lines."""
+        if not self.rolls:
+            return STATIONS if self.around else None
+        wanted = ceil(STATIONS_OF_WAVE * self.longest_support / self.wavelength)
+        return min(max(wanted, FEWEST_STATIONS), MOST_STATIONS)
 
 
 class _AnyModel(Table):
@@ -144,7 +157,7 @@ class ReducedModel(_AnyModel):
     stations: Whole | None = Field(
         default=None,
         ge=1,
-        le=20,
+        le=MOST_STATIONS,
         description=f"rigid sections along each support, at Gauss points; default {STATIONS} where sections are rigid",
     )
 
@@ -185,7 +198,7 @@ class BeamModel(_AnyModel):
     stations: Whole | None = Field(
         default=None,
         ge=1,
-        le=20,
+        le=MOST_STATIONS,
         description="sections that touch along each support around the beam, at Gauss points; default the points of "
         "the mesh",
     )
@@ -209,15 +222,15 @@ class BeamModel(_AnyModel):
     def fitted(self, scene: SceneFigures) -> Self:
         """Return the model with elements as short as bending waves and supports ask for.
 
-        Where equal ones would be many, and graded ones are much fewer, these are taken, and a few sections touch.
+        Where equal ones would be many, and graded ones are much fewer, these are taken, and a few sections touch. So
+        they do where flat walls are met along lines.
         """
         in_supports = ELEMENTS_IN_SUPPORT * scene.length / scene.shortest_support
         in_waves = scene.length / (SPACING_OF_WAVE * scene.wavelength)
         wanted = max(self.elements, ceil(in_supports - 1e-9), ceil(in_waves))
         if wanted == self.elements or scene.graded > MUCH_FEWER * wanted:
-            return self.model_copy(update={"elements": wanted})
-        stations = STATIONS if scene.around else None
-        return self.model_copy(update={"elements": scene.graded, "spacing": "graded", "stations": stations})
+            return self.model_copy(update={"elements": wanted, "stations": scene.stations if scene.rolls else None})
+        return self.model_copy(update={"elements": scene.graded, "spacing": "graded", "stations": scene.stations})
 
     def doubts(self, scene: SceneFigures) -> Iterator[str]:
         """Yield results of the section, squeezed sections, and waves that are short compared with the thickness."""

@@ -1,6 +1,6 @@
 """Contact law, stiffness, damping and friction at every contact point: from [contact], or from the support itself.
 
-Supports that ask for circles are met at stations.
+Supports that ask for circles are met at stations, and flat walls along the lines of sections that keep their shape.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse import identity, kron
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import (
@@ -19,13 +20,15 @@ from gapbeam.solver.case.computed_defaults import (
     touch_depth,
 )
 from gapbeam.solver.case.contact_table import whole_unit
-from gapbeam.solver.case.own_contact import nominal_area, own_damping, own_stiffness
+from gapbeam.solver.case.own_contact import line_radii, nominal_area, own_damping, own_stiffness
 from gapbeam.solver.case.placed_support import law_at, own_law
 from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
 from gapbeam.solver.contact.formulations.circle_contact import CircleOperator, circle_contact
+from gapbeam.solver.contact.formulations.contact_points import ResultantOperator, whole_contact
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.damper import CoulombFriction
+from gapbeam.solver.contact.laws.line_law import line_law
 from gapbeam.solver.contact.laws.own_spring_law import LawGroup, mixed_law
 from gapbeam.solver.contact.laws.ramp_law import shaped_law
 from gapbeam.solver.loads.support_walls import hole_shifts
@@ -138,6 +141,22 @@ def _at_points(values: list[float], body: Body) -> float | Array:
     return values[0] if len(set(values)) == 1 else np.array(values)[body.contact.faces]
 
 
+def met_along_lines(case: Case, body: Body) -> Body:
+    """Return a body with one contact point for each flat wall at each station, where lines are met; or the same."""
+    areas = [
+        None if radius is None else nominal_area(case, one)
+        for radius, one in zip(line_radii(case), (one for one in case.layout.supports for _ in one.faces), strict=True)
+    ]
+    contact, holding = whole_contact(body.contact, areas), body.holding
+    if holding is not None and isinstance(contact, ResultantOperator) and contact.distributed is body.contact:
+        shares = contact.shares.T
+        friction = holding.friction
+        if friction.shape[1]:
+            friction = friction @ kron(shares, identity(friction.shape[1] // body.contact.size))
+        holding = replace(holding, pressure=holding.pressure @ shares, friction=friction)
+    return replace(body, contact=contact, holding=holding)
+
+
 def met_as_circles(body: Body) -> Body:
     """Return a body with stations instead of the points around its sections where a support is met as a circle.
 
@@ -189,21 +208,17 @@ def law_of_case(case: Case, faces: Indices, setting: ContactSetting) -> ContactL
         setting: K, c and areas of the points.
     """
     laws = [law_at(case.contact, one) for one in case.layout.supports for _ in one.faces]
-    different = list[ChosenLaw]()
-    for law in laws:
-        if law not in different:
-            different.append(law)
-    if len(different) == 1:
-        return _made(case, different[0], setting.stiffness, setting.damping, setting.areas, setting.nominal)
-    owners = np.array([different.index(law) for law in laws])[faces]
+    met = list(zip(laws, line_radii(case), strict=True))
+    different = [one for number, one in enumerate(met) if one not in met[:number]]
+    owners = np.array([different.index(one) for one in met])[faces]
     groups = []
-    for number, law in enumerate(different):
+    for number, (law, radius) in enumerate(different):
         points = np.flatnonzero(owners == number)
-        parts = (
-            _taken(value, points) for value in (setting.stiffness, setting.damping, setting.areas, setting.nominal)
-        )
-        groups.append(LawGroup(points, _made(case, law, *parts)))
-    return mixed_law([group for group in groups if len(group.points) > 0])
+        values = setting.stiffness, setting.damping, setting.areas, setting.nominal
+        made = _made(case, law, *(_taken(value, points) for value in values))
+        groups.append(LawGroup(points, made if radius is None else line_law(made, radius)))
+    found = [group for group in groups if len(group.points) > 0]
+    return mixed_law(found) if len(different) > 1 else found[0].law
 
 
 def _made(

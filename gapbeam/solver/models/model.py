@@ -37,6 +37,7 @@ from gapbeam.solver.models.contact_setting import (
     contact_setting,
     friction_of,
     law_of_case,
+    met_along_lines,
     met_as_circles,
     station_reactions,
     with_moving_holes,
@@ -241,7 +242,8 @@ def model_of(case: Case, body: Body) -> Model:
 
     Collective.
     """
-    marched = met_as_circles(body)
+    lined = met_along_lines(case, body)
+    marched = met_as_circles(lined)
     setting = contact_setting(case, marched)
     contact = marched.contact.with_gaps_of(case.layout.faces)
     support = contact.support.with_stiffness(setting.face_stiffness)
@@ -268,7 +270,7 @@ def model_of(case: Case, body: Body) -> Model:
     system = assembled_system(case, body.operators, contact, body.patterns, dimension, rayleigh(case))
     if case.time.scheme.explicit:
         case, computed = with_stable_step(asked, case, computed, stable_step(system, law, compared_depth(case)))
-    system = replace(system, reactions=station_reactions(case, body, system))
+    system = replace(system, reactions=station_reactions(case, lined, system))
     system = with_support_bodies(case, system, dimension)
     springs = support.per_face_area(tangent_stiffness(case, setting.face_stiffness))
     return Model(

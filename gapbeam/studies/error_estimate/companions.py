@@ -21,7 +21,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from gapbeam.solver.case.case import MOST_CELLS, Case
-from gapbeam.solver.case.solution_tables import BeamModel, FullModel, ReducedModel, RigidModel, Time
+from gapbeam.solver.case.own_contact import line_radii
+from gapbeam.solver.case.solution_tables import MOST_STATIONS, BeamModel, FullModel, ReducedModel, RigidModel, Time
 from gapbeam.studies.trials.refined_mesh import mesh_keys
 
 SAME, HALF_STEP, TWICE, FOURFOLD = "same", "half step", "twice the step", "four times the step"
@@ -120,6 +121,8 @@ def companions_of(
         found.append(companion(STIFFER, base, own | {"contact.stiffness": 2.0 * stiffness}))
     if isinstance(case.model, ReducedModel) and case.model.rings:
         left_out.append('the deformation of the sections, which sections = "rigid" leaves out')
+    elif _on_lines(case):
+        left_out.append("the deformation of the sections, which stay round where they meet flat walls along lines")
     if case.mesh.file is not None:
         left_out.append("the mesh, which is given by a file")
     else:
@@ -225,10 +228,18 @@ def _finest(case: Case) -> dict[str, Any]:
     if isinstance(case.model, ReducedModel):
         own = _model(case, None)
         return own | {"modes": max(own["modes"], FINEST_MODES), "shapes": max(own["shapes"], shapes)}
+    stations = {"stations": min(2 * case.model.rings, MOST_STATIONS)} if _on_lines(case) and case.model.rings else {}
+    if stations and isinstance(case.model, BeamModel) and case.model.graded:  # a solid would be far too large
+        return _model(case, 2.0) | stations
     richest = {"type": "reduced", "modes": FINEST_MODES, "shapes": shapes}
-    if any(face.circle for face in case.layout.faces):
+    if stations or any(face.circle for face in case.layout.faces):
         richest["sections"] = "rigid"
-    return richest | _contact_of_basis(case)
+    return richest | stations | _contact_of_basis(case)
+
+
+def _on_lines(case: Case) -> bool:
+    """Return True where sections meet flat walls along lines."""
+    return any(radius is not None for radius in line_radii(case))
 
 
 def _contact_of_basis(case: Case) -> dict[str, Any]:

@@ -118,8 +118,10 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
     try:
         trials = _Trials(trial.model, plan, seat, folder, comm)
         most = min(MOST, plan.steps)
-        first = trials.march(min(WARM_UP, most))
-        done = first if GROWTH * first.spent > LONGEST else trials.march(min(GROWTH * WARM_UP, most))
+        first = trials.march(min(WARM_UP, most))  # makes machine code where there is none: up to minutes
+        done = trials.march(min(WARM_UP, most))
+        if comm.bcast(GROWTH * done.spent < LONGEST):
+            done = trials.march(min(GROWTH * WARM_UP, most))
         while done.steps < most and not done.early and comm.bcast(done.spent < ENOUGH * TRIAL_TIME):
             wanted = min(max(round(TRIAL_TIME / done.per_step), GROWTH * done.steps), most)
             done = trials.march(comm.bcast(wanted))

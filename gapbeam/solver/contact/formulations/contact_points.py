@@ -282,7 +282,7 @@ def _touching(contact: ContactOperator, face: Face, group: Indices, along: Array
         flat = np.flatnonzero(even)
         return [_kept(contact, group[point]) for point in flat], weights[flat]
     sideways = places[:, 1:] @ along
-    line = float(np.average(sideways[even], weights=weights[even]))
+    line = 0.0 if face.around else float(np.average(sideways[even], weights=weights[even]))  # round sections are
     aside = sideways - line
     rows, sizes = list[Row](), list[float]()
     for one in _across(stations, aside):

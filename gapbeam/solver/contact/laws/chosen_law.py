@@ -33,6 +33,7 @@ class ChosenLaw(Table):
         takes_damping: The coefficient is contact.damping; the others bring their own.
         by_touch_speed: The coefficient follows from the speed at touch of each point, as touch_product / speed.
         keeps_set: It yields, and each point keeps its plastic set.
+        rolls: Its resultant on the line along which a round section meets a flat wall is known, `line_law`.
     """
 
     type: str
@@ -42,6 +43,7 @@ class ChosenLaw(Table):
     takes_damping: ClassVar[bool] = False
     by_touch_speed: ClassVar[bool] = False
     keeps_set: ClassVar[bool] = False
+    rolls: ClassVar[bool] = False
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: object) -> None:

@@ -202,7 +202,7 @@ class ContactLaw:
             float(self.spring.exponent),
             FORMULAS[self.damper.law] if damped else UNDAMPED,
             self.damper.padded,
-            LAWS[self.damper.law].jumps,
+            LAWS[self.damper.law].jumps and not self.damper.parameters,
             bool(self.adhesive),
             float(self.touch_depth),
             float(self.touch_product or 0.0),

@@ -42,7 +42,7 @@ from gapbeam.solver.contact.formulations.formulation_choice import ChosenFormula
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw, ComputedDamping
 from gapbeam.solver.contact.laws.damper import DampedPoint, Damper, per_area
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic, PiecewiseLinear, RestitutionLaw
-from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure, spring_slope
+from gapbeam.solver.contact.laws.springs import power, spring_potential, spring_pressure, spring_slope
 from gapbeam.solver.errors import Fault
 from gapbeam.solver.jit import compiled_in_order
 from gapbeam.solver.system.operators import Array
@@ -65,6 +65,7 @@ class KelvinVoigt(ChosenLaw):
     jumps: ClassVar[bool] = True
     exact: ClassVar[bool] = True
     takes_damping: ClassVar[bool] = True
+    rolls: ClassVar[bool] = True
 
     @property
     def dissipates(self) -> bool:
@@ -114,8 +115,15 @@ class KelvinVoigt(ChosenLaw):
 
 @compiled_in_order
 def constant_damping(at: DampedPoint, depth: float) -> tuple[float, float, float]:
-    """Return c(d) = c, its slope and C(d) = c d, for d > 0; the coefficient is c, Pa s/m."""
-    return at.coefficient, 0.0, at.coefficient * depth
+    """Return c(d) = c d^q, its slope and C(d) = c d^(q + 1) / (q + 1), for d > 0; the coefficient is c, Pa s/m^(q + 1).
+
+    The parameter q is 0 but on lines of contact, `line_law`.
+    """
+    growth = at.parameters[0]
+    if growth == 0.0:
+        return at.coefficient, 0.0, at.coefficient * depth
+    value = at.coefficient * power(depth, growth)
+    return value, growth * value / depth, value * depth / (1.0 + growth)
 
 
 def kelvin_voigt_ratio(restitution: float, adhesive: bool) -> float:

@@ -100,6 +100,7 @@ class RestitutionLaw(ChosenLaw):
     restitution: Number = Field(gt=0, le=1, description="coefficient of restitution, no unit", examples=[0.8])
 
     by_touch_speed: ClassVar[bool] = True
+    rolls: ClassVar[bool] = True
 
     @property
     def spring_exponent(self) -> float:

@@ -382,7 +382,7 @@ class AssumptionLimits(Table):
     )
     mesh_beside_the_wavelengths: Bound = Field(
         default=None,
-        description="distance of nodes over the bending wavelength, no unit",
+        description="distance of nodes over the wavelength, no unit",
     )
     basis_beside_the_frequencies: Bound = Field(
         default=None,
@@ -390,11 +390,11 @@ class AssumptionLimits(Table):
     )
     beam_model_beside_the_wavelengths: Bound = Field(
         default=None,
-        description="thickness over the bending wavelength, no unit",
+        description="thickness over the wavelength, no unit",
     )
     rigid_model_beside_the_frequencies: Bound = Field(
         default=None,
-        description="highest frequency over the first of bending, no unit",
+        description="highest frequency over the first of the beam, no unit",
     )
     energy_under_noise_kept_by_the_scheme: Bound = Field(
         default=None,

@@ -1,7 +1,8 @@
 """The frequencies that carry the kinetic energy of a motion, from recorded velocities.
 
 The power spectra of all signals, v v by Hann windows over segments that overlap by half, are added up. A hundred
-frequencies, each of which stands for a hundredth of the energy, represent the sum.
+frequencies, each of which stands for a hundredth of the energy, represent the sum. Motion along the beam and across it
+are waves of different lengths: each kind has the frequency above which it carries less than half a hundredth of all.
 """
 
 from __future__ import annotations
@@ -26,9 +27,13 @@ class FrequencyContent:
 
     Attributes:
         frequencies: Each stands for a hundredth of the energy, rising, (100,), Hz.
+        along: Highest frequency of motion along the beam, Hz; 0: it carries next to nothing.
+        across: The same of motion across the beam; None: that of all motion.
     """
 
     frequencies: Array
+    along: float = 0.0
+    across: float | None = None
 
     @property
     def middle(self) -> float:
@@ -39,6 +44,11 @@ class FrequencyContent:
     def highest(self) -> float:
         """All but a hundredth of the energy lies below, Hz."""
         return float(self.frequencies[-1])
+
+    @property
+    def bending(self) -> float:
+        """Highest frequency of motion across the beam, Hz; 0: it carries next to nothing."""
+        return self.highest if self.across is None else self.across
 
 
 class Recorded(Protocol):
@@ -53,7 +63,7 @@ def content_of_motion(times: Array, velocity: Recorded) -> FrequencyContent | No
 
     Args:
         times: Of the records, s; what comes after the first uneven interval is left out.
-        velocity: (records, ...), m/s.
+        velocity: (records, ..., components), m/s, the component along the beam first.
     """
     intervals = np.diff(times)
     if len(times) < FEWEST:
@@ -63,10 +73,12 @@ def content_of_motion(times: Array, velocity: Recorded) -> FrequencyContent | No
     count = int(even[0]) + 1 if len(even) else len(times)  # the last record may come early
     if count < FEWEST:
         return None
-    power: Array = np.zeros(1)
+    power: Array = np.zeros((2, 1))
     for taken in segments(count):
-        power = power + power_of(np.asarray(velocity[taken]).reshape(taken.stop - taken.start, -1))
-    return content_of(power, interval, 2 * (len(power) - 1) + (min(count, taken.stop - taken.start) % 2))
+        part = np.asarray(velocity[taken])
+        kinds = part[..., :1], part[..., 1:]
+        power = power + [power_of(kind.reshape(len(part), -1)) for kind in kinds]
+    return content_of(power, interval, 2 * (power.shape[1] - 1) + (min(count, taken.stop - taken.start) % 2))
 
 
 def segments(count: int) -> Iterator[slice]:
@@ -91,13 +103,16 @@ def content_of(power: Array, interval: float, records: int) -> FrequencyContent 
     """Return the content of a spectrum; None where nothing moves.
 
     Args:
-        power: Sum of `power_of` over segments.
+        power: Sums of `power_of` over segments, of motion along the beam and across it, (2, lines).
         interval: Time between records, s.
         records: Of a segment.
     """
-    lines = np.arange(1, len(power)) / (records * interval)
-    sums = np.cumsum(power[1:])
+    lines = np.arange(1, power.shape[1]) / (records * interval)
+    sums = np.cumsum(power.sum(axis=0)[1:])
     if not len(sums) or not np.isfinite(sums[-1]) or sums[-1] <= 0.0:
         return None
     wanted = (np.arange(PARTS) + 0.5) / PARTS * sums[-1]
-    return FrequencyContent(lines[np.searchsorted(sums, wanted)])
+    tails = power[:, :0:-1].cumsum(axis=1)[:, ::-1]  # of the energy at a line and above it
+    carrying = [lines[kind >= 0.5 / PARTS * sums[-1]] for kind in tails]
+    along, across = (float(kind[-1]) if len(kind) else 0.0 for kind in carrying)
+    return FrequencyContent(lines[np.searchsorted(sums, wanted)], along, across)

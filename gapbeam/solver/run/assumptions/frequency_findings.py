@@ -6,13 +6,15 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import hypot, isfinite, pi, sqrt
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import h5py
 import numpy as np
 from mpi4py import MPI
 
 from gapbeam.solver.case.analysis_table import Transient
+from gapbeam.solver.case.beam_profile import BeamPiece
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, longest_element
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, RigidModel
@@ -20,7 +22,7 @@ from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Findin
 from gapbeam.solver.diagnostics.assumptions.frequency_content import PARTS, FrequencyContent, content_of_motion
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.integrators.spectral_analysis import carried_error, scheme_error
-from gapbeam.solver.loads.load_choice import forcing_frequencies
+from gapbeam.solver.loads.load_choice import forcing_frequencies, load_direction
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import HISTORY_FILE
 from gapbeam.solver.system.operators import Array
@@ -49,22 +51,22 @@ UNRESOLVED_MEANING = (
 RATTLING = 0.1  # contacts that end in a cycle; with more, contact bends and moves the resonance as well
 STORED = 0.5  # of the largest kinetic energy: a cycle that exchanges less feeds a resonance
 ON_MESH = Assumption(
-    "mesh beside the wavelengths", "distance of nodes along the beam over the bending wavelength", "1", 0.125, None,
-    "bending waves of these frequencies are not resolved; try a smaller mesh.size",
+    "mesh beside the wavelengths", "distance of nodes along the beam over the wavelength", "1", 0.125, None,
+    "waves of these frequencies are not resolved; try a smaller mesh.size",
 )  # fmt: skip
 IN_BASIS = Assumption(
     "basis beside the frequencies", "highest frequency with energy over the highest of the basis", "1", 1.0, None,
     "the basis holds no modes of these frequencies; try more modes in [model]",
 )  # fmt: skip
 SLENDER = Assumption(
-    "beam model beside the wavelengths", "thickness over the bending wavelength", "1", THICKNESS_OF_WAVE,
+    "beam model beside the wavelengths", "thickness over the wavelength", "1", THICKNESS_OF_WAVE,
     None,
     "a beam model moves whole sections alone and knows neither squeezing nor waves through the thickness; "
     'compare contact forces with model.type = "reduced"',
 )  # fmt: skip
 RIGID = Assumption(
-    "rigid model beside the frequencies", "highest frequency that carries energy over the first of bending", "1",
-    RIGID_SHARE, None, 'a rigid body does not bend; compare with model.type = "reduced"',
+    "rigid model beside the frequencies", "highest frequency that carries energy over the first of the beam", "1",
+    RIGID_SHARE, None, 'a rigid body does not deform; compare with model.type = "reduced"',
 )  # fmt: skip
 
 
@@ -88,22 +90,64 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
     yield Finding(UNDAMPED, damping, estimate=damping, detail=detail)
     yield of_resonance(model, content, ledger, contacts)
     if isinstance(case.model, RigidModel):
-        first = overhang_frequency(case)
-        yield Finding(RIGID, highest / first, detail=f"{highest:.4g} Hz, {first:.4g} Hz")
+        yield of_rigid(case, content)
         return
     highest = max([highest, *forcing_frequencies(case.load)])
-    waves = [(bending_wavelength(piece, highest), piece.beam.thickness) for piece in case.profile.pieces]
-    wavelength = min(length for length, _ in waves)
-    detail = f"{wavelength:.3g} m at {highest:.4g} Hz"
+    wave = shortest_wave(case, content)
     if isinstance(case.model, BeamModel):
         spacing = longest_element(case, case.model)
-        yield Finding(SLENDER, max(thickness / length for length, thickness in waves), detail=detail)
+        yield Finding(SLENDER, wave.thickness, detail=wave.words)
+        finer = replace(ON_MESH, meaning=ON_MESH.meaning.replace("a smaller mesh.size", "more elements in [model]"))
     else:
-        spacing = node_distance(model)
-    yield Finding(ON_MESH, spacing / wavelength, detail=detail)
+        spacing, finer = node_distance(model), ON_MESH
+    yield Finding(finer, spacing / wave.length, detail=wave.words)
     basis = model.body.basis
     if basis is not None and basis.highest_mode > 0.0:
         yield Finding(IN_BASIS, highest / basis.highest_mode, detail=f"{highest:.4g} Hz, {basis.highest_mode:.4g} Hz")
+
+
+class Wave(NamedTuple):
+    """The shortest wave that carries energy: its length, m, the thickness of the beam over it, and it in words."""
+
+    length: float
+    thickness: float
+    words: str
+
+
+def shortest_wave(case: Case, content: FrequencyContent) -> Wave:
+    """Return the shortest of the bending waves and of the waves along the beam, of the speed sqrt(E / density).
+
+    Args:
+        case: The case.
+        content: Energy content of the probes; loads that repeat add their frequencies to the waves that they drive.
+    """
+    bending, along = content.bending, content.along
+    for load in case.load if forcing_frequencies(case.load) else ():
+        frequency, direction = load.forcing_frequency or 0.0, load_direction(load, case.mesh.dimension)
+        bending = max(bending, frequency) if np.any(direction[1:]) else bending
+        along = max(along, frequency) if direction[0] else along
+    waves = list[Wave]()
+    for piece in case.profile.pieces:
+        lengths = dict[str, float]()
+        if bending > 0.0:
+            lengths[f"{bending:.4g} Hz, bending"] = bending_wavelength(piece, bending)
+        if along > 0.0:
+            lengths[f"{along:.4g} Hz, along the beam"] = bar_speed(piece) / along
+        waves += [Wave(one, piece.beam.thickness / one, f"{one:.3g} m at {words}") for words, one in lengths.items()]
+    return min(waves)
+
+
+def bar_speed(piece: BeamPiece) -> float:
+    """Return sqrt(E / density), the speed of waves along the beam, m/s."""
+    return sqrt(piece.material.young_modulus / piece.material.density)
+
+
+def of_rigid(case: Case, content: FrequencyContent) -> Finding:
+    """Return the finding on a rigid model: frequencies over the first ones of bending and of a bar with free ends."""
+    stretched = 0.5 * min(bar_speed(piece) for piece in case.profile.pieces) / case.beam.length
+    kinds = ((content.bending, overhang_frequency(case)), (content.along, stretched))
+    moved, own = max(kinds, key=lambda kind: kind[0] / kind[1])
+    return Finding(RIGID, moved / own, detail=f"{moved:.4g} Hz, {own:.4g} Hz")
 
 
 def of_scheme(model: Model, content: FrequencyContent) -> tuple[float, float]:

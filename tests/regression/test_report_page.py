@@ -315,3 +315,17 @@ def test_the_page_has_words_for_every_block_and_refuses_others() -> None:
     unknown = ReportSection("New", "new", [object()])  # type: ignore[list-item]
     with pytest.raises(TypeError, match="does not know blocks of the kind object"):
         html_of(Report("Report", "", [unknown]))
+
+
+def test_a_link_unfolds_its_section(browser: Browser, tmp_path: Path) -> None:
+    """A folded section is closed until its heading, or a link to it, is chosen; the page holds its words anyway."""
+    folded = ReportSection("Margins", "margins", [Words("Deep words")], folded=True)
+    report = Report("A run", "", [ReportSection("Summary", "summary", [Words("Short")]), folded])
+    file = html_page.write_html(report, tmp_path / "folded.html")
+    page = browser.new_page()
+    page.goto(file.as_uri())
+    expect(page.get_by_text("Deep words")).to_be_hidden()
+    page.locator(".contents a[href='#margins']").evaluate("(one) => one.click()")
+    expect(page.get_by_text("Deep words")).to_be_visible()
+    page.get_by_role("heading", name="Margins").click()
+    expect(page.get_by_text("Deep words")).to_be_hidden()

@@ -19,7 +19,7 @@ from gapbeam.solver.models.model import build_body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.error_estimate.closing_table import REFUSED, ClosingTable, closing_table
+from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table
 from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, companion_motions
 from gapbeam.studies.error_estimate.companions import (
     COARSER,
@@ -247,7 +247,8 @@ def test_no_error_is_more_than_all_of_its_figure(value: float, error: float) -> 
     else:
         assert one.relative == error / abs(value) <= 1.0
         assert row.interval.endswith(" %")
-        assert row.verdict == ("good" if error <= 0.1 * abs(value) else "rough" if 2 * error <= abs(value) else REFUSED)
+        rough = "rough" if error <= 0.5 * abs(value) else "do not use"
+        assert row.verdict == ("good" if error <= 0.1 * abs(value) else rough)
 
 
 @pytest.mark.parametrize(("moved", "rests"), [(0.0, True), (1e-15, True), (1e-12, True), (1e-8, False), (1e-3, False)])

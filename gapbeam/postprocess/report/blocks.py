@@ -180,6 +180,7 @@ class ReportSection:
         title: The heading.
         anchor: Its address in the page: lower-case letters, digits and hyphens.
         blocks: In reading order.
+        folded: Whether readers open it first; a link to it, and print, do so too.
 
     Raises:
         BlockError: An anchor that is none.
@@ -188,6 +189,7 @@ class ReportSection:
     title: str
     anchor: str
     blocks: Sequence[Block]
+    folded: bool = False
 
     def __post_init__(self) -> None:
         if not _ANCHOR.fullmatch(self.anchor):

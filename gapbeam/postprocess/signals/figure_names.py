@@ -9,3 +9,17 @@ LARGEST_FORCE = "largest recorded force"
 MEAN_FORCE = "mean force over the contact"
 AXIAL_STRESS = "peak-to-peak axial stress"
 VON_MISES_STRESS = "largest von Mises stress"
+
+GOOD, ROUGH = 0.1, 0.5  # of a figure: the errors up to which it may be used, and used with care
+USE, CARE, REFUSED = "good", "rough", "do not use"
+
+
+def usable(relative: float | None) -> str:
+    """Return whether a figure may be used.
+
+    Args:
+        relative: Its error over its value; None: the error is larger, or not known.
+    """
+    if relative is None or relative > ROUGH:
+        return REFUSED
+    return USE if relative <= GOOD else CARE

@@ -10,19 +10,20 @@ from gapbeam.postprocess.signals.figure_names import (
     DISPLACEMENT,
     LARGEST_FORCE,
     MEAN_FORCE,
+    USE,
     VON_MISES_STRESS,
+    usable,
 )
 from gapbeam.studies.error_estimate.figure_errors import FigureError
 from gapbeam.studies.error_estimate.force_peaks import BEYOND_HORIZON, SETTLED, UP_TO_HORIZON, WHOLE_RUN
 
 MOST_ROWS, MOST_FORCES, MOST_STATISTICS = 8, 4, 3
-GOOD, ROUGH = 0.1, 0.5  # of a figure: the errors up to which it may be used, and used with care
 LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
 FORCES = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}")
 SHOWN_FIGURES = (f" {DISPLACEMENT}", f" {AXIAL_STRESS}", f" {VON_MISES_STRESS}", *FORCES)
 SHOWN_STATISTICS = (".rms", ".impact_rate")
 SHOWN_SPANS = (SETTLED, WHOLE_RUN, "first part", BEYOND_HORIZON, UP_TO_HORIZON, "start-up")
-USE, CARE, REFUSED, NO_CONTACT = "good", "rough", "do not use", "no contact"
+NO_CONTACT = "no contact"
 
 
 class ClosingRow(NamedTuple):
@@ -78,7 +79,7 @@ def closing_table(
 def _row(one: FigureError) -> ClosingRow:
     if one.rests:
         return ClosingRow(one.name, "0 but for round-off", "", USE)
-    verdict = _verdict(one.relative)
+    verdict = usable(one.relative)
     if one.name.endswith(FORCES) and one.value == 0.0 == one.error:
         verdict = NO_CONTACT
     return ClosingRow(one.name, with_unit(one.value, one.unit), plus_minus(one), verdict)
@@ -87,15 +88,9 @@ def _row(one: FigureError) -> ClosingRow:
 def _statistic(one: Mapping[str, Any]) -> ClosingRow:
     """Return the row of a statistic: its 95 % interval, and the doubt about it where there is one."""
     unit = one["unit"]
-    verdict = one["verdict"] if one["verdict"] != "good" else _verdict(one["relative"])
+    verdict = one["verdict"] if one["verdict"] != "good" else usable(one["relative"])
     interval = "" if one["relative"] is None else f"{with_unit(one['low'], unit)} to {with_unit(one['high'], unit)}"
     return ClosingRow(one["name"], with_unit(one["value"], unit), interval, verdict)
-
-
-def _verdict(relative: float | None) -> str:
-    if relative is None or relative > ROUGH:
-        return REFUSED
-    return USE if relative <= GOOD else CARE
 
 
 def plus_minus(one: FigureError) -> str:

@@ -218,6 +218,12 @@
   dark.addEventListener("change", () => {
     for (const figure of charts) if (figure.querySelector(".plot").dataset.drawn !== undefined && !onPaper()) drawOnScreen(figure);
   });
+  const unfold = () => {
+    const found = document.getElementById(location.hash.slice(1))?.querySelector(":scope > details.folded");
+    if (found) { found.open = true; found.scrollIntoView(); }
+  };
+  window.addEventListener("hashchange", unfold);
+  unfold();
   window.addEventListener("beforeprint", () => { if (!onPaper()) toPaper(); });
   window.addEventListener("afterprint", () => { if (location.hash !== "#print") toScreen(); });
   if (location.hash === "#print") toPaper();

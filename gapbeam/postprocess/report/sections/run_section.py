@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,7 @@ from gapbeam.postprocess.report.sections.statistics_section import (
 from gapbeam.postprocess.report.sections.study_axis import alike
 from gapbeam.postprocess.report.sections.verdict_section import (
     computation_section,
+    figures_section,
     key_figures,
     limits_section,
     opening_section,
@@ -57,6 +59,7 @@ from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.solver.record_table import CASE_FILE, CURVE_FILE, HISTORY_FILE
 
 PICTURES = "pictures"
+OPEN = ("summary", "motion")  # the sections that readers need not unfold
 NO_SCENE = (
     "There is no scene, since the run left fewer than three fields of the motion and no case with a beam to draw. A "
     "run in time with `output.fields_interval` well below `time.end` writes fields."
@@ -82,9 +85,7 @@ def run_report(results: Results, command: str) -> Report:
     """
     recorded = (results.folder / HISTORY_FILE).is_file()
     scene = _scene(results, command) if recorded else []
-    sections = [opening_section(results, scene, peak_rows(results.history) if recorded else ())]
-    chance = (statistics_section(results.summary), wear_section(results.summary, wear_of(results.folder), command))
-    sections += [section for section in chance if section is not None]
+    sections = [opening_section(results, scene)]
     if (results.folder / HISTORY_FILE).is_file():
         sections += _of_history(results, command)
     else:
@@ -93,11 +94,14 @@ def run_report(results: Results, command: str) -> Report:
     if curve.is_file():
         sections.append(curve_section(read_object(curve, ("key", "unit", "points")), command))
     margins, cost = limits_section(results), computation_section(results)
+    worn = wear_section(results.summary, wear_of(results.folder), command)
+    figures = figures_section(results, peak_rows(results.history) if recorded else ())
     ends = (
-        random_loads_section(results.summary), margins, _pictures(results.folder), case_section(results),
-        scene_table(results.summary), cost,
+        figures, statistics_section(results.summary), worn, random_loads_section(results.summary), margins,
+        _pictures(results.folder), case_section(results), scene_table(results.summary), cost,
     )  # fmt: skip
     sections += [section for section in ends if section is not None]
+    sections = [one if one.anchor in OPEN else replace(one, folded=True) for one in sections]
     return Report(results.title, f"Run in `{results.folder}`", sections, meta_of(results, command))
 
 

@@ -15,6 +15,7 @@ from gapbeam.postprocess.report.blocks import (
     percent,
     warnings_of,
 )
+from gapbeam.postprocess.report.sections.support_section import doubts_of_figures, support_table, things_to_do
 from gapbeam.postprocess.report.sections.verdict_tables import assumptions_table, errors_table
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import supports_of
@@ -34,7 +35,7 @@ def run_verdicts(results: Results) -> list[Verdict]:
     message = str(summary.get("message") or "")
     if results.status == "completed" and summary.get("errors"):
         message = message.split("; ")[0]  # the figures behind it stand in the table of their errors
-    found = [_ending(results.status, message)]
+    found = [_ending(results.status, message, doubts_of_figures(summary))]
     created = created_energy(summary)
     if created is not None and results.status == "completed":
         found.insert(0, Verdict("error", created))
@@ -68,25 +69,35 @@ def summary_section(results: Results, anchor: str = "summary") -> ReportSection:
     return ReportSection("Summary", anchor, blocks)
 
 
-def opening_section(
-    results: Results, scene: Sequence[Block] = (), peaks: Sequence[Row] = (), anchor: str = "summary"
-) -> ReportSection:
-    """Return the opening section of a run: how it ended, the moving scene, warnings, key results.
+def opening_section(results: Results, scene: Sequence[Block] = (), anchor: str = "summary") -> ReportSection:
+    """Return the opening section of a run: how it ended, loads on the supports, things to do, the moving scene.
 
     Args:
         results: Of a run.
-        scene: Shown behind failures and the end of the run.
-        peaks: Rows of the table of results that its history gives.
+        scene: The motion.
         anchor: Of the section.
     """
     found = run_verdicts(results)
     first = [one for one in found if one.level == "error"] or found[:1]
-    blocks: list[Block] = [*first, *scene, *(one for one in found if one not in first)]
-    rows = [*peaks, *result_figures(results)]
-    if rows:
+    table = support_table(results.summary)
+    blocks: list[Block] = [*first, *([table] if table else []), *things_to_do(results.summary), *scene]
+    return ReportSection("Summary", anchor, blocks)
+
+
+def figures_section(results: Results, peaks: Sequence[Row] = (), anchor: str = "all-figures") -> ReportSection | None:
+    """Return all warnings and figures of a run, folded; None where there are none.
+
+    Args:
+        results: Of a run.
+        peaks: Rows of the table of results that its history gives.
+        anchor: Of the section.
+    """
+    blocks: list[Block] = [*warnings_of([str(text) for text in results.summary.get("warnings") or ()])]
+    if rows := [*peaks, *result_figures(results)]:
         blocks.append(TableBlock("Results of the run", FIGURE_HEADS, rows))
     errors = errors_table(results.summary)
-    return ReportSection("Summary", anchor, [*blocks, *([errors] if errors else [])])
+    blocks += [errors] if errors else []
+    return ReportSection("All figures and warnings", anchor, blocks, folded=True) if blocks else None
 
 
 def limits_section(results: Results, anchor: str = "limits") -> ReportSection | None:
@@ -166,9 +177,11 @@ def _of(summary: Mapping[str, Any], table: str, key: str, factor: float = 1.0) -
     return value if isinstance(value, int) else factor * float(value)
 
 
-def _ending(status: str, message: str) -> Verdict:
+def _ending(status: str, message: str, doubts: Sequence[str]) -> Verdict:
     message = message.replace("+-", "±")
     words = f" {message}" if message else ""
+    if status == "completed" and doubts:
+        return Verdict("warning", f"**The run completed, and not every figure may be used**: {'; '.join(doubts)}.")
     if status == "completed":
         return Verdict("passed", f"The run completed: {message}" if message else "The run completed.")
     if status == "running":

@@ -1,0 +1,186 @@
+"""First screen of the report of a run: its supports with their loads, what is in doubt, and what to do about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gapbeam.postprocess.report.blocks import Block, Cell, TableBlock, Verdict, number, percent
+from gapbeam.postprocess.report.markdown_text import sentence
+from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE, REFUSED, usable
+
+USE_HEAD = "use of the peak"
+RESOLVED = "contacts resolved by the step"
+MOST_TO_DO = 3
+ADVICE = ("try ", "use ", "make it ", "add ")  # words of warnings that say what to do
+SAID = (RESOLVED, f"the {LARGEST_FORCE} on ", "can be predicted up to")  # warnings that advice of ours stands for
+FINE = ("good", "rough", "no contact")  # verdicts of figures that may be used
+Summary = Mapping[str, Any]
+
+
+def support_table(summary: Summary) -> TableBlock | None:
+    """Return peak force, impulse, impacts a second and wear of each face, each with its interval; None without faces.
+
+    Args:
+        summary: Of a run.
+    """
+    faces = _faces(summary)
+    if not faces:
+        return None
+    closing = str((summary.get("closing") or {}).get("part") or "")
+    span = closing.partition(",")[0]
+    figures = {
+        str(one["name"]): one for one in (summary.get("errors") or {}).get("figures") or () if one.get("span") == span
+    }
+    worn, unit = _wear(summary)
+    spans = {str(one["name"]): float(one["width"]) for one in (summary.get("errors") or {}).get("spans") or ()}
+    over = f" in {spans[span]:.3g} s" if span in spans else ""
+    heads = ("face", "peak force (N)", f"impulse{over} (N s)", "impacts (1/s)")
+    heads = (*heads, f"wear ({unit})", USE_HEAD) if worn else (*heads, USE_HEAD)
+    rows = list[tuple[Cell, ...]]()
+    for face in faces:
+        peak, judged = _peak(summary, face, figures)
+        wear = (worn.get(face, ""),) if worn else ()
+        impulse = _figure(figures.get(f"{face} impulse"))
+        rows.append((face, peak, impulse, _impacts(summary, face), *wear, judged))
+    part = f", {closing}" if closing else ""
+    horizon = (summary.get("errors") or {}).get("horizon")
+    part += f" of t = {number(float(horizon), 3)} s" if closing == "beyond the horizon" and horizon is not None else ""
+    notes = (
+        [f"Peak forces with a star are the {MEAN_FORCE}: the records do not resolve how the force rises and falls."]
+        if any("*" in str(row[1]) for row in rows)
+        else []
+    )
+    return TableBlock(f"Loads on the supports{part}", heads, rows, notes, digits=3)
+
+
+def _faces(summary: Summary) -> list[str]:
+    """Return the faces that a run reports, in their order."""
+    supports = [one for one in (summary.get("impacts") or {}).values() if isinstance(one, Mapping)]
+    found = [str(face) for one in supports for face in one.get("faces") or {}]
+    return found or [str(face) for face in summary.get("peak_contact_force") or {}]
+
+
+def _peak(summary: Summary, face: str, figures: Mapping[str, Summary]) -> tuple[str, str]:
+    """Return the peak force of a face with its interval, and whether it may be used."""
+    for name, star in ((LARGEST_FORCE, ""), (MEAN_FORCE, " *")):
+        if one := figures.get(f"{face} {name}"):
+            if one["value"] == 0.0 == one.get("error"):
+                return "0", "no contact"
+            return f"{_figure(one)}{star}", usable(one.get("relative_error"))
+    force = (summary.get("peak_contact_force") or {}).get(face)
+    return ("", "") if force is None else (number(float(force), 3), "error not known")
+
+
+def _figure(one: Summary | None) -> str:
+    """Return a figure of a run with its error."""
+    if one is None:
+        return ""
+    value, relative, error = float(one["value"]), one.get("relative_error"), one.get("error")
+    if relative is None:
+        return number(value, 3) if error is None else f"{number(value, 3)} ± {number(float(error), 2)}"
+    return f"{number(value, 3)} ± {percent(float(relative), signed=False)}"
+
+
+def _impacts(summary: Summary, face: str) -> str:
+    """Return the impacts of a face a second: with the interval of the statistics, else with their number."""
+    for one in (summary.get("statistics") or {}).get("figures") or ():
+        if one["name"] == f"face.{face}.impact_rate" and one.get("relative") is not None:
+            return _rate(one)
+    for support in (summary.get("impacts") or {}).values():
+        found = (support.get("faces") or {}).get(face) if isinstance(support, Mapping) else None
+        if found:
+            return f"{number(float(found['rate']), 3)} ({found['count']} counted)"
+    return ""
+
+
+def _wear(summary: Summary) -> tuple[dict[str, str], str]:
+    """Return the rate at which each face wears, with its interval, and its unit: depth where it is known, else work."""
+    faces = (summary.get("wear") or {}).get("faces") or {}
+    for key, unit in (("depth_rate", "m/s"), ("work_rate", "W")):
+        rates = {str(face): one[key] for face, one in faces.items() if one.get(key)}
+        if rates:
+            return {face: _rate(one) for face, one in rates.items()}, unit
+    return {}, ""
+
+
+def _rate(one: Summary) -> str:
+    low, high = one.get("low"), one.get("high")
+    between = "" if low is None or high is None else f" ({number(float(low), 2)} to {number(float(high), 2)})"
+    return f"{number(float(one['value']), 3)}{between}"
+
+
+def doubts_of_figures(summary: Summary) -> list[str]:
+    """Return why figures of a completed run may not be used; none where all of them may.
+
+    Args:
+        summary: Of the run.
+    """
+    errors = summary.get("errors") or {}
+    found = []
+    if _unresolved(summary) is not None:
+        found.append("peak forces are not resolved by the time step")
+    if errors.get("horizon") is not None and not errors.get("settled_part_repeats"):
+        found.append(f"the time history cannot be predicted after t = {number(float(errors['horizon']), 3)} s")
+    if refused := _refused(summary):
+        found.append(f"{_listed(refused)} may not be used")
+    statistics = summary.get("statistics") or {}
+    if doubtful := [one for one in statistics.get("figures") or () if one.get("verdict") not in (*FINE, "no event")]:
+        kinds = dict.fromkeys(str(one["verdict"]) for one in doubtful)
+        found.append(f"{len(doubtful)} statistics are {_listed(kinds)}")
+    if errors.get("status") == "not estimated" and not summary.get("periodic"):
+        found.append("the errors of the figures are not known")
+    others = [
+        str(one["name"])
+        for one in summary.get("assumptions") or ()
+        if one.get("verdict") not in ("holds", None) and one["name"] != RESOLVED
+    ]
+    return found + ([f"beyond its limit: {_listed(others)}"] if others else [])
+
+
+def _unresolved(summary: Summary) -> Summary | None:
+    """Return the assumption that the step resolves contacts, where it does not hold."""
+    of_steps = (one for one in summary.get("assumptions") or () if one["name"] == RESOLVED)
+    return next((one for one in of_steps if one.get("verdict") != "holds"), None)
+
+
+def _refused(summary: Summary) -> list[str]:
+    """Return the figures on the first screen, and in the table that closed the run, that may not be used."""
+    rows = (summary.get("closing") or {}).get("rows") or ()
+    table = support_table(summary)
+    peaks = [f"peak force on {row[0]}" for row in (table.rows if table else ()) if row[-1] == REFUSED]
+    forces = (LARGEST_FORCE, MEAN_FORCE)
+    return peaks + [
+        str(row["figure"]) for row in rows if row["verdict"] == REFUSED and not str(row["figure"]).endswith(forces)
+    ]
+
+
+def _listed(names: Sequence[str] | Mapping[str, Any]) -> str:
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def things_to_do(summary: Summary) -> list[Block]:
+    """Return at most three things to do about what a run doubts, in one frame; nothing where there are none.
+
+    Args:
+        summary: Of the run.
+    """
+    errors, found = summary.get("errors") or {}, list[str]()
+    if (short := _unresolved(summary)) is not None:
+        share = percent(float(short["closest"]), signed=False) if short.get("closest") is not None else "Much"
+        found.append(
+            f"**Take a smaller `time.step`**: {share} of the impulse passes in contacts shorter than 10 steps. "
+            f"Until then, use the {MEAN_FORCE}, not peaks."
+        )
+    if errors.get("horizon") is not None and not errors.get("settled_part_repeats"):
+        found.append(
+            f"**Use averages, not the time history**, after t = {number(float(errors['horizon']), 3)} s. A longer "
+            "`time.end` narrows their intervals."
+        )
+    if refused := _refused(summary):
+        found.append(f"**Do not use {_listed(refused)}**: the error is larger than half of the value.")
+    for text in summary.get("warnings") or ():
+        if any(words in text for words in ADVICE) and not any(words in text for words in SAID):
+            found.append(sentence(" ".join(str(text).split())))
+    return [Verdict("note", "Things to do:\n\n" + "\n".join(f"- {one}" for one in found[:MOST_TO_DO]))] if found else []

@@ -120,6 +120,7 @@ def test_charts_follow_the_scene_and_set_its_time(browser: Browser, pages: dict[
     """The dot of the orbit and the line over time stand where the slider is; play goes on and space stops it."""
     shown: list[str] = []
     page = opened(browser, pages["tube"], shown, viewport={"width": 1400, "height": 800})
+    page.locator("#orbits summary").click()
     page.locator("#orbits figure").scroll_into_view_if_needed()
     page.wait_for_selector("#orbits .dot")
     for frame in (1, 2):

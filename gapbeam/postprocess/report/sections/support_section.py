@@ -35,8 +35,8 @@ def support_table(summary: Summary) -> TableBlock | None:
     worn, unit = _wear(summary)
     spans = {str(one["name"]): float(one["width"]) for one in (summary.get("errors") or {}).get("spans") or ()}
     over = f" in {spans[span]:.3g} s" if span in spans else ""
-    heads = ("face", "peak force (N)", f"impulse{over} (N s)", "impacts (1/s)")
-    heads = (*heads, f"wear ({unit})", USE_HEAD) if worn else (*heads, USE_HEAD)
+    wear_head = (f"wear ({unit})",) if worn else ()
+    heads = ("face", "peak force (N)", f"impulse{over} (N s)", "impacts (1/s)", *wear_head, USE_HEAD)
     rows = list[tuple[Cell, ...]]()
     for face in faces:
         peak, judged = _peak(summary, face, figures)
@@ -111,7 +111,7 @@ def _rate(one: Summary) -> str:
 
 
 def doubts_of_figures(summary: Summary) -> list[str]:
-    """Return why figures of a completed run may not be used; none where all of them may.
+    """Return the doubts on the figures of a completed run; none where all of them may be used.
 
     Args:
         summary: Of the run.

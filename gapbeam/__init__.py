@@ -76,6 +76,9 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.structure_pose import Pose
     from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
     from gapbeam.studies.atlas.response_atlas import atlas, drawn_starts, gridded_starts
+    from gapbeam.studies.library.estimate import EstimatedValues, estimate, series
+    from gapbeam.studies.library.recording import Recording, read_recording
+    from gapbeam.studies.library.recording_library import Library, library, read_library
     from gapbeam.studies.uncertain.uncertain_scene import uncertain
     from gapbeam.studies.uncertain.uncertain_writing import draw_distributions
 
@@ -114,6 +117,9 @@ _MODULES = {
     "solver.scene.structure_pose": ("Pose",),
     "studies.atlas.atlas_figures": ("draw_basins", "draw_responses"),
     "studies.atlas.response_atlas": ("atlas", "drawn_starts", "gridded_starts"),
+    "studies.library.estimate": ("EstimatedValues", "estimate", "series"),
+    "studies.library.recording": ("Recording", "read_recording"),
+    "studies.library.recording_library": ("Library", "library", "read_library"),
     "studies.uncertain.uncertain_scene": ("uncertain",),
     "studies.uncertain.uncertain_writing": ("draw_distributions",),
 }
@@ -133,6 +139,7 @@ __all__ = [
     "ElastoGap",
     "EnergyCreated",
     "EnergyLost",
+    "EstimatedValues",
     "Feedback",
     "Force",
     "HalfPlane",
@@ -141,6 +148,7 @@ __all__ = [
     "IntervalNotMet",
     "Joint",
     "KelvinVoigt",
+    "Library",
     "Load",
     "MeshError",
     "NoSeat",
@@ -153,6 +161,7 @@ __all__ = [
     "Polygon",
     "Pose",
     "RangeNotCovered",
+    "Recording",
     "RenderError",
     "ResultsError",
     "RunError",
@@ -177,6 +186,7 @@ __all__ = [
     "drawn_starts",
     "eigenvalues",
     "ensemble",
+    "estimate",
     "euler",
     "export",
     "frame",
@@ -190,6 +200,7 @@ __all__ = [
     "idle_supports",
     "in_fluid",
     "law",
+    "library",
     "life",
     "limit_cycle",
     "march",
@@ -208,7 +219,9 @@ __all__ = [
     "plot",
     "quasi_steady",
     "read_case",
+    "read_library",
     "read_modes",
+    "read_recording",
     "read_structure",
     "reduced_at_points",
     "region",
@@ -219,6 +232,7 @@ __all__ = [
     "scene",
     "seat",
     "section",
+    "series",
     "snubber",
     "space_section",
     "span",

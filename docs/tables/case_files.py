@@ -23,6 +23,7 @@ from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.table import POINT_PATTERN, models_in
 from gapbeam.solver.wording.short_words import either
 from gapbeam.studies.identification.identification_tables import Identification
+from gapbeam.studies.library.library_file import LibraryStudy
 from gapbeam.studies.uncertain.uncertain_file import UncertainStudy
 
 REFERENCE = Path(__file__).resolve().parents[1] / "reference"
@@ -30,6 +31,7 @@ FIRST = "case-files.md"
 PAGES: dict[str, type[BaseModel]] = {
     FIRST: Case,
     "identification-files.md": Identification,
+    "library-files.md": LibraryStudy,
     "scene-files.md": SceneCase,
     "uncertain-files.md": UncertainStudy,
 }

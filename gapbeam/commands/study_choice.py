@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gapbeam.commands import atlas, compare, identify, life, modes, stability, sweep, tradeoff, uncertain
+from gapbeam.commands import atlas, compare, identify, library, life, modes, stability, sweep, tradeoff, uncertain
 from gapbeam.commands.study import StudyCommand
 
 if TYPE_CHECKING:
@@ -16,6 +16,8 @@ STUDIES: tuple[StudyCommand, ...] = (
     tradeoff.STUDY,
     atlas.STUDY,
     uncertain.STUDY,
+    library.STUDY,
+    library.ESTIMATE,
     identify.STUDY,
     life.STUDY,
     compare.STUDY,

@@ -34,7 +34,7 @@ def uncertain(
     read = read_uncertain(study)
     folder = output if output is not None else Path("results") / study.stem
     with progress_bar("members") as bar:
-        one = repeating_scene(study.parent / read.case, settings_of_study(study, read, override or []))
+        one = repeating_scene(study.parent / read.case, settings_of_study(study, read.set, override or []))
         result = run_uncertain(read, one, folder, lambda done: bar.show(done, read.expected))
     console = screen(WIDTH)
     for table in result.tables():

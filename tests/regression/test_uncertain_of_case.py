@@ -25,7 +25,8 @@ def test_members_are_those_of_the_scene(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "64 members; 1 response;" in done.stdout
     row = list(csv.DictReader((tmp_path / "found" / "members.csv").open()))[17]
-    one = repeating_scene(STUDY.parent / "../cantilever-stop.toml", settings_of_study(STUDY, read_uncertain(STUDY), []))
+    settings = settings_of_study(STUDY, read_uncertain(STUDY).set, [])
+    one = repeating_scene(STUDY.parent / "../cantilever-stop.toml", settings)
     scene = one.scene.with_({path: float(row[path]) for path in ("stop*.clearance", "shaker.scale")})
     steps = int(np.ceil(one.period / one.step * (1.0 - 1e-9)))
     start = gb.seat(scene)

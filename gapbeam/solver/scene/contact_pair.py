@@ -143,9 +143,16 @@ class Contact:
     def replaced(self, name: str, value: Any) -> Contact:
         """Return the contact with another friction, sliding or offset, or value of the region or the law by its name.
 
+        "stiffness_factor" is the stiffness over the present one, so that points of different areas keep their ratio;
+        likewise for other values of the law.
+
         Raises:
             UserError: It has no such value.
         """
+        whole = name.removesuffix("_factor")
+        if whole != name and whole in self.law.kind.names:
+            present = self.law.values[self.law.kind.names.index(whole)]
+            return self.replaced(whole, finite(value, name) * present)
         if name in ("friction", "sliding", "offset"):
             return replace(self, **{name: value})
         if name in self.law.kind.given:

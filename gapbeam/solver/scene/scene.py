@@ -154,7 +154,8 @@ class Scene:
         """Return the scene with other values.
 
         Args:
-            changes: By path, "name.value": a contact's "left.clearance", "left.stiffness", "left.friction"; a load's
+            changes: By path, "name.value": a contact's "left.clearance", "left.stiffness", "left.friction", or
+                "left.stiffness_factor" over the present one; a load's
                 "shaker.value", or one of its parameters; "beam.damping_factor": the damping matrix of a structure times
                 a number; the "velocity" or "density" of a flow. A star stands for any letters: "gland *.stiffness" are
                 all contacts of that face. Arrays are for `ensemble`.

@@ -120,7 +120,7 @@ class UncertainStudy(Table):
 def contradictions(tables: Mapping[str, Any]) -> list[Fault]:
     """Return the faults between the tables that are intact, arrays of tables as {number: entry}."""
     variables: Mapping[int, Variable] = tables.get("variable", {})
-    faults = [*_variables(variables), *_correlations(tables.get("correlation", {}), variables)]
+    faults = [*variable_faults(variables), *_correlations(tables.get("correlation", {}), variables)]
     limits: Mapping[int, Limit] = tables.get("limit", {})
     for number, one in limits.items():
         if any(other.figure == one.figure for place, other in limits.items() if place < number):
@@ -135,7 +135,8 @@ def contradictions(tables: Mapping[str, Any]) -> list[Fault]:
     return faults
 
 
-def _variables(variables: Mapping[int, Variable]) -> Iterator[Fault]:
+def variable_faults(variables: Mapping[int, Variable]) -> Iterator[Fault]:
+    """Yield the faults of variables by their number: paths given twice, and distributions that are none."""
     for number, one in variables.items():
         key = ("variable", number)
         if any(other.path == one.path for place, other in variables.items() if place < number):

@@ -215,8 +215,8 @@ def read_uncertain(path: Path) -> UncertainStudy:
     return study
 
 
-def settings_of_study(path: Path, study: UncertainStudy, overrides: Sequence[str]) -> dict[str, object]:
-    """Return the settings over those of the case: [set], and texts KEY=VALUE over it.
+def settings_of_study(path: Path, given: Mapping[str, Any], overrides: Sequence[str]) -> dict[str, object]:
+    """Return the settings over those of the case: [set] of the file of a study, and texts KEY=VALUE over it.
 
     Raises:
         CaseError: A text is no KEY=VALUE.
@@ -225,7 +225,7 @@ def settings_of_study(path: Path, study: UncertainStudy, overrides: Sequence[str
     faults = [entry for entry in typed if isinstance(entry, Fault)]
     if faults:
         raise CaseError(str(path), faults)
-    return settings_of(study.set) | dict(entry for entry in typed if not isinstance(entry, Fault))
+    return settings_of(given) | dict(entry for entry in typed if not isinstance(entry, Fault))
 
 
 def run_uncertain(

@@ -1,0 +1,120 @@
+"""The file of a library as frozen pydantic models, and a library from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from gapbeam.solver.case.reading.case_reader import read_tables
+from gapbeam.solver.errors import CaseError, Fault
+from gapbeam.solver.table import Positive, Table, Whole
+from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of, starts_of
+from gapbeam.studies.library.recording import Quantity
+from gapbeam.studies.library.recording_library import FEWEST, MOST, Library, library
+from gapbeam.studies.study_folder import study_folder
+from gapbeam.studies.uncertain.uncertain_file import Variable, variable_faults
+
+
+class RecordingTable(Table):
+    """Point, quantity and length of the recordings."""
+
+    point: str = Field(
+        min_length=1, max_length=100, description="probe of the case whose motion across the beam is recorded"
+    )
+    quantity: Quantity = Field(description="recorded quantity, relative to the frame of the case")
+    periods: Whole = Field(
+        default=100, ge=8, le=10_000, multiple_of=2, description="periods of the load that an estimate is made from"
+    )
+    harmonics: Whole = Field(
+        default=16,
+        ge=3,
+        le=200,
+        description="harmonics of the load that are used; recordings have four samples in a period of the highest",
+    )
+    noise: Positive = Field(
+        default=0.02, lt=1, description="largest noise of a recording, over the root mean square of its values, no unit"
+    )
+
+
+class LibraryStudy(Table):
+    """A whole library."""
+
+    title: str = Field("", max_length=200, description="one line that says what is estimated")
+    case: str = Field(
+        min_length=1, description="case file, its path relative to this file", examples=["cantilever-stop.toml"]
+    )
+    set: dict[str, Any] = Field(
+        default={}, description="what differs from the case file: keys of the case and their values"
+    )
+    members: Whole = Field(default=8192, ge=FEWEST, le=MOST, description="a power of two")
+    seed: Whole = Field(default=0, ge=0, description="of everything random")
+    starts: Whole = Field(
+        default=1, ge=1, le=100_000, description="1: all members start from the seat; more: with drawn velocities, too"
+    )
+    reach: Positive = Field(
+        default=2.0, description="largest velocity of a start, over the velocity of the motion from the seat, no unit"
+    )
+    settle: Whole = Field(default=100, ge=1, description="periods before the recording begins")
+    recorded: RecordingTable = Field(description="the recordings")
+    variable: tuple[Variable, ...] = Field(default=(), description="values that are unknown, with their ranges")
+
+
+def contradictions(tables: Mapping[str, Any]) -> list[Fault]:
+    """Return the faults between the tables that are intact, arrays of tables as {number: entry}."""
+    return list(_faults(tables))
+
+
+def _faults(tables: Mapping[str, Any]) -> Iterator[Fault]:
+    yield from variable_faults(tables.get("variable", {}))
+    members = tables.get("members")
+    if members is not None and members & (members - 1):
+        yield Fault(
+            ("members",),
+            str(members),
+            f"a power of two from {FEWEST} to {MOST}",
+            str(2 ** round(members.bit_length() - 1)),
+        )
+
+
+def read_library_study(path: Path) -> LibraryStudy:
+    """Read the file of a library.
+
+    Raises:
+        CaseError: It cannot be read, or there are faults: all of them.
+    """
+    study = read_tables(path, LibraryStudy, contradictions)
+    if not study.variable:
+        fault = Fault((), "no [[variable]]", "at least one, with path and distribution", where=f"{path}: variable")
+        raise CaseError(str(path), [fault])
+    return study
+
+
+def run_library(
+    study: LibraryStudy, one: PeriodicScene, folder: Path, progress: Callable[[int], None] | None = None
+) -> Library:
+    """March the members of a library into a folder; a call with the same folder continues there.
+
+    Args:
+        study: As read.
+        one: The scene of its case.
+        folder: Where files go.
+        progress: Called with the number of members that are done.
+
+    Raises:
+        UserError: The scene has no such value or point, or does not take a value of the ranges.
+        NotWritten: A file could not be written.
+    """
+    several, recorded = study.starts > 1, study.recorded
+    starts = starts_of(one, study.settle, study.starts, study.reach, study.seed) if several else rest_of(one)
+    with study_folder(folder):
+        return library(
+            one.scene, {variable.path: variable.frozen for variable in study.variable}, point=recorded.point,
+            quantity=recorded.quantity, period=one.period, members=study.members, noise=recorded.noise,
+            periods=recorded.periods, harmonics=recorded.harmonics, settle=study.settle,
+            steps=ceil(one.period / one.step * (1.0 - 1e-9)), starts=starts, seed=study.seed, output=folder,
+            progress=progress,
+        )  # fmt: skip

@@ -1,0 +1,321 @@
+"""Clearances from recordings of an independent march: errors, intervals, membership, wear; faults of recordings."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.io import wavfile
+
+import gapbeam as gb
+from gapbeam.interface.case_atlas import repeating_scene
+from gapbeam.solver.errors import CaseError
+from gapbeam.studies.library.library_file import read_library_study
+from gapbeam.studies.uncertain.probability import IntervalEstimate
+from gapbeam.studies.uncertain.uncertain_scene import settings_of_study
+from tests.shared.command import PROJECT, alone, called_anew
+
+FREQUENCY, FORCE = 0.8 / (2.0 * np.pi), 1.0
+PERIOD = 1.0 / FREQUENCY
+RANGES = {"stop.clearance": (0.5, 2.0), "stop.stiffness": (5.0, 80.0), "stop.damping": (0.05, 1.0)}
+
+
+def marched(
+    values: np.ndarray, seed: int, periods: int = 44, stiffness: float = 1.0, noise: float = 0.02
+) -> np.ndarray:
+    """Return velocities (64 a period) of oscillators above a stop, by the textbook's Runge-Kutta march, with noise.
+
+    m x'' + c x' + k x + max(0, K (x - g) + C x') [x > g] = F cos(w t), values: (members, 3) g, K, C; begun anywhere.
+    """
+    g, K, C = values.T
+    draw, count, n = np.random.default_rng(seed), len(values), 512
+    h, first = PERIOD / n, int(draw.integers(n))
+
+    def rate(t: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        touch = np.where(x > g, np.maximum(K * (x - g) + C * v, 0.0), 0.0)
+        return FORCE * np.cos(0.8 * t) - 0.02 * v - stiffness * x - touch
+
+    x, v, kept = np.zeros(count), np.zeros(count), []
+    for i in range((20 + periods) * n):
+        t = i * h
+        a1 = rate(t, x, v)
+        a2 = rate(t + h / 2, x + h / 2 * v, v + h / 2 * a1)
+        a3 = rate(t + h / 2, x + h / 2 * v + h * h / 4 * a1, v + h / 2 * a2)
+        a4 = rate(t + h, x + h * v + h * h / 2 * a2, v + h * a3)
+        x = x + h * v + h * h / 6 * (a1 + a2 + a3)
+        v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+        if i >= 20 * n + first and (i - first) % 8 == 0:
+            kept.append(v)
+    y = np.array(kept).T
+    return y + noise * np.sqrt((y**2).mean(axis=1, keepdims=True)) * draw.standard_normal(y.shape)
+
+
+def recordings(y: np.ndarray) -> list[gb.Recording]:
+    """Return velocities as recordings."""
+    return [gb.Recording(np.arange(len(one)) * PERIOD / 64, one, "velocity", f"r{i}") for i, one in enumerate(y)]
+
+
+def marched_library(members: int, **others: Any) -> gb.Library:
+    """Return a library of an oscillator above a stop."""
+    body = gb.mass(1.0, stiffness=1.0, damping=0.02, name="body")
+    stop = gb.Contact(body["at"], gb.HalfPlane(1.0), gb.KelvinVoigt(stiffness=20.0, damping=0.5), name="stop")
+    shaker = gb.Force(body["at"], lambda t: FORCE * np.cos(0.8 * t), name="shaker")
+    return gb.library(
+        gb.Scene(body, contacts=[stop], loads=[shaker]), {path: stats.loguniform(*one) for path, one in RANGES.items()},
+        point="at", quantity="velocity", period=PERIOD, members=members, periods=40, harmonics=8, settle=20, steps=256,
+        **others,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def found() -> gb.Library:
+    """Return a library that estimates well."""
+    return marched_library(1024)
+
+
+@pytest.fixture(scope="module")
+def small() -> gb.Library:
+    """Return a library that is quick to make."""
+    return marched_library(256)
+
+
+def drawn(count: int, seed: int) -> np.ndarray:
+    """Return values inside the ranges, evenly in their logarithms."""
+    ends = np.log(np.array(list(RANGES.values())))
+    return np.exp(np.random.default_rng(seed).uniform(ends[:, 0], ends[:, 1], (count, 3)))
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_values_of_an_independent_march_are_found(found: gb.Library) -> None:
+    """48 recordings with 2 % noise: the clearance to 1 %; intervals hold as often as a binomial of 95 % allows."""
+    true = drawn(48, 7)
+    estimates = [gb.estimate(found, one) for one in recordings(marched(true, 1))]
+    table = np.array([[(x.value, x.low, x.high) for x in one.values.values()] for one in estimates])
+    error = np.abs(table[..., 0] / true - 1.0)
+    assert np.median(error[:, 0]) < 0.01
+    stated = [row[3] for row in found.rows()]
+    assert np.all(np.median(error, axis=0) < 2.0 * np.array(stated))
+    inside = ((table[..., 1] <= true) & (true <= table[..., 2])).sum(axis=0)
+    assert np.all(inside >= stats.binom(48, 0.95).ppf(1e-3))
+    assert np.median(table[:, 0, 2] / table[:, 0, 1] - 1.0) < 0.1
+    assert sum(one.is_outside for one in estimates) <= stats.binom(48, 0.01).ppf(0.999)
+    again = gb.estimate(found, recordings(marched(true[:1], 1))[0])
+    assert again.values == gb.estimate(found, recordings(marched(true[:1], 1))[0]).values
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_another_structure_is_outside(found: gb.Library) -> None:
+    """Recordings of a structure of 1.5 times the stiffness, and in another unit, are said to be outside."""
+    true = drawn(12, 8)
+    other = [gb.estimate(found, one) for one in recordings(marched(true, 2, stiffness=1.5))]
+    assert sum(one.is_outside for one in other) >= 10
+    assert all(one.exit_status == 5 and "outside of the library" in one.headline() for one in other if one.is_outside)
+    y = marched(true[:4], 2) * 1e3
+    assert all(gb.estimate(found, one).is_outside for one in recordings(y))
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_wear_is_seen_when_its_interval_says(found: gb.Library) -> None:
+    """A clearance that grows by 1 % a week from 1: rate, time to 1.5 and the week of detection agree with intervals."""
+    weeks = np.arange(26)
+    true = np.column_stack([1.0 + 0.01 * weeks, np.full(26, 20.0), np.full(26, 0.3)])
+    estimates = [gb.estimate(found, one) for one in recordings(marched(true, 3))]
+    path = "stop.clearance"
+    whole = gb.series(estimates, weeks, {path: 1.5}).trends[path]
+    assert whole.is_seen
+    assert whole.rate.low < 0.01 < whole.rate.high
+    assert whole.reached is not None
+    assert whole.reached.low < 50.0 < whole.reached.high
+    error = np.median([(one.values[path].high - one.values[path].low) / 3.92 for one in estimates])
+    spread = np.array([np.sqrt(((weeks[:n] - weeks[:n].mean()) ** 2).sum()) for n in range(3, 27)])
+    expected = 3 + int(np.argmax(0.01 * spread > 1.96 * error))
+    seen = next(n for n in range(3, 27) if gb.series(estimates[:n], weeks[:n]).trends[path].is_seen)
+    assert seen <= 2 * expected
+    steady = gb.series(estimates[:1] * 6, None, {path: 1.5}).trends[path]
+    assert not steady.is_seen
+    assert steady.reached is not None
+    assert steady.reached.high == np.inf
+
+
+def test_trend_is_least_squares_with_fieller_ends() -> None:
+    """Rates cover the truth in 95 % of 2000 drawn series, and so do times to a limit."""
+    draw, t, hits, reached = np.random.default_rng(4), np.arange(8.0), 0, 0
+    for y in 1.0 + 0.1 * t + 0.05 * draw.standard_normal((2000, 8)):
+        some = [gb.EstimatedValues("r", {"g": IntervalEstimate(v, v - 0.098, v + 0.098, 1)}, 1.0, ()) for v in y]
+        one = gb.series(some, t, {"g": 2.5}).trends["g"]
+        assert one.rate.value == pytest.approx(np.polyfit(t, y, 1)[0])
+        hits += one.rate.low <= 0.1 <= one.rate.high
+        assert one.reached is not None
+        reached += one.reached.low <= 15.0 <= one.reached.high
+    assert 0.94 < hits / 2000 <= 0.985
+    assert 0.94 < reached / 2000 <= 0.985
+
+
+def test_library_is_read_back_and_continued(tmp_path: Path) -> None:
+    """The folder gives the same estimates; another library in it, and damage, are refused."""
+    body = gb.mass(1.0, stiffness=1.0, name="body")
+    stop = gb.Contact(body["at"], gb.HalfPlane(1.0), gb.KelvinVoigt(stiffness=9.0), name="stop")
+    scene = gb.Scene(body, contacts=[stop], loads=[gb.Force(body["at"], np.cos)])
+    given: dict[str, Any] = {
+        "point": "at", "quantity": "velocity", "period": 2 * np.pi, "members": 256, "periods": 8, "harmonics": 3,
+        "settle": 1, "steps": 24, "output": tmp_path / "a",
+    }  # fmt: skip
+    ranges = {"stop.clearance": stats.uniform(0.5, 0.5), "body.damping_factor": stats.uniform(0.5, 1.0)}
+    first = gb.library(scene, ranges, **given)
+    shutil.rmtree(tmp_path / "a" / "held")
+    again = gb.library(scene, ranges, **given)
+    read = gb.read_library(tmp_path / "a")
+    t = np.linspace(0.0, 60.0, 2000)
+    one = gb.Recording(t, np.sin(t) + 0.3 * np.sin(2.0 * t), "velocity")
+    for other in (again, read):
+        assert np.array_equal(other.regression.weights, first.regression.weights)
+        assert gb.estimate(other, one) == gb.estimate(first, one)
+    later = gb.Recording(t[50:], np.asarray(one.values)[50:], "velocity")
+    assert gb.estimate(read, later).values["stop.clearance"].value == pytest.approx(
+        gb.estimate(read, one).values["stop.clearance"].value, rel=1e-3
+    )
+    with pytest.raises(gb.UserError, match="another"):
+        gb.library(scene, ranges, **{**given, "settle": 2})
+    (tmp_path / "a" / "library.npz").write_bytes(b"none")
+    with pytest.raises(gb.UserError, match="damaged"):
+        gb.read_library(tmp_path / "a")
+    with pytest.raises(gb.UserError, match="expected the folder of a library"):
+        gb.read_library(tmp_path)
+    for wrong, says in (
+        ({"point": "tip"}, "point"), ({"quantity": "speed"}, "quantity"), ({"members": 300}, "power of two"),
+        ({"noise": 0.0}, "noise"), ({"periods": 9}, "even number of periods"), ({"period": -1.0}, "period"),
+    ):  # fmt: skip
+        with pytest.raises(gb.UserError, match=says):
+            gb.library(scene, ranges, **{**given, **wrong})
+    with pytest.raises(gb.UserError, match="a path is unknown"):
+        gb.library(scene, {"gap.clearance": stats.uniform(0.5, 0.5)}, **{**given, "output": None})
+    with pytest.raises(gb.UserError, match="expected one of"):
+        gb.series([gb.estimate(first, one)], None, {"x": 1.0})
+    with pytest.raises(gb.UserError, match="one for each recording"):
+        gb.series([gb.estimate(first, one)], [0.0, 1.0])
+    with pytest.raises(gb.UserError, match="its range leaves"):
+        gb.library(scene, {"stop.stiffness": stats.uniform(-1.0, 2.0)}, **{**given, "output": None})
+
+
+T = np.arange(3000) * PERIOD / 64
+Y = np.sin(0.8 * T) + 0.2 * np.cos(1.6 * T) + 0.1 * np.sin(2.4 * T)
+
+
+@pytest.mark.parametrize(
+    ("times", "values", "quantity", "says"),
+    [
+        (T[:2000], Y[:2000], "velocity", "40 periods of the load"),
+        (T[::4], Y[::4], "velocity", "a period of harmonic 8"),
+        (T * 1e3, Y, "velocity", "are the times in seconds"),
+        (T, np.where(np.arange(3000) == 7, np.nan, Y), "velocity", "sample 8 is nan"),
+        (T[::-1], Y, "velocity", "do not increase"),
+        (np.delete(T, 9), np.delete(Y, 9), "velocity", "samples are missing"),
+        (T, Y[:-1], "velocity", "one value for each time"),
+        (T, Y, "acceleration", "expected velocity"),
+        (T, Y, "speed", "expected displacement, velocity or acceleration"),
+        (T, np.ones(3000), "velocity", "do not change"),
+    ],
+)
+def test_recordings_that_cannot_be_used_are_refused(
+    small: gb.Library, times: np.ndarray, values: np.ndarray, quantity: str, says: str
+) -> None:
+    """Each fault says what was found, and what was expected."""
+    with pytest.raises(gb.UserError, match=says):
+        gb.estimate(small, gb.Recording(times, values, quantity))  # type: ignore[arg-type]
+
+
+def test_files_of_recordings(small: gb.Library, tmp_path: Path) -> None:
+    """A CSV and a WAV file give the estimates of their numbers; units, columns and channels are checked."""
+    y = Y
+    whole = gb.estimate(small, gb.Recording(T, y, "velocity")).values["stop.clearance"]
+    file = tmp_path / "a.csv"
+    np.savetxt(file, np.column_stack([np.arange(len(y)) * PERIOD / 64, y * 1e3]), delimiter=",", header="time,tip",
+               comments="", fmt="%.12g")  # fmt: skip
+    read = gb.read_recording(file, "mm/s", column="tip", time_column="time")
+    assert gb.estimate(small, read).values["stop.clearance"].value == pytest.approx(whole.value, rel=1e-6)
+    rate = 10  # Hz: a WAV file has a whole number
+    slow = np.interp(np.arange(int(len(y) * PERIOD / 64 * rate)) / rate, np.arange(len(y)) * PERIOD / 64, y)
+    wavfile.write(tmp_path / "a.wav", rate, np.column_stack([slow, slow / 4.0 * 32767]).astype(np.int16))
+    heard = gb.read_recording(tmp_path / "a.wav", "m/s", channel=2, full_scale=4.0)
+    assert gb.estimate(small, heard).values["stop.clearance"].value == pytest.approx(whole.value, rel=5e-3)
+    for arguments, says in (
+        ({"unit": "mm/h"}, "unit: found 'mm/h'"), ({"unit": "m/s", "column": "top"}, "column"),
+        ({"unit": "m/s", "column": 3}, "1 to 2"), ({"unit": "m/s", "full_scale": 1.0}, "full scale"),
+        ({"unit": "m/s", "time_column": "t"}, "time column"),
+    ):  # fmt: skip
+        with pytest.raises(gb.UserError, match=says):
+            gb.read_recording(file, **arguments)
+    with pytest.raises(gb.UserError, match="there is no file"):
+        gb.read_recording(tmp_path / "b.csv", "m/s")
+    with pytest.raises(gb.UserError, match="channel: found 3, expected 1 to 2"):
+        gb.read_recording(tmp_path / "a.wav", "m/s", channel=3, full_scale=1.0)
+    with pytest.raises(gb.UserError, match="full scale: found none"):
+        gb.read_recording(tmp_path / "a.wav", "m/s")
+    with pytest.raises(gb.UserError, match="half a line"):
+        gb.estimate(small, read, period=1.02 * PERIOD)
+
+
+HEAD = f'case = "{PROJECT / "cases" / "cantilever-stop.toml"}"\n[recorded]\npoint = "tip"\nquantity = "velocity"\n'
+RANGE = '[[variable]]\npath = "stop*.clearance"\ndistribution = "uniform"\nparameters = {loc = 8e-4, scale = 1e-4}\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (HEAD, "no [[variable]]"),
+        (RANGE, "recorded"),
+        ("members = 300\n" + HEAD + RANGE, "a power of two from 256 to 16384"),
+        (HEAD.replace("velocity", "speed") + RANGE, "quantity"),
+        (HEAD + "periods = 9\n" + RANGE, "periods"),
+        (HEAD + RANGE + RANGE, "every path once"),
+    ],
+)
+def test_faults_of_the_file_are_at_their_keys(tmp_path: Path, text: str, says: str) -> None:
+    """Each fault names what was found and what was expected."""
+    file = tmp_path / "study.toml"
+    file.write_text(text)
+    with pytest.raises(CaseError) as fault:
+        read_library_study(file)
+    assert says in str(fault.value)
+    assert "expected" in str(fault.value)
+
+
+@alone
+@pytest.mark.slow(minutes=0.5)
+def test_commands(tmp_path: Path) -> None:
+    """A library of a case, and an estimate from a run of the case with another clearance."""
+    study = (PROJECT / "cases" / "studies" / "library-stop.toml").read_text().replace("members = 512", "members = 256")
+    (tmp_path / "study.toml").write_text(study.replace("../", f"{PROJECT / 'cases'}/").replace("= 60", "= 20"))
+    done = called_anew("library", tmp_path / "study.toml", "--output", tmp_path / "found")
+    assert done.returncode == 0, done.stderr
+    assert "256 members; median relative error" in done.stdout
+    read = read_library_study(tmp_path / "study.toml")
+    one = repeating_scene(Path(read.case), settings_of_study(tmp_path, read.set, []))
+    step = one.period / 256
+    run = gb.history(one.scene.with_({"stop*.clearance": 7e-4}), step=step, end=55 * one.period)
+    rows = np.column_stack([run.t, run.displacement["tip"]])[30 * 256 :]
+    rows = np.column_stack([rows[:, 0], np.gradient(rows[:, 1], step) * 1e3])
+    np.savetxt(tmp_path / "tip.csv", rows, delimiter=",", header="time,tip", comments="", fmt="%.12g")
+    given = ("estimate", tmp_path / "found", *[tmp_path / "tip.csv"] * 3)
+    done = called_anew(*given, "--unit", "mm/s", "--at", "0,1,2", "--limit", "stop*.clearance=1e-3", "--output",
+                       tmp_path / "estimates.csv")  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    table = list(csv.DictReader((tmp_path / "estimates.csv").open()))
+    assert float(table[0]["estimate"]) == pytest.approx(7e-4, rel=0.03)
+    assert float(table[0]["from"]) <= 7e-4 <= float(table[0]["to"])
+    assert "no change seen" in done.stdout
+    outside = called_anew(*given[:3], "--unit", "m/s")
+    assert outside.returncode == 5
+    assert "outside of the library" in outside.stdout
+    for wrong, says in (
+        (("--unit", "mm"), "expected velocity"), (("--unit", "mm/s", "--limit", "x"), "PATH=VALUE"),
+        (("--unit", "mm/s", "--frequency", "25"), "half a line"),
+    ):  # fmt: skip
+        refused = called_anew(*given, *wrong)
+        assert refused.returncode == 2
+        assert says in " ".join(refused.stderr.split())

@@ -47,7 +47,7 @@ def _potential(x, stiffness, damping, drag, lock, release, order, locked, anchor
     potential=_potential, damper=_damper, mean=_mean, settle=_settle, adhesive=True,
     nonnegative=("stiffness", "damping", "drag", "release"), positive=("lock",),
 )  # fmt: skip
-def SnubberLaw(x, stiffness, damping, drag, lock, release, order, locked=0.0, anchor=0.0, speed=0.0):  # type: ignore[no-untyped-def] # noqa: ARG001, N802
+def Snubber(x, stiffness, damping, drag, lock, release, order, locked=0.0, anchor=0.0, speed=0.0):  # type: ignore[no-untyped-def] # noqa: ARG001, N802
     """Return the force of the spring: 0 while the snubber is free."""
     return locked * stiffness * (x - anchor)
 
@@ -91,5 +91,5 @@ def snubber(
     if not (stiffness > 0.0 or damping > 0.0):
         raise UserError(f"{where}: found neither stiffness nor damping, expected one that holds when it is locked")
     order = 1.0 if acceleration is None else 2.0
-    held = SnubberLaw(stiffness=stiffness, damping=damping, drag=drag, lock=lock, release=opens, order=order)
+    held = Snubber(stiffness=stiffness, damping=damping, drag=drag, lock=lock, release=opens, order=order)
     return Contact(between, HalfPlane(0.0), held, name=name)

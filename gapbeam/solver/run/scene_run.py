@@ -184,7 +184,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
                     march.judge()
                     summary |= {"status": "completed", "exit_status": 0}
                     summary["message"] = f"{marcher.count} steps, {march.balance_words}{march.flow_words}"
-                    LOG.info("%s", summary["message"])
+                    LOG.debug("%s", summary["message"])
                 except RunError as error:
                     summary |= {"status": error.run_status, "exit_status": error.exit_status, "reason": error.reason}
                     summary["message"] = str(error)

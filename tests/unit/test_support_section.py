@@ -49,7 +49,14 @@ def test_each_face_has_its_loads_with_intervals() -> None:
     bare = support_table({"peak_contact_force": {"base": 5.0}})
     assert bare is not None
     assert bare.rows == [("base", "5.00", "", "", "error not known")]
+    scene = support_table({"peak_contact_force": {"rest": 5.0}, "impacts": {"rest": {"count": 4, "rate": 2.0}}})
+    assert scene is not None
+    assert scene.rows[0][3] == "2.00 (4 counted)"
     assert support_table({}) is None
+    exact = [figure("base largest recorded force", 5.0, 1e-7), figure("base impulse", 5.0, 0.0)]
+    small = support_table(summary(errors=summary()["errors"] | {"figures": exact}))
+    assert small is not None
+    assert small.rows[0][1:3] == ("5.00 ± less than 0.010 %", "5.00 ± 0 %")
 
 
 def test_amber_wherever_a_figure_may_not_be_used() -> None:

@@ -12,6 +12,7 @@ from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE, 
 USE_HEAD = "use of the peak"
 RESOLVED = "contacts resolved by the step"
 MOST_TO_DO = 3
+LEAST = 1.0e-4  # of a figure: a smaller error is not written
 ADVICE = ("try ", "use ", "make it ", "add ")  # words of warnings that say what to do
 SAID = (RESOLVED, f"the {LARGEST_FORCE} on ", "can be predicted up to")  # warnings that advice of ours stands for
 FINE = ("good", "rough", "no contact")  # verdicts of figures that may be used
@@ -79,7 +80,10 @@ def _figure(one: Summary | None) -> str:
     value, relative, error = float(one["value"]), one.get("relative_error"), one.get("error")
     if relative is None:
         return number(value, 3) if error is None else f"{number(value, 3)} ± {number(float(error), 2)}"
-    return f"{number(value, 3)} ± {percent(float(relative), signed=False)}"
+    part = (
+        percent(float(relative), signed=False) if relative >= LEAST or not error else f"less than {percent(LEAST)[1:]}"
+    )
+    return f"{number(value, 3)} ± {part}"
 
 
 def _impacts(summary: Summary, face: str) -> str:
@@ -87,9 +91,9 @@ def _impacts(summary: Summary, face: str) -> str:
     for one in (summary.get("statistics") or {}).get("figures") or ():
         if one["name"] == f"face.{face}.impact_rate" and one.get("relative") is not None:
             return _rate(one)
-    for support in (summary.get("impacts") or {}).values():
-        found = (support.get("faces") or {}).get(face) if isinstance(support, Mapping) else None
-        if found:
+    for name, one in (summary.get("impacts") or {}).items():  # of supports with faces, or of contacts of a scene
+        found = ((one.get("faces") or {}).get(face) or (name == face and one)) if isinstance(one, Mapping) else None
+        if found and found.get("rate") is not None:
             return f"{number(float(found['rate']), 3)} ({found['count']} counted)"
     return ""
 

@@ -126,7 +126,7 @@ def test_many_points_around_a_section_come_to_the_line(cells: int, force: float,
     assert near or abs(points / line - 1.0) > 0.2
 
 
-LAWS = {
+LAWS: dict[str, dict[str, Any]] = {
     "elastic": {"stiffness": STIFFNESS},
     "damped": {"stiffness": STIFFNESS, "damping": 2.0e6},
     "hunt-crossley": {"stiffness": STIFFNESS, "law": {"type": "hunt-crossley", "restitution": 0.6}},
@@ -230,3 +230,20 @@ def test_a_line_beside_a_circle_and_a_law_of_its_own() -> None:
     faces = model.system.contact.faces
     assert [set(table.rows[table.owner[faces == face], 0]) for face in range(3)] == [{1.5}, {1.0}, {2.0}]
     assert [int(np.sum(faces == face)) for face in range(3)] == [16, 4, 16]
+
+
+def test_motion_along_walls_meets_nothing() -> None:
+    """A cantilever sags between walls beside it as in the open, w L^4 / (8 E I) + w L^2 / (2 kappa G A)."""
+    case = long_tube(0.02)
+    plates = [
+        dict(one) | {"clearance": 1.0e-5, "region": {"type": "polygon", "walls": [-90.0, 90.0]}}
+        for one in case.model_dump(mode="json", by_alias=True, exclude_unset=True)["support"]
+    ]
+    weight = [{"type": "gravity", "acceleration": 0.05, "direction": [0.0, 0.0, -1.0]}]
+    simulation = gapbeam.model(long_tube(0.02, support=plates, load=weight))
+    state, model = simulation.seat().state, simulation.model
+    tip = np.ravel(model.probes["tip"].evaluate(state.u[VALUE], model.system.operators))
+    area, second = np.pi * (0.01**2 - 0.009**2), 0.25 * np.pi * (0.01**4 - 0.009**4)
+    assert tip[-1] == pytest.approx(-8000.0 * area * 0.05 * 4.0**4 / (8.0 * 2.0e11 * second), rel=1.0e-3)
+    assert abs(tip[-1]) > 50.0e-5
+    assert not np.any(state.pressure)

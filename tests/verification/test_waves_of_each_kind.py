@@ -17,7 +17,7 @@ from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyCo
 from gapbeam.solver.run.assumptions.frequency_findings import ON_MESH, RIGID, shortest_wave
 
 LENGTH, THICKNESS = 0.5, 0.01  # m
-TIMES = np.arange(4000) * 1.0e-5
+TIMES = np.linspace(0.0, 0.04, 4000, endpoint=False)
 GUIDE = {"name": "guide", "from": 0.2, "to": 0.3, "clearance": 1.0e-3, "region": "slot"}
 
 

@@ -44,7 +44,7 @@ def bar(modulus: float = 2.0e11, density: float = 8000.0, **tables: Any) -> gapb
 def recorded(along: tuple[float, float], across: tuple[float, float]) -> FrequencyContent:
     """Return the content of two harmonic velocities, each of an amplitude, m/s, and a frequency, Hz."""
     velocity = np.stack([size * np.sin(2.0 * pi * f * TIMES) for size, f in (along, across)], axis=1)
-    found = content_of_motion(TIMES, velocity[:, None, :])
+    found = content_of_motion(TIMES, np.asarray(velocity[:, None, :], dtype=np.float64))
     assert found is not None
     return found
 

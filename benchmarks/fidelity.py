@@ -19,12 +19,12 @@ import numpy as np
 from dolfinx import fem, geometry
 from mpi4py import MPI
 
+from benchmarks.elastic_stress import stress
 from benchmarks.table import Cell, Table, machine_words, options
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, coordinate_element
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.steady_figures import Steady, steady
-from gapbeam.solver.assembly.elasticity import stress
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.march.simulation import Simulation

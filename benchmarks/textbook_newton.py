@@ -23,8 +23,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from gapbeam.solver.assembly.elasticity import stress
-from gapbeam.solver.assembly.form_cache import compiled_form
+from benchmarks.elastic_stress import stress
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
@@ -71,8 +70,8 @@ class TextbookBeam:
         self._old.x.array[:] = start.u[VALUE]
         self._old_velocity.x.array[:] = start.v[VALUE]
         residual = self._residual()
-        self._residual_form = compiled_form(residual)
-        self._jacobian_form = compiled_form(ufl.derivative(residual, self._new))
+        self._residual_form = fem.form(residual)
+        self._jacobian_form = fem.form(ufl.derivative(residual, self._new))
         self._vector = fem_petsc.assemble_vector(self._residual_form)
         self._matrix = fem_petsc.assemble_matrix(self._jacobian_form)
         self._matrix.assemble()

@@ -31,7 +31,7 @@ setup() {
 # The machine code that first runs would wait for; without it they compile it themselves.
 compile_ahead() {
   [[ $suite == trixie ]] || return 0
-  say "compiling time loops and finite element forms (1 to 2 minutes, once)"
+  say "compiling time loops (1 to 2 minutes, once)"
   logged "$cache/compile.log" inside "$here/bin/gapbeam" compile || say "first runs will compile what they need"
 }
 

@@ -34,7 +34,7 @@ class Work(NamedTuple):
 
 
 def compile_() -> int:
-    """Compile now what first runs would compile: time loops of small models and finite element forms.
+    """Compile now what first runs would compile: time loops of small models.
 
     The machine code is kept in ~/.cache for this processor, until gapbeam itself changes.
 
@@ -62,12 +62,6 @@ def seconds_of(place: int) -> float:
     return time.perf_counter() - started
 
 
-def _step(simulation: Simulation) -> None:
-    """Seat a model and march a step in Python."""
-    for _ in simulation.march(steps=1):
-        pass
-
-
 def _march(simulation: Simulation) -> None:
     """March a model by its compiled loop."""
     from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
@@ -91,6 +85,4 @@ WORK = (
     Work("time loop of beams in holes", "tube-holes", BEAM, _march),
     Work("time loop of beams between flat faces", "demo", BEAM, _march),
     Work("derivatives for shooting", "demo", BEAM, _differentiate),
-    Work("forms of solid finite elements", "li2013", (), _step),
-    Work("forms of plane finite elements", "demo", (), _step),
 )

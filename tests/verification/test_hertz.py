@@ -21,8 +21,8 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
+from benchmarks.elastic_stress import stress
 from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_session
-from gapbeam.solver.assembly.elasticity import stress
 from tests.shared.models import beam_model, seat_of
 
 SIZE, RADIUS, WIDTH = 0.1, 0.1, 0.02  # m

@@ -11,8 +11,9 @@ import ufl
 from dolfinx import fem, mesh
 from scipy.linalg import eigh, eigvalsh
 
+from benchmarks.elastic_stress import stress
 from gapbeam.solver.assembly.contact_assembly import nitsche_operator
-from gapbeam.solver.assembly.elasticity import lame, stress
+from gapbeam.solver.assembly.elasticity import lame
 from gapbeam.solver.assembly.face_quadrature import face_points
 from gapbeam.solver.assembly.nitsche_terms import Nitsche, correction, trace_bounds
 from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint

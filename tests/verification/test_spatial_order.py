@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem, mesh
-from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import cg
 
-from gapbeam.solver.assembly.elasticity import elastic_forms
+from gapbeam.meshes.versions.cell_matrix import cell_matrix
+from gapbeam.solver.assembly.elasticity import elastic_parts
 from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.case import Beam, Material
+
+pytestmark = pytest.mark.versions
 
 STEEL = Material(young_modulus=2.0, poisson_ratio=0.3, density=3.0)
 PROFILE = BeamProfile.of(Beam(length=1.0, thickness=1.0, width=0.7), STEEL, ())
@@ -66,7 +68,7 @@ def error_of(cell, degree, plane_stress, cells):
     )
     tags = mesh.meshtags(domain, facets, np.sort(faces), np.full(len(faces), 1, dtype=np.int32))
     measure = ufl.Measure("ds", domain=domain, subdomain_data=tags)
-    forms = elastic_forms(space, PROFILE, plane_stress, WIDTH, RESTRAINT, measure(1))
+    parts = elastic_parts(space, PROFILE, plane_stress, WIDTH, RESTRAINT, np.sort(faces))
     test, normal = ufl.TestFunction(space), ufl.FacetNormal(domain)
     w = ufl.as_vector(chosen(ufl.SpatialCoordinate(domain), dimension, ufl))
     stress = hooke(w, plane_stress and dimension == 2)
@@ -74,9 +76,9 @@ def error_of(cell, degree, plane_stress, cells):
     body = STEEL.density * w - ufl.div(stress)
     work = ufl.inner(body, test) * ufl.dx + ufl.inner(stress * normal, test) * measure
     work = WIDTH * (work + ufl.inner(tangential, test) * measure(1))
-    assembled = fem_petsc.assemble_matrix(fem.form(forms.mass + forms.restraint))
-    assembled.assemble()
-    forms.stiffness.add_to(assembled)
+    assembled = cell_matrix(space)
+    for part in (parts.mass, parts.restraint, parts.stiffness):
+        part.add_to(assembled)
     starts, columns, entries = assembled.getValuesCSR()
     matrix = csr_matrix((entries, columns, starts), assembled.getSize())
     right_side = fem.assemble_vector(fem.form(work)).array

@@ -24,6 +24,12 @@ OPTIONS = {
 }
 """gmsh's options while gapbeam uses it: silent, sizes from the size callback only, reproducible."""
 
+LIBRARIES = (
+    "libglu1-mesa libgl1 libxrender1 libxcursor1 libxfixes3 libxext6 libxft2 "
+    "libfontconfig1 libxinerama1 libx11-6 libgomp1"
+)
+"""Debian's packages of the libraries that PyPI's gmsh is linked to."""
+
 _MODEL = "gapbeam"
 
 
@@ -42,7 +48,7 @@ def gmsh_session(comm: MPI.Comm) -> Iterator[None]:
     If gmsh is already initialized, the caller's model and options come back afterwards.
 
     Raises:
-        MeshError: gmsh's Python module cannot be loaded.
+        MeshError: A library of the system that gmsh needs is missing.
 
     Collective.
     """
@@ -69,9 +75,12 @@ def gmsh_errors(where: str, expected: str) -> Iterator[None]:
 def _start() -> _Callers | None:
     try:
         import gmsh
-    except (ImportError, OSError) as error:
+    except OSError as error:  # it draws windows, too, which are never opened here
         raise MeshError(
-            "gmsh", found=str(error), expected="gmsh's Python module (Debian: python3-gmsh, PyPI: gmsh)"
+            "gmsh",
+            found=str(error),
+            expected="the libraries that gmsh is linked to",
+            hint=f"Debian: apt-get install {LIBRARIES}; quadrilaterals and hexahedra need no gmsh.",
         ) from error
     callers = None
     if gmsh.isInitialized():

@@ -1,1 +1,1 @@
-"""Finite element forms of the body: stiffness, mass, loads and probes."""
+"""Finite elements of the body: stiffness, mass, loads and probes."""

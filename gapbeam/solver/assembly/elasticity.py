@@ -1,38 +1,37 @@
-"""Isotropic linear elasticity in 3D, plane stress and plane strain: the weak forms.
+"""Isotropic linear elasticity in 3D, plane stress and plane strain: mass, stiffness and restraint, cell by cell.
 
     a(u, v) = int sigma(u) : eps(v),   m(u, v) = int rho u . v,   r(u, v) = int_faces k_t u_t . v_t
 
-In 2D every form carries the width of the beam, so that forces are whole forces in N.
+In 2D every part carries the width of the beam, so that forces are whole forces in N.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-import ufl
+import numpy as np
 from dolfinx import fem
-from dolfinx.mesh import Mesh
 
-from gapbeam.solver.assembly.cell_stiffness import CellStiffness
-from gapbeam.solver.assembly.cell_values import constant, in_cells, value_in_cells
+from gapbeam.solver.assembly.cell_stiffness import CellMass, CellStiffness, FacetSprings
+from gapbeam.solver.assembly.cell_values import in_cells
 from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.case import Material
+from gapbeam.solver.system.operators import Indices
 
 
 @dataclass(frozen=True)
-class ElasticForms:
+class ElasticParts:
     """Bilinear forms on a vector space.
 
     Attributes:
-        mass: m (UFL).
-        stiffness: a, cell by cell.
-        restraint: r (UFL).
+        mass: m, cell by cell.
+        stiffness: a, likewise.
+        restraint: r, facet by facet.
     """
 
-    mass: Any
+    mass: CellMass
     stiffness: CellStiffness
-    restraint: Any
+    restraint: FacetSprings
 
 
 def lame(material: Material, plane_stress: bool) -> tuple[float, float]:
@@ -43,48 +42,36 @@ def lame(material: Material, plane_stress: bool) -> tuple[float, float]:
     return (2.0 * full * mu / (full + 2.0 * mu) if plane_stress else full), mu
 
 
-def stress(u: Any, material: Material, plane_stress: bool) -> Any:
-    """Return sigma(u) = lambda tr(eps) I + 2 mu eps (UFL), Pa; in plane."""
-    first, second = lame(material, plane_stress)
-    strain = ufl.sym(ufl.grad(u))
-    return first * ufl.tr(strain) * ufl.Identity(len(u)) + 2.0 * second * strain
-
-
-def density_of(mesh: Mesh, profile: BeamProfile) -> Any:
-    """Return the density of a beam for the forms on its mesh, kg/m^3. Collective."""
-    return value_in_cells(mesh, profile, lambda piece: piece.material.density)
-
-
-def elastic_forms(
+def elastic_parts(
     space: fem.FunctionSpace,
     profile: BeamProfile,
     plane_stress: bool,
     width: float,
     restraint: tuple[float, float],
-    face_measure: Any,
-) -> ElasticForms:
-    """Return the forms of a beam.
+    facets: Indices,
+) -> ElasticParts:
+    """Return mass, stiffness and restraint of a beam.
 
     Args:
         space: Vector Lagrange space.
         profile: Elastic constants and density along the beam.
         plane_stress: 2D assumption; no meaning in 3D.
-        width: Factor of all forms: the width in 2D, 1 in 3D, m.
+        width: Factor of all integrals: the width in 2D, 1 in 3D, m.
         restraint: Tangential stiffness per area along x and across the width, Pa/m.
-        face_measure: UFL measure of base and gland together.
+        facets: Exterior facets of this rank that are restrained.
     """
-    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    domain = space.mesh
-    dimension = domain.geometry.dim
+    mesh, dimension = space.mesh, space.mesh.geometry.dim
     plane = plane_stress and dimension == 2
-    scale = constant(domain, width)
-    first = in_cells(domain, profile, lambda piece: lame(piece.material, plane)[0])
-    second = in_cells(domain, profile, lambda piece: lame(piece.material, plane)[1])
-    tangential = sum(
-        constant(domain, stiffness) * u[axis] * v[axis] for axis, stiffness in enumerate(restraint[: dimension - 1])
+    first = in_cells(mesh, profile, lambda piece: lame(piece.material, plane)[0])
+    second = in_cells(mesh, profile, lambda piece: lame(piece.material, plane)[1])
+    springs = np.array([*restraint[: dimension - 1], 0.0])
+    return ElasticParts(
+        mass_of(space, profile, width),
+        CellStiffness(space, first, second, width),
+        FacetSprings(space, facets, springs, width),
     )
-    return ElasticForms(
-        mass=scale * density_of(domain, profile) * ufl.inner(u, v) * ufl.dx,
-        stiffness=CellStiffness(space, first, second, width),
-        restraint=scale * tangential * face_measure,
-    )
+
+
+def mass_of(space: fem.FunctionSpace, profile: BeamProfile, width: float) -> CellMass:
+    """Return the mass of a beam on a vector Lagrange space; width as in `elastic_parts`."""
+    return CellMass(space, in_cells(space.mesh, profile, lambda piece: piece.material.density), width)

@@ -218,9 +218,9 @@ def _rules(space: Any, rule: PointRule) -> list[_Rule]:
     rules = []
     for facet in basix.topology(cell_type)[dimension - 1]:
         corners = basix.geometry(cell_type)[facet]
-        facet_type = _FACETS[dimension, len(corners)]
+        kind = facet_type(dimension, len(corners))
         place = _nodal_rule if rule.nodal else basix.make_quadrature
-        points, factors = place(facet_type, rule.degree)
+        points, factors = place(kind, rule.degree)
         tangents = corners[1:dimension] - corners[0]
         on_cell = corners[0] + points @ tangents
         basis, shape = element.tabulate(1, on_cell)[..., 0], geometry.tabulate(1, on_cell)[..., 0]
@@ -235,10 +235,15 @@ _FACETS = {
 }
 
 
-def _nodal_rule(facet_type: Any, degree: int) -> tuple[Array, Array]:
+def facet_type(dimension: int, corners: int) -> Any:
+    """Return the type of a facet of a cell with so many corners."""
+    return _FACETS[dimension, corners]
+
+
+def _nodal_rule(kind: Any, degree: int) -> tuple[Array, Array]:
     """Return the nodes of a facet that carry a uniform pressure, and their weights: Gauss-Lobatto's on edges."""
-    if facet_type != basix.CellType.triangle:
-        points, weights = basix.make_quadrature(facet_type, 2 * degree - 1, basix.QuadratureType.gll)
+    if kind != basix.CellType.triangle:
+        points, weights = basix.make_quadrature(kind, 2 * degree - 1, basix.QuadratureType.gll)
         return np.asarray(points), np.asarray(weights)
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     return (corners if degree == 1 else 0.5 * (corners + np.roll(corners, -1, axis=0))), np.full(3, 1.0 / 6.0)

@@ -7,17 +7,15 @@ is kept, and K as it is marched is put together from its parts.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from dolfinx import fem
-from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 from scipy.sparse import csr_matrix, identity, kron
 
-from gapbeam.solver.assembly.elasticity import ElasticForms
-from gapbeam.solver.assembly.form_cache import compiled_form
+from gapbeam.solver.assembly.cell_stiffness import assembled
+from gapbeam.solver.assembly.elasticity import ElasticParts
 from gapbeam.solver.assembly.mass_matrix import mass_matrix
 from gapbeam.solver.linear_algebra.deflation import Deflation, rigid_body_modes
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients, columns_product
@@ -36,7 +34,7 @@ class PetscOperators:
     """M, K and restraint of a finite element model.
 
     Args:
-        forms: The UFL forms.
+        parts: Mass, stiffness and restraint, cell by cell.
         space: The vector space they live on.
         correction: Contribution of a contact formulation to K.
         lumped: Make M diagonal.
@@ -58,7 +56,7 @@ class PetscOperators:
 
     def __init__(
         self,
-        forms: ElasticForms,
+        parts: ElasticParts,
         space: fem.FunctionSpace,
         correction: Springs | None = None,
         lumped: bool = False,
@@ -68,15 +66,13 @@ class PetscOperators:
     ) -> None:
         self.solver = solver
         self._comm, self._space = space.mesh.comm, space
-        mass = mass_matrix(_assemble(forms.mass), lumped, extrapolation)
+        mass = mass_matrix(assembled(parts.mass), lumped, extrapolation)
         diagonal = np.array(mass.getDiagonal().array_r)
         self.massless = diagonal == 0.0
         self.has_massless = bool(self._comm.allreduce(np.any(self.massless), op=MPI.LOR))
-        self._restraint = _assemble(forms.restraint)
+        self._restraint = assembled(parts.restraint)
         self._springs = self._restraint  # and what holds sections
-        self._elastic = fem_petsc.create_matrix(compiled_form(forms.mass))  # the same DOFs meet in it
-        self._elastic.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-        forms.stiffness.add_to(self._elastic)
+        self._elastic = assembled(parts.stiffness)
         if correction is not None:
             add_springs(self._elastic, correction, self.sum)
         pattern = PETSc.Mat.Structure
@@ -321,10 +317,3 @@ class PetscOperators:
         self._vector_in.array[:] = x
         matrix.mult(self._vector_in, self._vector_out)
         return np.array(self._vector_out.array_r)
-
-
-def _assemble(form: Any) -> PETSc.Mat:
-    matrix = fem_petsc.assemble_matrix(compiled_form(form))
-    matrix.assemble()
-    matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    return matrix

@@ -20,7 +20,6 @@ from typing import Protocol
 
 import basix.ufl
 import numpy as np
-import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from scipy.sparse import csr_matrix, vstack
@@ -32,7 +31,7 @@ from gapbeam.meshes.tagged_mesh import TaggedMesh
 from gapbeam.solver.assembly.assembled_system import acting_rows, holding_springs
 from gapbeam.solver.assembly.case_mesh import mesh_of_case
 from gapbeam.solver.assembly.contact_assembly import contact_operator, nitsche_operator
-from gapbeam.solver.assembly.elasticity import elastic_forms, lame
+from gapbeam.solver.assembly.elasticity import elastic_parts, lame
 from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.assembly.load_patterns import load_patterns
 from gapbeam.solver.assembly.mass_redistribution import extrapolation
@@ -178,24 +177,23 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
     Collective.
     """
     started = time.perf_counter()
-    space, tagged, width = meshed.space, meshed.tagged, meshed.width
+    space, width = meshed.space, meshed.width
     explicit = case.time.scheme.explicit
     contact, gamma, correction = _contact(case, meshed)
     area = contact.support.area
-    measure = ufl.Measure("ds", domain=tagged.mesh, subdomain_data=tagged.facets)
-    forms = elastic_forms(
+    parts = elastic_parts(
         space,
         case.profile,
         case.mesh.plane == "stress",
         width,
         (axial_restraint(case).value / area, 0.0 if case.layout.holes else lateral_restraint(case).value / area),
-        measure(tuple(tagged.groups[name] for name in meshed.faces)),
+        np.concatenate(list(meshed.faces.values())),
     )
     moved = None
     if case.contact.mass == "redistributed":
         moved = extrapolation(space, np.concatenate(list(meshed.faces.values())), explicit)
     marched = isinstance(case.model, FullModel) and not explicit
-    operators = PetscOperators(forms, space, correction, explicit, moved, _solver(case, meshed), marched)
+    operators = PetscOperators(parts, space, correction, explicit, moved, _solver(case, meshed), marched)
     contact, patch = gathered(case, contact)
     sections = SectionRows(space)
     patterns = load_patterns(case, sections, operators)

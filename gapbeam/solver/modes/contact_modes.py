@@ -16,15 +16,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import Any
 
 import numpy as np
-import ufl
-from dolfinx.fem import petsc as fem_petsc
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.assembly.elasticity import density_of
-from gapbeam.solver.assembly.form_cache import compiled_form
+from gapbeam.solver.assembly.cell_stiffness import assembled
+from gapbeam.solver.assembly.elasticity import mass_of
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
@@ -147,11 +144,8 @@ class Sections:
     def _masses(self, owned: int) -> Array:
         """Return masses of the nodes: the diagonal of the consistent mass matrix, scaled to the mass of the beam."""
         space, meshed = self._model.space, self._model.body.meshed
-        u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
         profile = self._model.case.profile
-        moved = ufl.inner(u, v) if profile.one_material else density_of(space.mesh, profile) * ufl.inner(u, v)
-        matrix: Any = fem_petsc.assemble_matrix(compiled_form(moved * ufl.dx))
-        matrix.assemble()
+        matrix = assembled(mass_of(space, profile, 1.0))
         diagonal = np.array(matrix.getDiagonal().array_r)[: owned * self._components : self._components]
         matrix.destroy()
         total = self._comm.bcast(self._comm.reduce(float(diagonal.sum())))

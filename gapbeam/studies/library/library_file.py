@@ -16,7 +16,7 @@ from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of, starts_of
 from gapbeam.studies.library.recording import Quantity
 from gapbeam.studies.library.recording_library import FEWEST, MOST, Library, library
 from gapbeam.studies.study_folder import study_folder
-from gapbeam.studies.uncertain.uncertain_file import Variable, variable_faults
+from gapbeam.studies.uncertain.uncertain_file import SceneStudy, variable_faults
 
 
 class RecordingTable(Table):
@@ -40,27 +40,11 @@ class RecordingTable(Table):
     )
 
 
-class LibraryStudy(Table):
+class LibraryStudy(SceneStudy):
     """A whole library."""
 
-    title: str = Field("", max_length=200, description="one line that says what is estimated")
-    case: str = Field(
-        min_length=1, description="case file, its path relative to this file", examples=["cantilever-stop.toml"]
-    )
-    set: dict[str, Any] = Field(
-        default={}, description="what differs from the case file: keys of the case and their values"
-    )
     members: Whole = Field(default=8192, ge=FEWEST, le=MOST, description="a power of two")
-    seed: Whole = Field(default=0, ge=0, description="of everything random")
-    starts: Whole = Field(
-        default=1, ge=1, le=100_000, description="1: all members start from the seat; more: with drawn velocities, too"
-    )
-    reach: Positive = Field(
-        default=2.0, description="largest velocity of a start, over the velocity of the motion from the seat, no unit"
-    )
-    settle: Whole = Field(default=100, ge=1, description="periods before the recording begins")
     recorded: RecordingTable = Field(description="the recordings")
-    variable: tuple[Variable, ...] = Field(default=(), description="values that are unknown, with their ranges")
 
 
 def contradictions(tables: Mapping[str, Any]) -> list[Fault]:

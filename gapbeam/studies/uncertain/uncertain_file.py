@@ -73,8 +73,8 @@ class Sensitivity(Table):
     )
 
 
-class UncertainStudy(Table):
-    """A whole study of uncertain values."""
+class SceneStudy(Table):
+    """A study of the scene of a case over values of it."""
 
     title: str = Field("", max_length=200, description="one line that says what is studied")
     case: str = Field(
@@ -83,13 +83,6 @@ class UncertainStudy(Table):
     set: dict[str, Any] = Field(
         default={}, description="what differs from the case file: keys of the case and their values"
     )
-    members: Whole = Field(default=1024, ge=4, le=100_000_000, description="members of all replicates")
-    sampling: Literal["sobol", "latin", "random"] = Field(
-        default="sobol", description="randomised Sobol points, Latin hypercubes, or random points"
-    )
-    replicates: Whole = Field(
-        default=16, ge=2, le=10_000, description="randomised on their own: their scatter gives the intervals"
-    )
     seed: Whole = Field(default=0, ge=0, description="of everything random")
     starts: Whole = Field(
         default=1, ge=1, le=100_000, description="1: all members start from the seat; more: with drawn velocities, too"
@@ -97,11 +90,23 @@ class UncertainStudy(Table):
     reach: Positive = Field(
         default=2.0, description="largest velocity of a start, over the velocity of the motion from the seat, no unit"
     )
-    settle: Whole = Field(default=100, ge=1, description="periods before responses are looked for")
+    settle: Whole = Field(default=100, ge=1, description="periods before motions count")
+    variable: tuple[Variable, ...] = Field(default=(), description="values that differ between members")
+
+
+class UncertainStudy(SceneStudy):
+    """A whole study of uncertain values."""
+
+    members: Whole = Field(default=1024, ge=4, le=100_000_000, description="members of all replicates")
+    sampling: Literal["sobol", "latin", "random"] = Field(
+        default="sobol", description="randomised Sobol points, Latin hypercubes, or random points"
+    )
+    replicates: Whole = Field(
+        default=16, ge=2, le=10_000, description="randomised on their own: their scatter gives the intervals"
+    )
     rounds: Whole = Field(default=4, ge=1, le=1000, description="marches of so many periods at most")
     orders: Whole = Field(default=8, ge=1, le=64, description="most periods after which a response repeats")
     measure: Whole = Field(default=48, ge=1, description="periods over which figures are taken")
-    variable: tuple[Variable, ...] = Field(default=(), description="values that are uncertain")
     correlation: tuple[Correlation, ...] = Field(
         default=(), description="rank correlations; other pairs are independent"
     )

@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 
 import gapbeam as gb
 
-NOISE, PERIODS, SETTLE, STEPS, SAMPLES = 0.02, 100, 60, 512, 64
+NOISE, PERIODS, SETTLE, STEPS, SAMPLES = 0.02, 100, 60, 512, 256
 
 
 class ModalScene(NamedTuple):
@@ -97,7 +97,8 @@ def recorded(one: ModalScene, values: np.ndarray, draw: np.random.Generator) -> 
         side = np.where(r < 0.0, -1.0, 1.0) if one.both else 1.0
         depth = side * r - (0.5 * play if one.both else play)
         force = side * np.where(depth > 0.0, np.maximum(K * depth + C * side * s, 0.0), 0.0)
-        return one.push * np.cos(one.frequency * t) - c * v - w2 * q - force @ one.touch
+        pushed: np.ndarray = one.push * np.cos(one.frequency * t) - c * v - w2 * q - force @ one.touch
+        return pushed
 
     q, v, kept = np.zeros((len(values), len(w2))), np.zeros((len(values), len(w2))), []
     for i in range((SETTLE + 1 + PERIODS) * n + n):

@@ -43,7 +43,7 @@ from gapbeam.solver.record_table import (
     HISTORY_FILE,
     SUMMARY_FILE,
 )
-from gapbeam.solver.run.output.disk_errors import check_space, size_of_results
+from gapbeam.solver.run.output.disk_space import check_space, size_of_results
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.studies.study_folder import StoredPiece, StoredResponse, checked, refuse_links
 from gapbeam.studies.sweep.sweep_plan import Sweep, chains_of, point_file, prepare, read_points

@@ -58,6 +58,20 @@ def test_a_case_that_was_read_shows_its_file_and_has_the_scene_of_its_file() -> 
     assert case != gapbeam.read_case(DEMO)
 
 
+@pytest.mark.parametrize("model", ["beam", "reduced", "rigid"])
+def test_the_scene_of_a_case_rests_as_statics_has_it(model: str) -> None:
+    """The base carries the weight and the gland's force; the weak restraint along the beam is a spring, no escape."""
+    case = gapbeam.read_case(DEMO, {"model.type": model})
+    scene = case.scene()
+    pressed = dict.fromkeys(("base", "gland"), 0.0)
+    for contact, force in zip(scene.contacts, gapbeam.seat(scene).F[:, 0], strict=True):
+        pressed[contact.name.split()[0]] += abs(force)
+    weight = case.material.density * case.beam.length * case.beam.width * case.beam.thickness * 9.81
+    assert pressed["base"] - pressed["gland"] == pytest.approx(weight, rel=1e-6)
+    lever = case.beam.length / 2 - case.support.length
+    assert pressed["gland"] * case.support.length > weight * lever  # its resultant lies within the support
+
+
 def test_faults_of_a_dict_name_its_keys() -> None:
     """All faults at once, in the words of Python, and none of the command line."""
     with pytest.raises(gapbeam.CaseError) as caught:

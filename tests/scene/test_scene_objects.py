@@ -219,6 +219,14 @@ def test_a_structure_that_nothing_holds_has_no_seat_and_says_along_what_it_falls
     assert refused.value.escape.power > 0.0
 
 
+@pytest.mark.parametrize("ratio", [1e-8, 1e-10, 1e-11])
+def test_a_weak_spring_holds_beside_a_stiff_one(ratio: float) -> None:
+    """Of squared frequencies 1 : 1/ratio, the first still belongs to a spring: the seat is F / k."""
+    soft, stiff = gb.mass(2.0, stiffness=2.0, name="soft"), gb.mass(1.0, stiffness=1.0 / ratio, name="stiff")
+    rest = gb.seat(gb.Scene(soft, stiff, loads=[gb.Force(soft["at"], 3.0)]))
+    assert gb.Scene(soft, stiff).rows([soft["at"]]) @ rest.q == pytest.approx(1.5)
+
+
 def test_a_periodic_response_repeats_and_its_multipliers_have_the_product_of_its_damping() -> None:
     """The product of the multipliers of an oscillator is exp(-c T / m), whatever its elastic contact does."""
     one = gb.mass(1.0, stiffness=1.0, damping=0.2)

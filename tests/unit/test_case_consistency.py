@@ -7,17 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from gapbeam.solver.case.checks import all_checks as consistency
-from gapbeam.solver.case.checks import attachment_checks as attachments
-from gapbeam.solver.case.checks import circle_checks as circles
-from gapbeam.solver.case.checks import contact_checks as contact_fits
-from gapbeam.solver.case.checks import contact_checks as resultants
-from gapbeam.solver.case.checks import place_checks as geometry
-from gapbeam.solver.case.checks import place_checks as places
-from gapbeam.solver.case.checks import run_checks as model_fits
-from gapbeam.solver.case.checks import support_checks as supports
-from gapbeam.solver.case.checks import support_checks as wholes
-from gapbeam.solver.case.checks import wear_checks as wear
+from gapbeam.solver.case.checks import (
+    all_checks,
+    attachment_checks,
+    circle_checks,
+    contact_checks,
+    place_checks,
+    run_checks,
+    support_checks,
+    wear_checks,
+)
 from gapbeam.solver.case.checks.all_checks import CHECKS, contradictions_in
 from gapbeam.solver.case.reading.case_reader import read_case, warnings
 from tests.shared.case_texts import GOOD, assert_says, faults_of, spoiled, written
@@ -444,17 +443,14 @@ def test_every_check_is_made() -> None:
     written_checks = {
         function
         for module in (
-            supports,
-            attachments,
-            circles,
-            consistency,
-            contact_fits,
-            geometry,
-            model_fits,
-            places,
-            resultants,
-            wear,
-            wholes,
+            all_checks,
+            attachment_checks,
+            circle_checks,
+            contact_checks,
+            place_checks,
+            run_checks,
+            support_checks,
+            wear_checks,
         )
         for name, function in inspect.getmembers(module, inspect.isgeneratorfunction)
         if not name.startswith("_") and function.__module__.startswith("gapbeam.solver.case.checks.")

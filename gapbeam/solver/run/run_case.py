@@ -36,7 +36,7 @@ from gapbeam.solver.run.march_summary import describe_march
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output import run_summary as summaries
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
-from gapbeam.solver.run.output.disk_errors import check_space, size_of_results
+from gapbeam.solver.run.output.disk_space import check_space, size_of_results
 from gapbeam.solver.run.output.progress import kept_lines, log_file
 from gapbeam.solver.run.output.results_folder import (
     AS_RUN,

@@ -100,11 +100,15 @@ def _of_structure(structure: Structure, forces: Array) -> tuple[Array, Array]:
         if np.all(left <= STATIC_BASIS_ROUND_OFF * size) or np.abs(rest).max(initial=0.0) > 0.5 * before:
             break
     basis = modal_basis(operators, np.column_stack([R, answers]), SHIFT * first)
-    return basis.columns, basis.squares
+    squares = basis.squares.copy()
+    squares[: R.shape[1]] = 0.0  # of the rigid motions, but for round-off
+    return basis.columns, squares
 
 
 ROUND_OFF = 10.0 * float(np.finfo(float).eps)
-TINY = 1e-9  # squared frequencies below this part of the highest belong to rigid motions
+TINY = 1e-9  # of the largest force, or entry of K: less is round-off
+FREE = 1e-12  # squared frequencies below this part of the highest belong to motions that no spring holds
+WORKS, STRICT = 1e-6, 1e4  # work of an escape, of the largest force; the solver's tolerance of 1e-7 becomes 1e-11
 TOLERANCE = 1e-12
 BALANCED, ACCEPTED = 1e-9, 1e-6  # forces that remain, of the loads: where the search ends, and at most
 
@@ -216,7 +220,7 @@ def static(slabs: Slabs, y: Array) -> tuple[Array, Array]:
 def certify(scene: Scene, coordinates: Statics, K: Array, f: Array, contact_rows: Array) -> None:
     """Raise NoSeat if a rigid motion that leaves all contacts open lets the loads work: a linear program."""
     squares, X = np.linalg.eigh(K)
-    rigid = X[:, squares <= TINY * max(float(squares[-1]), 1e-300)] if squares[-1] > 0.0 else X
+    rigid = X[:, squares <= FREE * max(float(squares[-1]), 1e-300)] if squares[-1] > 0.0 else X
     if not rigid.shape[1]:
         return
     B = contact_rows @ rigid
@@ -226,13 +230,13 @@ def certify(scene: Scene, coordinates: Statics, K: Array, f: Array, contact_rows
     ]
     A = np.vstack([np.zeros((0, rigid.shape[1])), *rows])
     scale = np.abs(A).max(axis=1, keepdims=True, initial=0.0)
-    A = A / np.where(scale > 0.0, scale, 1.0)
+    A = STRICT * A / np.where(scale > 0.0, scale, 1.0)
     g = rigid.T @ f
     size = float(np.abs(g).max())
     if size <= TINY * float(np.abs(f).max(initial=0.0)):
         return
     best = linprog(-g / size, A_ub=A, b_ub=np.zeros(len(A)), bounds=[(-1.0, 1.0)] * len(g), method="highs")
-    if -best.fun > 1e-7:
+    if -best.fun > WORKS:
         a, motion = coordinates.whole(rigid @ best.x), {}
         for one, i, j in zip(scene.structures, scene.start, scene.start[1:], strict=False):
             motion[one] = a[i:j] if scene.is_large else one.modes[2] @ a[i:j]

@@ -267,11 +267,11 @@ def patches_keep_apart(support: AnySupports, contact: Contact) -> Iterator[Fault
             return
 
 
-def laws_of(support: AnySupports, contact: Contact) -> Iterator[tuple[Key, ChosenLaw]]:
-    """Yield the contact laws of a case with their keys: that of [contact] where it acts, and those of supports."""
-    if any(own_law(one) is None for _, one in keyed(support)):
-        yield ("contact", "law"), contact.law
-    yield from ((key, law) for key, _, law in _own_laws(support))
+def laws_of(support: AnySupports, contact: Contact) -> list[tuple[Key, ChosenLaw]]:
+    """Return the contact laws of a case with their keys: that of [contact] where it acts, and those of supports."""
+    everywhere = any(own_law(one) is None for _, one in keyed(support))
+    common: list[tuple[Key, ChosenLaw]] = [(("contact", "law"), contact.law)] if everywhere else []
+    return common + [(key, law) for key, _, law in _own_laws(support)]
 
 
 def _own_laws(support: AnySupports) -> Iterator[tuple[Key, OneSupport, ChosenLaw]]:

@@ -45,6 +45,8 @@ EXAMPLES = {
     "life": "gapbeam life case.toml --set wear.depth_limit=0.5e-3",
     "atlas": "gapbeam atlas case.toml",
     "uncertain": "gapbeam uncertain study.toml",
+    "library": "gapbeam library study.toml --output results/library",
+    "estimate": "gapbeam estimate results/library recording.csv --unit mm/s",
 }
 """A line to type, for the end of the help of each command."""
 

@@ -114,7 +114,7 @@ def test_a_tube_in_holes_leaves_the_same_results(tmp_path: Path, monkeypatch: py
 def test_created_energy_ends_a_compiled_run_at_the_same_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     changes = {
         "time": {"scheme": "newmark", "end": 0.1},
-        "contact": {"stiffness": 1.0e15},
+        "contact": {"stiffness": 2.0e15},
         "gates": {"accept_energy_growth": False},
     }
     monkeypatch.setattr("gapbeam.solver.run.run_case.refuse_energy_creators", lambda _model: None)
@@ -122,7 +122,7 @@ def test_created_energy_ends_a_compiled_run_at_the_same_step(tmp_path: Path, mon
     assert compiled.exit_status == steps.exit_status == 3
     assert compiled.summary["convergence"]["steps"] == steps.summary["convergence"]["steps"] < 2000
     assert compiled.message.split(" J,")[0][:40] == steps.message.split(" J,")[0][:40]
-    same_history(compiled.folder, steps.folder, 1.0e-2)  # round-off grows with the energy that is created
+    same_history(compiled.folder, steps.folder, 1.0e-5)  # round-off grows with the energy that is created
 
 
 @pytest.mark.slow(minutes=0.1)

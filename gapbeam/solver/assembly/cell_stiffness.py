@@ -205,7 +205,7 @@ def _on_facets(space: Any, cells: Indices, place: int) -> tuple[Array, Array]:
     jacobian = np.einsum(
         "td,dqk,ckx->cqtx", tangents, geometry.tabulate(1, on_cell)[1:, ..., 0], _corners(space, cells)
     )
-    area = np.sqrt(np.linalg.det(jacobian @ jacobian.swapaxes(-1, -2)))
+    area = np.sqrt(determinant(jacobian @ jacobian.swapaxes(-1, -2)))
     return factors * area, element.tabulate(0, on_cell)[0, ..., 0]
 
 

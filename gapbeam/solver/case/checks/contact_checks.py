@@ -269,9 +269,10 @@ def patches_keep_apart(support: AnySupports, contact: Contact) -> Iterator[Fault
 
 def laws_of(support: AnySupports, contact: Contact) -> list[tuple[Key, ChosenLaw]]:
     """Return the contact laws of a case with their keys: that of [contact] where it acts, and those of supports."""
-    everywhere = any(own_law(one) is None for _, one in keyed(support))
-    common: list[tuple[Key, ChosenLaw]] = [(("contact", "law"), contact.law)] if everywhere else []
-    return common + [(key, law) for key, _, law in _own_laws(support)]
+    laws: list[tuple[Key, ChosenLaw]] = [(key, law) for key, _, law in _own_laws(support)]
+    if any(own_law(one) is None for _, one in keyed(support)):
+        laws.insert(0, (("contact", "law"), contact.law))
+    return laws
 
 
 def _own_laws(support: AnySupports) -> Iterator[tuple[Key, OneSupport, ChosenLaw]]:

@@ -176,7 +176,7 @@ def _solve(
         stage, forces = law(depth), held + change
         mismatch = forces / weights - stage.pressure
         residual = _largest(mismatch)
-        if not np.isfinite(residual):
+        if not np.isfinite(residual * residual):  # products in a search would overflow before the residual does
             break
         residuals.append(residual)
         wanted = max(RELATIVE_TOLERANCE * _largest(stage.pressure), least)

@@ -13,7 +13,7 @@ from gapbeam.solver.assembly.cell_stiffness import CellStiffness
 from gapbeam.solver.linear_algebra.deflation import Deflation
 from gapbeam.solver.linear_algebra.mumps_factor import DeflatedFactor
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import Array, Interface
 from tests.shared.models import SOLID, beam_model
 
 pytestmark = pytest.mark.versions
@@ -33,6 +33,45 @@ def deflated(scale: float = 1.0) -> tuple[Array, Deflation]:
     coupled = 1.0e-2 * rest @ random.standard_normal((20, 4)) @ basis.T
     matrix += coupled + coupled.T
     return matrix, Deflation(basis, matrix @ basis, lambda local: local)
+
+
+class _WrongFactor:
+    """Solves by a matrix that is wrong by half on the basis, as a factor without digits there."""
+
+    tolerance = 0.0
+
+    def __init__(self, matrix: Array) -> None:
+        self.inverse = np.linalg.inv(matrix)
+
+    def solve(self, right_side: Array) -> Array:
+        return np.asarray(self.inverse @ right_side)
+
+    def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
+        spread = np.zeros((len(self.inverse), columns.shape[1]))
+        spread[interface.owned] = columns[interface.slots].toarray()
+        return np.asarray(self.inverse @ spread)
+
+    def keeps(self, columns: int) -> bool:
+        return columns > 0
+
+    def interface_block(self, interface: Interface) -> Array | None:
+        return self.inverse[np.ix_(interface.owned, interface.owned)]
+
+
+def test_a_factor_that_is_wrong_on_the_basis_gives_a_symmetric_solver() -> None:
+    """The solver is symmetric and exact for forces A Z; a correction of the answer alone is not symmetric."""
+    matrix, deflation = deflated()
+    basis = deflation.basis
+    wrong = _WrongFactor(matrix - 0.5 * basis @ (basis.T @ matrix @ basis) @ basis.T)
+    interface = Interface(20, np.arange(20), np.arange(20))
+    solver = DeflatedFactor.symmetric(wrong, deflation)
+    columns = solver.solve_columns(interface, csr_matrix(np.eye(20)))
+    assert columns == pytest.approx(columns.T, abs=1e-12 * np.abs(columns).max())
+    assert np.column_stack([solver.solve(one) for one in np.eye(20)]) == pytest.approx(columns, rel=1e-9, abs=1e-12)
+    assert columns @ deflation.images == pytest.approx(basis, abs=1e-11)
+    assert solver.interface_block(interface) is None
+    one_sided = DeflatedFactor(wrong, deflation).solve_columns(interface, csr_matrix(np.eye(20)))
+    assert np.abs(one_sided - one_sided.T).max() > 1e-6 * np.abs(one_sided).max()
 
 
 @pytest.mark.parametrize("shape", [(20,), (20, 3)])

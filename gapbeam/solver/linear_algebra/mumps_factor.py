@@ -5,9 +5,10 @@ body K is nearly zero, and c_m M lies in the last digits of A. With A Z known to
 
     x = F b,    x' = x + Z (Z^T A Z)^-1 (Z^T b - (A Z)^T x),    F ~ A^-1 the factor
 
-keeps momentum and the balance of low frequencies to more digits than the factor alone.
+keeps momentum and the balance of low frequencies to more digits than the factor alone. A seat has rigid motions for Z:
+where their restraint is less than the round-off of K, F has no digit on them, and right sides are corrected as well.
 
-Source: Nicolaides (1987), SIAM J. Numer. Anal. 24, 355.
+Source: Nicolaides (1987), SIAM J. Numer. Anal. 24, 355; Mandel (1993), Comm. Numer. Methods Eng. 9, 233.
 """
 
 from __future__ import annotations
@@ -117,11 +118,19 @@ class DeflatedFactor:
     Attributes:
         factor: The factor of A.
         deflation: Z and A Z.
+        answers: F A Z, (n, k): right sides are then corrected as well, so that the solver is symmetric even where the
+            factor has hardly a digit on Z; None: the factor has digits enough.
     """
 
     factor: Factor
     deflation: Deflation
+    answers: Array | None = None
     tolerance: ClassVar[float] = 0.0
+
+    @classmethod
+    def symmetric(cls, factor: Factor, deflation: Deflation) -> DeflatedFactor:
+        """Return the two-level solver x' = x + Z E^-1 (Z^T b - (A Z)^T x), x = F (b - A Z E^-1 Z^T b). Collective."""
+        return cls(factor, deflation, np.column_stack([factor.solve(image) for image in deflation.images.T.copy()]))
 
     def keeps(self, columns: int) -> bool:
         """Return whether so many columns A^-1 E X may be kept in memory."""
@@ -130,6 +139,8 @@ class DeflatedFactor:
     def solve(self, right_side: Array) -> Array:
         """Return A^-1 b, (n,). Collective."""
         deflation, solved = self.deflation, self.factor.solve(right_side)
+        if self.answers is not None:
+            solved -= self.answers @ deflation.coarse_solve(deflation.basis.T @ right_side)
         solved += deflation.basis @ deflation.coarse_solve(deflation.coarse_residual(right_side, solved))
         return solved
 
@@ -137,6 +148,8 @@ class DeflatedFactor:
         """Return A^-1 E X, (n, r), column-major. Collective."""
         deflation, solved = self.deflation, self.factor.solve_columns(interface, columns)
         loaded = np.asarray((columns[interface.slots].T @ deflation.basis[interface.owned]).T)
+        if self.answers is not None:
+            solved -= self.answers @ deflation.coarse_solve(loaded)
         coefficients = deflation.coarse_solve(loaded - deflation.images.T @ solved)
         for begin in range(0, solved.shape[1], SOLVE_BLOCK):  # all columns at once would take their memory again
             part = slice(begin, begin + SOLVE_BLOCK)
@@ -145,4 +158,4 @@ class DeflatedFactor:
 
     def interface_block(self, interface: Interface) -> Array | None:
         """Return E^T A^-1 E as the factor has it, or None. Collective."""
-        return self.factor.interface_block(interface)
+        return self.factor.interface_block(interface) if self.answers is None else None

@@ -194,6 +194,9 @@ class PetscOperators:
         if self.smooth is not None and springs is None and 0.0 < stiffness * self._fastest < FAST * mass:
             images = self._images(mass, stiffness, self.smooth.basis, self.smooth.images)
             factor = DeflatedFactor(factor, Deflation(self.smooth.basis, images, self.sum))
+        elif mass == 0.0 and springs is not None:  # a seat: weak restraint is less than the round-off of the factor
+            images = self._images(mass, stiffness, self._rigid, None, springs)
+            factor = DeflatedFactor.symmetric(factor, Deflation(self._rigid, images, self.sum))
         return updated(factor, self, added)
 
     def solver_of(self, matrix: PETSc.Mat, prefix: str, tolerance: float) -> Factor:

@@ -55,5 +55,5 @@ def _choices(table: type[BaseModel]) -> Iterator[Choice]:
                 if len(types) > 1 or not field.is_required():
                     yield Choice(table.__name__, key, name)
                 yield from _choices(model)
-        elif key != "type":
+        elif key not in ("type", "units"):  # a case that was read is in SI
             yield from (Choice(table.__name__, key, value) for value in named_values(field.annotation))

@@ -111,5 +111,5 @@ def test_rigid_sections_on_two_ranks(tmp_path: Path) -> None:
     apart = disagreements(results)
     assert apart["displacement"] <= 1e-4
     assert apart["impulse"] <= 2e-3
-    assert apart["contact_force"] <= 3e-2, apart
+    assert apart["contact_force"] <= 1e-2
     assert results[0].summary["model"]["basis"]["section_flexibility"] > 0.0

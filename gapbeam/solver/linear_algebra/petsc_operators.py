@@ -27,6 +27,9 @@ from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, 
 from gapbeam.solver.system.rank_one_update import updated
 
 SHIFTED = "gapbeam_shifted_"  # prefix of PETSc's options for K + sigma M
+FEW_DIGITS = (
+    1.0e2  # times the round-off of K: a rigid motion of a seat is held by less, and its factor has no digits there
+)
 FAST = 1.0e7  # c_k K over c_m M, largest entries: beyond, steps are so long that a free flight would cancel in contact
 
 
@@ -96,8 +99,8 @@ class PetscOperators:
         self._components_out = self._component_mass.matMult(self._components_in)
         self._vector_in, self._vector_out = self._elastic.createVecs()
         self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._restraint.getDiagonal().array_r)
-        stiffest = self._comm.allreduce(float(np.max(self._stiffness_diagonal, initial=0.0)), op=MPI.MAX)
-        self._fastest = stiffest / self._component_mass.getDiagonal().max()[1]
+        self._stiffest = self._comm.allreduce(float(np.max(self._stiffness_diagonal, initial=0.0)), op=MPI.MAX)
+        self._fastest = self._stiffest / self._component_mass.getDiagonal().max()[1]
         self.smooth = smooth_modes(space, self._elastic, self.sum) if marched and not solver.iterative else None
 
     def hold(self, springs: RankOnes | None, restraint: RankOnes | None = None) -> None:
@@ -194,9 +197,11 @@ class PetscOperators:
         if self.smooth is not None and springs is None and 0.0 < stiffness * self._fastest < FAST * mass:
             images = self._images(mass, stiffness, self.smooth.basis, self.smooth.images)
             factor = DeflatedFactor(factor, Deflation(self.smooth.basis, images, self.sum))
-        elif mass == 0.0 and springs is not None:  # a seat: weak restraint is less than the round-off of the factor
+        elif mass == 0.0 and springs is not None and added is None:
             images = self._images(mass, stiffness, self._rigid, None, springs)
-            factor = DeflatedFactor.symmetric(factor, Deflation(self._rigid, images, self.sum))
+            least = float(np.linalg.eigvalsh(self.sum(self._rigid.T @ images))[0])
+            if 0.0 < least < FEW_DIGITS * np.finfo(float).eps * stiffness * self._stiffest:
+                factor = DeflatedFactor.symmetric(factor, Deflation(self._rigid, images, self.sum))
         return updated(factor, self, added)
 
     def solver_of(self, matrix: PETSc.Mat, prefix: str, tolerance: float) -> Factor:

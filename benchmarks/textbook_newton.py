@@ -5,8 +5,6 @@
 
 This is the scheme `implicit-midpoint` of gapbeam, with the same penalty and the same quadrature. The unknown is u1. In
 each iteration the Jacobian, which UFL derives, is assembled and factored anew.
-
-Seat and march of a run without files, with their wall times.
 """
 
 from __future__ import annotations

@@ -7,8 +7,6 @@
     rigid sections        40 modes, half as many sections again
 
 A contact stiffness that was computed stands for rigid contact: the second way has eight times as much.
-
-The promises of error estimates, class by class, and what drawn runs keep of them.
 """
 
 from __future__ import annotations

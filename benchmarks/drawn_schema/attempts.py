@@ -1,7 +1,4 @@
-"""One drawn case: its run as a user starts it, then another way, each in a process of its own with a time limit.
-
-Comparison of a run with an independent computation.
-"""
+"""One drawn case: its run as a user starts it, then another way, each in a process of its own with a time limit."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Corruption of checkpoints: as files, and with a checksum that fits the corrupt contents.
-
-Runs that continue from what others left: spoiled checkpoints, and spoiled results beside whole checkpoints.
-"""
+"""Corruption of checkpoints: as files, and with a checksum that fits the corrupt contents."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Outline of a cross-section bounded by straight sides: from its corners or its patches, with holes and exact moments.
+"""Outline of a cross-section with straight sides, holes and exact moments, and the triangles that fill it.
 
-The outline of patches consists of the sides that only one patch has, joined to loops.
+Outlines come from corners or from patches: the sides that only one patch has, joined to loops.
 
-Triangles that fill a region with straight sides: Delaunay's, with points added until they are good and small enough.
+The triangles are Delaunay's, with points added until they are good and small enough.
 
 Source: Ruppert (1995), J. Algorithms 18, 548-585, for the refinement; circumcenters of many triangles enter at once.
 """

@@ -1,10 +1,8 @@
-"""Check that the body of a user's mesh fills every place once, with cells joined through facets.
+"""Check of a user's mesh: one cell type in one piece, every place filled once, contact facets on the surface.
 
 A proper mesh covers space with degree one: just inside of every facet on its surface lies one cell, its own, and just
 outside lies none. Where the degree of cover changes, there is a facet of the surface; so these two tests at every facet
 find parts that overlap or are there twice, touching faces whose nodes are not joined, and hanging nodes alike.
-
-The elements of a user's mesh: one cell type, in one piece, with contact facets on its surface.
 """
 
 from __future__ import annotations

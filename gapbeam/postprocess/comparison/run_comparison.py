@@ -4,8 +4,6 @@ Both are taken over their last whole forcing periods and at the same phase of th
 same cycle, waveforms and figures are compared, A shifted by the whole periods that suit best. Where neither repeats,
 the records are compared at the same times, as runs from the same start may be; what differs there is compared by the
 means over windows of 12 periods, with their scatter. A cycle against another one, or against none, is another branch.
-
-The waveforms of two runs at the same phases of the forcing, or at the same times.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The sheet on which pictures, pressures and time signals are put together: one picture of a film.
 
-The panel of contact pressures on the support shown from near: curves along it in 2D, maps of its faces in 3D.
+Contact pressures on the support shown from near are curves along it in 2D, maps of its faces in 3D.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Amplitude spectra over a whole number of forcing periods, and tables of their harmonics and subharmonics.
 
-The moving average that takes the collision response out of a signal.
+A moving average takes the collision response out of a signal.
 
 Li, Jin, Han, Cao and He (2013), section 4.2, smooth the measured acceleration by five points; their sampling rate is
 not printed. What n points do depends on the rate, so the rate is part of the request here. Five points at 2000 Hz are

@@ -1,6 +1,6 @@
 """Quadrature points on the contact faces and points within the body, with basis functions and their gradients.
 
-The gradient of a vector field at the corners of the cells of a mesh, a mean over the cells that meet at each.
+The gradient of a vector field at the corners of the cells of a mesh is a mean over the cells that meet at each:
 
     H(corner) = mean over the cells at the corner of sum_k u_k (dN_k/dX) J^-1,   H = du/dx,  J = dx/dX
 

@@ -1,4 +1,4 @@
-"""Roots of the frequency equation of a beam on end springs: the n-th for certain, for any springs.
+"""Frequencies and mode shapes of a beam on end springs: the n-th root for certain, for any springs.
 
 A spring that stiffens raises every root, and none beyond the next root of the beam without it (each is a positive
 perturbation of rank one), so that
@@ -27,9 +27,8 @@ from 0 to infinity, both included. Each of its terms is an entire function of z 
 of the cancellation that the formulas suffer from near 0; beyond that the formulas are scaled by exp(-lambda), which
 leaves nothing to overflow.
 
-Beam on end springs, in N/m and N m/rad: frequencies in Hz, and mode shapes up to the thousandth.
-
-Two functions satisfy the equation and the conditions at the free end, with eta = 1 - xi: those of Krylov,
+Mode shapes hold up to the thousandth. Two functions satisfy the equation and the conditions at the free end, with eta =
+1 - xi: those of Krylov,
 
     sum_k z^k eta^(4k) / (4k)!,    sum_k z^k eta^(4k+1) / (4k+1)!,    z = lambda^4,
 

@@ -1,11 +1,9 @@
-"""Motions of a beam model: those that something in its case calls for, each with the reason.
+"""Motions of a beam model that something in its case calls for, each with the reason, and symmetry of a case.
 
 A beam always bends in its bending plane. It bends across that plane where a hole, a load or its start moves it there.
 It moves along its axis where something pushes, pulls or rubs there, or its start does. It twists where a force passes
 beside its axis, or something turns with it. What a joint holds needs no motion: a motion that the model has not is
 held everywhere.
-
-Symmetry of a case about its bending plane, and causes of motion out of it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Defaults that are computed, each with the reason that is printed beside it.
 
-The time over which accelerations are averaged, so that the ringing of impacts is left out of them.
+Accelerations are averaged over a time that leaves the ringing of impacts out of them.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ A table of several types is checked by the keywords if and then, by its `type` a
 that is wrong. By oneOf it could only say that none of the types fits. Editors that complete by `properties` find the
 keys of all types there.
 
-The unit of a key of a case, as its description ends: ", m/s^2", where a remark may follow behind ";".
+Descriptions of keys end with the unit, ", m/s^2", where a remark may follow behind ";".
 """
 
 from __future__ import annotations

@@ -3,19 +3,19 @@
 Models are tried from the simplest to the full one, first on a slice, then on the solid where the case leaves
 `mesh.dimension` out. A model is taken that no check of cases contradicts and whose range holds the scene.
 
-Graded beam elements: short in supports, and longer away from them, up to a share of the bending waves.
+Beam elements are graded: short in supports, and longer away from them, up to a share of the bending waves.
 
     h(x) = length of the support / 5 within a support, and at most ln(1.25) |x - x_end| more away from it, where two
     neighbors differ by a factor of 1.25; at most 1/8 of the bending wavelength of the highest frequency of interest
 
 Supports and segments begin and end at nodes. Elements of a number that is given are shared out by 1 / h.
 
-Bending waves in a Timoshenko beam.
+The wavelength is 2 pi / k of a Timoshenko beam at the angular frequency w,
 
     k^2 = w^2 (1/c^2 + 1/s^2) / 2 + sqrt(w^4 (1/c^2 - 1/s^2)^2 / 4 + w^2 / (c r)^2)
 
-c^2 = E / rho, s^2 = kappa G / rho, r^2 = I / A: the branch that becomes c r k^2 = w at low frequencies, and
-waves of shear above.
+with c^2 = E / rho, s^2 = kappa G / rho, r^2 = I / A: the branch that becomes c r k^2 = w at low frequencies, and waves
+of shear above.
 
 Source: Timoshenko (1921), Philosophical Magazine 41, 744-746.
 """

@@ -1,9 +1,7 @@
-"""The tables [analysis.motion] and [analysis.mode]: what is added to the state at t = 0.
+"""Tables [analysis.motion] and [analysis.mode], which add to the state at t = 0, and the centered start.
 
-The pose of the undeformed beam in the middle of the play of its supports.
-
-The rigid motion whose axis has the least sum of squared distances to the middles of the play, one for every support
-that bounds the beam on both sides:
+An undeformed beam is centered by the rigid motion whose axis has the least sum of squared distances to the middles of
+the play, one for every support that bounds the beam on both sides:
 
     sum_k (h + t (x_k - m) - c_k)^2 -> min,    t = sum_k (x_k - m) (c_k - h) / sum_k (x_k - m)^2
 

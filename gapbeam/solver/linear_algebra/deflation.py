@@ -13,8 +13,6 @@ is, and solves exactly for right sides in the span of A Z.
 
 Source: Nicolaides (1987), SIAM J. Numer. Anal. 24, 355: deflation; Mandel (1993), Comm. Numer. Methods Eng. 9, 233: the
 two-level ("balancing") preconditioner.
-
-Rigid-body modes: the null space of the elastic stiffness of a free body.
 """
 
 from __future__ import annotations

@@ -11,8 +11,6 @@ strains alone. In each short segment of the beam a fitted rigid-body motion r is
 
 Z and K Z make a `Deflation` of K, without the round-off of the large entries of K: slender beams keep the digits of
 their first frequencies and of their seat. The forces of the rigid-body modes are exactly zero.
-
-Springs between DOFs of the interface, added to a distributed matrix that only multiplies.
 """
 
 from __future__ import annotations

@@ -9,13 +9,11 @@ A swept sine has a frequency that goes from one value to another and, if asked f
 
 On the way back f is mirrored at t = T. Behind the sweep the last frequency is held, or the load is 0.
 
-Harmonic functions with a smooth start have their derivatives in closed form,
+Harmonic functions have their derivatives in closed form,
 
     q(t) = r(t) A sin(2 pi f t + phi)
 
-The ramp r is that of `gapbeam.solver.loads.time_function`.
-
-Smooth start of loads that do not act at once.
+The ramp r starts a load smoothly:
 
     r(t) = 10 s^3 - 15 s^4 + 6 s^5,   s = t / ramp in [0, 1]
 

@@ -1,4 +1,4 @@
-"""Memory that a finite element model needs, from the number of its DOFs.
+"""Memory that a finite element model needs, from the number of its DOFs, and what is free.
 
     factor: 11.5 GB (n / 1e6)^1.1 in 3D, 0.05 kB n log2(n) in 2D; mesh and matrices: 8 kB n in 3D, 3 kB n in 2D;
     what iterations need beside them, a preconditioner instead of the factor: 6 kB n in 3D, 2 kB n in 2D
@@ -6,8 +6,6 @@
 Fitted to what MUMPS and whole runs took for beams of 28 000 to 1 000 000 DOFs with cells of degree 2
 (docs/benchmarks/large-models.md).
 Stout bodies need more of a factor than slender ones.
-
-Free memory of the machine, or of the control group that holds the job.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Timoshenko beam elements that bend in one plane.
+"""Timoshenko beam elements, and beams of several prismatic parts: with [[segment]], or of graded elements.
 
     V = 1/2 int E I theta'^2 + kappa G A (w' - theta)^2 dx,    T = 1/2 int rho A w_t^2 + rho I theta_t^2 dx
 
@@ -6,8 +6,6 @@ with w across the axis and u_x = -z theta. The elements interpolate what a beam 
 exactly, so that they do not lock. In plane strain E / (1 - nu^2) replaces E.
 
 Source: Friedman and Kosmatka (1993) for the element; area, I and kappa are those of the cross-section.
-
-Stepped Timoshenko beams of several prismatic parts: beams with [[segment]], and graded elements.
 
 Deflection and rotation are continuous where two parts meet; curvature and shear strain jump there with section and
 material. The elements do not know that the corners of a shoulder carry nothing: a solid with steps is a bit softer.

@@ -12,7 +12,7 @@ Systems that are too large for their monodromy matrix are solved by Newton's met
 derivative of the period map is a march of a disturbance by linearized steps. Damping makes the map forget all but the
 lowest modes, so that few are needed.
 
-Period map of a dense system in modal coordinates, x = (q, v); laws that kernels lack are marched step by step.
+A dense system is mapped in modal coordinates, x = (q, v); laws that kernels lack are marched step by step.
 """
 
 from __future__ import annotations

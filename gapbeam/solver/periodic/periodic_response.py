@@ -1,6 +1,6 @@
-"""Periodic response that a case asks for, from its model and seat.
+"""Periodic response that a case asks for, from its model, its seat and its steady forcing.
 
-Steady forcing of a case, with a whole number of steps in a period, and figures of the probes over a period.
+A period of the forcing has a whole number of steps; figures of the probes are those over a period.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ A curve that runs into a known one is followed no further. Responses are the sam
 period agree, or agree after the time is shifted by whole forcing periods, or after both halves of the period are
 exchanged with the sign changed, where the system has that symmetry.
 
-Real Fourier series of a period, and what multiplication by a periodic function does to their coefficients.
+Responses are given by their real Fourier series:
 
 y(t) = a_0 + sum_k a_k cos k w t + b_k sin k w t,    coefficients in the order a_0, a_1 ... a_H, b_1 ... b_H
 """

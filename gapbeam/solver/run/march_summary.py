@@ -1,4 +1,4 @@
-"""Summary of a march: figures, assumptions, remarks.
+"""Summary of a march: figures, assumptions, remarks, wear.
 
 Wear in a run: work rate, volume rate and depth rate of every face, with intervals where known.
 

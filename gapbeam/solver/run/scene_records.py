@@ -1,6 +1,6 @@
-"""Records of a scene for `history.h5`, of the same names as those of cases.
+"""Records of a scene for `history.h5`, of the same names as those of cases, and its accounts at every step.
 
-Accounts of a run of a scene at every step: energies, gates, impacts, peaks and contact times.
+Accounts are energies, gates, impacts, peaks and contact times.
 """
 
 from __future__ import annotations

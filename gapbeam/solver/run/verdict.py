@@ -1,6 +1,6 @@
-"""The figures of a finished or ended march, and whether they can be trusted.
+"""The figures of a finished or ended march, and doubts whether they can be trusted.
 
-Doubts on the statistics of a run: impacts that its steps missed, and the bias of its scheme.
+Statistics are in doubt where steps missed impacts, or the scheme biases them.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Kinds of arguments, read from the annotations of public functions and refused in one sentence where they differ.
-
-Numbers that a program gives: finite, real, of the expected shape.
-"""
+"""Kinds of arguments, read from the annotations of public functions and refused in one sentence where they differ."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Results of an ensemble: features of each member, with the member as last axis.
-
-The folder of an ensemble: finished blocks, so that an ensemble that was killed continues where it was.
-"""
+"""Results of an ensemble, with the member as last axis, and the folder by which a killed ensemble continues."""
 
 from __future__ import annotations
 

@@ -7,12 +7,10 @@ A law gives, for a velocity U and unit density, states and force per length of o
 It is integrated over the span with the profiles of velocity and density. The force is a `Feedback`: its states follow
 the time scheme, and stability boundaries of the linear system hold at any step.
 
-Quasi-steady forces of a cross flow on a tube, which lag behind the motion by a delay.
+Quasi-steady forces of a cross flow on a tube lag behind the motion by a delay.
 
 The delay exp(-s tau) is a Pade approximant of order p, a quotient of polynomials Q(-s tau) / Q(s tau); its states are
 the partial fractions of this quotient.
-
-Spans of a tube in a flow: points of a structure, each with its length and its share of the flow.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Margins of a scene in a flow: the factor on all velocities at which it turns unstable, and Connors' formula.
 
-Connors' formula: a linear check of fluidelastic stability without gaps, in addition to eigenvalues.
+The formula is linear and knows no gaps; it stands beside eigenvalues.
 """
 
 from __future__ import annotations

@@ -6,8 +6,6 @@ An elbow of a tube ovalizes as it bends, and is softer than its section: its fle
 
 with wall t, bend radius R and mean radius r of the tube. Source: Clark and Reissner (1951), Adv. Appl. Mech. 2, 93, in
 the form of ASME B31.3, appendix D. Ends that flanges stiffen, and internal pressure, are not in it.
-
-Routes in space: straight legs that meet in corners or in bends of a radius, by length along their axis.
 """
 
 from __future__ import annotations

@@ -1,11 +1,9 @@
-"""Points, clamped DOFs, rigid motions and units of imported matrices: rows by node and direction.
+"""Points, clamped DOFs, rigid motions and units of imported matrices, their nodes and sets, and checks of them.
 
-Checks of imported matrices by what every model has: mass everywhere, no negative energy, rigid motions.
+Checks rest on what every model has: mass everywhere, no negative energy, rigid motions.
 
 Each finds a slip that no single file shows: DOFs in another order than the matrices, coordinates of another model,
 other units than stated.
-
-Nodes with coordinates and named sets, from input of Abaqus and CalculiX, tables, or meshes by meshio.
 """
 
 from __future__ import annotations

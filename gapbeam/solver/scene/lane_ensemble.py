@@ -1,6 +1,6 @@
 """Ensembles: many members of a scene in lock-step, 64 to a block, blocks over threads, by the kernel of one march.
 
-Features of lanes on the fly: contact forces, harmonics, strobes and histories, block by block.
+Features are computed on the fly, block by block: contact forces, harmonics, strobes and histories.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Limit cycles of scenes: motions that repeat by themselves, by shooting with the period as an unknown.
+"""Limit cycles and periodic responses of scenes, by shooting; the period of a limit cycle is an unknown.
 
     P(x, T) = x,     f . (x - x_0) = 0,     f = dP/dT,
 
 where P is the march over one period in a fixed number of steps: the step is T / steps, and f points along the cycle.
 Multipliers are those of the map of the section across f onto itself, (1 - f f^T) dP/dx for a unit f.
 
-Periodic responses of scenes: Newton's method on the map over a period, with disturbed members of one ensemble.
+The period of a response to loads is known; disturbed members of one ensemble give the derivative of its map.
 """
 
 from __future__ import annotations

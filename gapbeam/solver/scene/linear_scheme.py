@@ -11,8 +11,6 @@ With exact frequencies, M and C of a mode are those with which the midpoint rule
 free motion: with the roots l of l^2 + c l + w^2 and g(x) = x / tanh x, m' = g(l1 h / 2) g(l2 h / 2), which is (x / tan
 x)^2, x = w h / 2, without damping, and c' = -m' (s1 + s2), s = 2 / h tanh(l h / 2). Stiffness stays, and so do statics;
 m' v'^2 = v^2, so velocities and energies stay those of the motion.
-
-Arrays of a scene as its compiled step sees them: condensed for a step, contacts in slabs, and room to work in.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """The march of a scene: a generator of steps, or whole histories at once, by the same compiled block of steps.
 
-The march of scenes in the modes of their structures: a state that advances in blocks of compiled steps.
-
-The march of large structures: sparse matrices, factored once, around the same compiled feedback and contact.
+Small scenes march in the modes of their structures; their state advances in blocks of compiled steps. Matrices of large
+structures are factored once, around the same compiled feedback and contact.
 """
 
 from __future__ import annotations

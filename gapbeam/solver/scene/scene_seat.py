@@ -1,6 +1,6 @@
 """The seat of a scene: its static equilibrium in contact, or a rigid motion that nothing opposes.
 
-The coordinates in which large structures rest: rigid motions, and static responses to all that may act on them.
+Large structures rest in coordinates of rigid motions and of static responses to all that may act on them.
 
 At rest q = R a + K^+ (f + B^T F), whatever the contact forces F are. The basis of R, K^+ f and K^+ B^T therefore holds
 the equilibrium of all DOFs exactly; K^+ g answers g less what accelerates the structure as a whole (inertia relief),

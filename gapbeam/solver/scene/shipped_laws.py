@@ -1,6 +1,6 @@
 """The laws that come with the package, each with its spring, potential, damper and closed mean.
 
-Check of a law: a potential that is not the integral of its spring creates energy.
+A law is checked: a potential that is not the integral of its spring creates energy.
 """
 
 from __future__ import annotations

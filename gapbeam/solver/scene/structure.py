@@ -3,7 +3,7 @@
 A structure knows neither contact nor time. Contacts, loads and feedback act on its points: a point is a few rows b_i of
 its degrees of freedom, and moves by b_i . u.
 
-Reduction of large structures to their first modes and what unit forces at their points add.
+Large structures are reduced to their first modes and what unit forces at their points add.
 
 What a few modes leave out is missing at a contact: without the static response to its force the point is too stiff, by
 the flexibility of all higher modes. The basis is

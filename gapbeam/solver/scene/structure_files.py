@@ -1,12 +1,8 @@
-"""Structures from the matrices that other programs write, in their units and with their nodes.
-
-Matrices in files of other programs: Matrix Market, NumPy, CalculiX, Abaqus and Nastran.
+"""Structures from and to the matrices of other programs: Matrix Market, NumPy, CalculiX, Abaqus and Nastran.
 
 CalculiX (`*FREQUENCY, SOLVER=MATRIXSTORAGE`) writes `.sti` and `.mas`, upper triangles as "row column value" from 1 on.
 Abaqus (`*MATRIX OUTPUT`) writes `.mtx` as "row column value" (FORMAT=COORDINATE), or as "node, DOF, node, DOF, value"
 (FORMAT=MATRIX INPUT); a triangle stands for a symmetric matrix. Nastran's DMIG names rows by grid point and component.
-
-Structures as files of matrices that other programs read: Matrix Market, NumPy, Abaqus and Nastran.
 """
 
 from __future__ import annotations

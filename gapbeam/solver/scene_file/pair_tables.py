@@ -1,8 +1,7 @@
 """[[pair]] and [contact]: what touches what, in which region, by which law of forces.
 
-Pairs of structures at their nearest places, and pairs that cannot be meant as the structures are placed.
-
-Checks of one pair besides its points: motions, friction, directions, and that nothing overlaps at the start.
+Pairs at the nearest places of structures are found as the structures are placed; pairs that cannot be meant are
+refused: motions, friction, directions, and what overlaps at the start.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""A file of several structures in tables: bodies, points, frequencies, contacts and the seat.
-
-Rows of `gapbeam check` on a flow: forces, critical velocity, Connors' margin, supports that may be idle.
-"""
+"""A file of several structures in tables: bodies, points, frequencies, contacts, the seat, and margins in a flow."""
 
 from __future__ import annotations
 

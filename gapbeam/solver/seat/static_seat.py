@@ -28,7 +28,7 @@ Nothing slides at rest, so the regularized friction bears nothing: the seat is f
 
 Source: Rockafellar (1976) for the proximal point algorithm, and its convergence as the springs soften.
 
-Newton stage of the seat: active sets with the true tangent and an exact line search on the potential energy.
+The Newton stage finds active sets with the true tangent and an exact line search on the potential energy.
 
     E(u) = u^T K u / 2 - f^T u + sum w psi(d(u)),    d = -(g0 + G u),  |r(u)| - c in round holes
 

@@ -5,8 +5,6 @@ Modes are matched by shape: by the modal assurance criterion between the section
     MAC = (x . y)^2 / ((x . x) (y . y)),    x . y = sum_slices m x y
 
 from the springs to the tip: of a beam that begins at the edge of the base, only the overhang.
-
-Tables of `gapbeam modes` for the terminal, and records for `modes.json`.
 """
 
 from __future__ import annotations

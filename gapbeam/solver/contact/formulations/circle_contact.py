@@ -8,7 +8,7 @@ x = |r| - c the penetration, a step from r0 to r1 has the force
 P being the law of any other contact point. Since (r0 + r1) . (r1 - r0) = (|r1| - |r0|) s, the force does the work -N
 (x1 - x0): it keeps the energy that P keeps, and z x F = 0 keeps the angular momentum of the axis about the middle. For
 the directions o = -z / s of a step, the gap is linear, g1 = g0 + o . (r1 - r0), and the step is solved like contact at
-points that do not turn; o is found by iteration (`march.python.turning_step`). Holes that move or open have the r and c
+points that do not turn; o is found by iteration (`march.python.march`). Holes that move or open have the r and c
 of the time; over a step, walls then open the gap by c1 - c0 - o . (m1 - m0) with m the middle of the hole.
 
 The area of a station is the projected one, diameter times length. Points around the section come near a circle as

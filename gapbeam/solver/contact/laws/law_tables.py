@@ -11,8 +11,6 @@ A stiffening stop is a linear spring whose stiffness changes at given depths, wi
 
 K holds from touch to the first depth, f_j K from the depth d_j on: a force over penetration as a polygon. A buffer
 before a hard stop and a bump stop are such laws.
-
-Forms of a contact law in a step, as schemes and compiled laws name them.
 """
 
 from __future__ import annotations

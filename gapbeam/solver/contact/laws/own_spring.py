@@ -1,6 +1,6 @@
 """An elastic pressure that a law brings, with its slope and its potential, where it is not K d^n.
 
-Check that one function of the penetration is the integral of another.
+The potential W is checked to be the integral of the pressure e over the penetration:
 
     W'(x) = e(x),    W(b) - W(a) = int_a^b e dx
 

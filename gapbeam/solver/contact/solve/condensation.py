@@ -8,7 +8,7 @@ A^-1 is kept on columns that span H^T and T^T: the interface DOFs, or the contac
 memory has no room for the columns, or few steps are taken, only their part on the interface is computed and kept, for
 a fraction of what the columns take (`linear_algebra.inverse_entries`): a step takes a second back-substitution.
 
-The condensed step without a factor: products with the Delassus operator are solves, and none is kept.
+Iterative solvers have no factor: products with the Delassus operator are solves, and none is kept.
 
 The linearized law on the active points, (diag(c) + s D) x = t, is solved together with the body that responds,
 

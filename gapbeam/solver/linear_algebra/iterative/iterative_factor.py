@@ -9,7 +9,7 @@ Errors are measured in the energy norm of the operator A, with the residual r = 
 
 Source: Hestenes and Stiefel (1952), J. Res. Natl. Bur. Stand. 49, 409: the iteration, for several right sides at once.
 
-Multigrid preconditioner of effective operators by PETSc: p-multigrid in the degree of the elements, then GAMG.
+The V-cycle is PETSc's: p-multigrid in the degree of the elements, then GAMG.
 
     degree 2 and more: a V-cycle of two levels (PCMG). The fine level smooths on the elements of the mesh by four
     sweeps of Chebyshev's method of the fourth kind on the nodal blocks; the coarse level solves on elements of degree

@@ -1,15 +1,8 @@
 """The compiled march of a dense system: blocks of many steps without Python.
 
-Instants for records of the history, from the records of a block.
-
-Eligibility of a plan for the compiled loop.
-
-State that a compiled loop carries from step to step, as plain arrays.
-
-The state in modal coordinates, and the factor of the active block: its rows stand in an order that follows from the
-contacts before, and the order of a sum decides on its last bits.
-
-Results of some steps of a compiled loop.
+A compiled loop carries plain arrays from step to step: the state in modal coordinates, and the factor of the active
+block. The rows of this factor stand in an order that follows from the contacts before, and the order of a sum decides
+its last bits.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""The arrays that kernels march with: system, scheme, state, room and records.
+"""The arrays that kernels march with: system, scheme, state, snapshots, room and records.
 
-Snapshots that a compiled march keeps of its state.
-
-Rows of whole SIMD lanes: the modal coordinates of a kernel, filled up with coordinates that never move.
+Modal coordinates are filled up to whole SIMD lanes with coordinates that never move.
 
 Loops over rows are compiled to work on 16 numbers at a time, and what is left of a row is worked on one by one: rows
 of 64 numbers take less time than those of 59.

@@ -2,8 +2,6 @@
 
 Kernels measure in modal coordinates and call the functions of `gapbeam.solver.diagnostics` that the step-by-step march
 calls: `energy_ledger`, `contact_episodes` and `impact_updates`.
-
-Copies between the ledger arrays of kernels and the accounts of a march.
 """
 
 from __future__ import annotations

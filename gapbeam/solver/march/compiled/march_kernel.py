@@ -4,8 +4,6 @@
 
 The effective operator is diagonal, so that a step is a few products per DOF, one product with Phi for the gaps, and the
 contact problem on the active points, whose rows of Phi put the forces back.
-
-The work of sliding in compiled steps, as `gapbeam.solver.diagnostics.point_contact` defines it.
 """
 
 from __future__ import annotations

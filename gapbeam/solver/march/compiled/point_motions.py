@@ -1,9 +1,9 @@
 """Motion of contact points with the DOFs, and of DOFs under point forces: products of Phi and D.
 
-Points around rigid sections share R, see `around_points`; others have their own rows. Which of the two it is, is known
-when these functions are compiled.
+Products are written as loops: they compile faster than array expressions and need no temporary arrays.
 
-Contact points around rigid sections, which share the motions of these sections.
+Contact points around rigid sections share the motions R of these sections; other points have rows of their own. Which
+of the two it is, is known when the functions are compiled.
 
     d = -(g0 + Phi q),    Phi = T R,    D = Phi A^-1 Phi^T = T (R A^-1 R^T) T^T
 
@@ -14,8 +14,6 @@ rows as there are sections, and not points; and of the points, only those that m
 A station in a round hole is one point, whose direction is that of each step (`circle_contact`):
 
     d = |r| - c,    r = s - m,    c_i = -(r0 + r1) / (|r0| + |r1|)
-
-Products and copies written as loops: compiled faster than array expressions, and without temporary arrays.
 """
 
 from __future__ import annotations

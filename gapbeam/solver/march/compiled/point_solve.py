@@ -1,6 +1,6 @@
 """Contact problem of a step of any scheme, and the state of the points at its end.
 
-Forces at stations in round holes and their directions at once, between the contact solves of a step.
+Forces at stations in round holes are found with their directions between the contact solves of a step.
 
 A contact solve finds forces N along given directions o. What it leaves is that turned forces move the sections: both
 together are found by Newton's method on the vectors F of all points under pressure,
@@ -380,7 +380,7 @@ def _hold_points(
 def open_gaps(around: AroundPoints | None, opened: Array, depth: Array) -> None:
     """Subtract the opening of walls, (m,), from penetrations or their rates, (m,): still walls change no digit.
 
-    Walls around sections that share their motions stand still, but for round holes (`wall_kernels.move_walls`).
+    Walls around sections that share their motions stand still, but for round holes (`scheme_kernels.move_walls`).
     """
     if around is None:
         for i in range(len(depth)):

@@ -1,7 +1,4 @@
-"""One step of each compiled scheme up to the state at its end, which is left in `Room`; `march_kernel.py` enters it.
-
-Moving walls in the steps of a block: opening of the gaps, and work on the walls.
-"""
+"""One step of each compiled scheme up to the state at its end, which is left in `Room`, and walls that move."""
 
 from __future__ import annotations
 

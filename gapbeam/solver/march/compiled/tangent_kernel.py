@@ -3,9 +3,9 @@
 A step takes  A vm = (2/dt) v0 - s q0 + f_ext + Phi^T (w p),  q1 = q0 + dt vm,  v1 = 2 vm - v0,  A = 2/dt + c + dt s/2,
 with dashpots in A besides, p = P(d0, d1) and d = -(g0 + Phi q). Its derivative needs the penetrations only.
 
-The monodromy matrix of midpoint steps with stations in round holes, by linearizing one step after the other.
+Stations in round holes turn their directions.
 
-With the rows R of the stations and A, s as in `tangent_kernel`, a disturbance (q0, v0) of a step leads to
+With the rows R of the stations and A, s as above, a disturbance (q0, v0) of a step leads to
 
     m = A^-1 (2/dt v0 - s q0 + R^T dF),    q1 = q0 + dt m,    v1 = 2 m - v0,    dF = T0 R q0 + T1 R q1
 

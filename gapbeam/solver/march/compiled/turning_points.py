@@ -1,8 +1,7 @@
-"""Directions of stations in round holes, `gapbeam.solver.contact.formulations.circle_contact`, in compiled steps.
+"""Contact points of rigid sections in compiled steps: directions of stations in round holes, and points that may touch.
 
-They are found by turns as in `gapbeam.solver.march.python.march`, to the same tolerances.
-
-The contact points around rigid sections that may touch in a step.
+Directions are those of `gapbeam.solver.contact.formulations.circle_contact`, found by turns as in
+`gapbeam.solver.march.python.march`, to the same tolerances.
 
 A section at s holds its points at d_i = -(g0_i + c_i . s) with unit vectors c_i. If it moves by no more than b in a
 step, a point with d_i < -b stays open: its law is 0, and nothing of it is computed. What the contact forces of the step

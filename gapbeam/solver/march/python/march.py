@@ -3,7 +3,7 @@
 A step is halved where the contact solve does not converge and, in adaptive marches, where it resolves neither an impact
 nor the energy of the scheme.
 
-One step with stations in round holes, whose directions are those of the step that they lead to.
+Stations in round holes take the directions of the step that they lead to,
 
     o = -(r0 + r1) / (|r0| + |r1|),    g1 = g0 + o . (r1 - r0)
 

@@ -1,7 +1,4 @@
-"""Resume of a run in a results folder: whether it is possible, and from which checkpoint.
-
-The state that another run of the same model left in its results folder, as a state at t = 0.
-"""
+"""Resume of a run in a results folder, or a start from the state that another run left there."""
 
 from __future__ import annotations
 

@@ -4,12 +4,9 @@
 
 are stored beside what they follow from, so that they are checked by computing them again.
 
-Layout of the DOFs of a model on the ranks, and the places of a checkpoint's DOFs in it.
-
-A full model keeps its DOFs at the nodes of a mesh, numbered anew for every number of ranks: they are matched by place.
-A model of few DOFs has the same ones on all ranks, as long as it goes on with the same matrices.
-
-The state of a march as arrays that any number of ranks can read.
+A checkpoint holds the state as arrays that any number of ranks can read. A full model keeps its DOFs at the nodes of a
+mesh, numbered anew for every number of ranks: they are matched by place. A model of few DOFs has the same ones on all
+ranks, as long as it goes on with the same matrices.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ One temporal collection that ParaView and meshio read. While a run goes on, one 
 their own in the folder `fields`, put in place when it is whole, and then named by the XML, which grows in place:
 whatever happens to the run, the series can be read. At the end all fields are gathered in fields.h5.
 
-Mode shapes as fields that ParaView and meshio read: one instant a mode, its time the frequency in Hz.
+Mode shapes are fields, too: one instant a mode, its time the frequency in Hz.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""Check of the contents of an HDF5 file before any of it is read: only what a run writes is accepted.
+"""HDF5 files of fields: written as copies of one, gathered in a document that grows, and checked before they are read.
 
-The folder `fields`: files of one or more fields each, which are not gathered in fields.h5 yet.
+The folder `fields` has files of one or more fields each, which are not gathered in fields.h5 yet.
 
-HDF5 files of the same shape, of which HDF5 writes one and the others are copies with other numbers.
+Files of the same shape are copies of one that HDF5 wrote, with other numbers.
 
 What HDF5 writes around the numbers is the same in each, and takes ten times the time of the numbers. So one file is
 made in memory, the places of the numbers in it are asked for, and every file is one write of these bytes.
 
-fields.xdmf during a run: a document that grows in place and is whole at any moment.
+During a run fields.xdmf grows in place and is whole at any moment.
 
 What comes behind the end of an XML document may be a processing instruction, whose text is not looked at:
 

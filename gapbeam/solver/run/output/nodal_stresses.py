@@ -1,7 +1,4 @@
-"""Axial and von Mises stress at the corners of the cells, by the rules of the stress at probes.
-
-Motion at the corners of the cells, which field files hold without the other nodes.
-"""
+"""Axial and von Mises stress, and motion, at the corners of the cells, by the rules of the stress at probes."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""Progress of a run: a bar on a terminal, plain lines elsewhere; rank 0 only.
+"""Progress of a run: a bar on a terminal, plain lines elsewhere, progress.json and run.log; rank 0 only.
 
-progress.json: progress of a march, for readers of the results folder while it runs.
+progress.json tells readers of the results folder how far a march is.
 
 It is written beside and renamed, so that a reader sees a whole one; it goes when the march ends. A disk that is full
 does not end a run because of it.
 
-run.log: the lines of the terminal and the details that analysts want (level DEBUG), with times.
+run.log has the lines of the terminal and the details that analysts want (level DEBUG), with times.
 """
 
 from __future__ import annotations

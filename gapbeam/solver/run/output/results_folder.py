@@ -1,13 +1,10 @@
-"""The results folder: made once, never overwritten by accident.
+"""The results folder: made once, never overwritten by accident, and locked while a run or a study writes it.
 
-Paths of results: names that can be written and shown, in a folder that is still there afterwards.
+Paths of results have names that can be written and shown. The folder holds plain files and folders of the run itself,
+and no links that lead elsewhere.
 
-Check of the output folder: plain files and folders of the run itself, no links that lead elsewhere.
-
-Lock of a results folder: one run, or one study, at a time writes it.
-
-The lock is one of the operating system on a file that says who holds it. The former goes with the process that took
-it, however that ends; where it does not reach, on another machine, the file alone says so.
+The operating system locks a file that says who holds the folder, and releases it when that process ends, however it
+ends. On another machine, which does not see the lock, the text of the file says so.
 """
 
 from __future__ import annotations

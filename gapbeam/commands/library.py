@@ -26,7 +26,7 @@ def library(
     """
     from gapbeam.interface.case_atlas import repeating_scene
     from gapbeam.studies.library.library_file import read_library_study, run_library
-    from gapbeam.studies.uncertain.uncertain_scene import settings_of_study
+    from gapbeam.studies.uncertain.uncertain_file import settings_of_study
 
     read = read_library_study(study)
     folder = output if output is not None else Path("results") / study.stem

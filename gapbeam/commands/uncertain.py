@@ -29,7 +29,8 @@ def uncertain(
     could not be written.
     """
     from gapbeam.interface.case_atlas import repeating_scene
-    from gapbeam.studies.uncertain.uncertain_scene import read_uncertain, run_uncertain, settings_of_study
+    from gapbeam.studies.uncertain.uncertain_file import read_uncertain, settings_of_study
+    from gapbeam.studies.uncertain.uncertain_scene import run_uncertain
 
     read = read_uncertain(study)
     folder = output if output is not None else Path("results") / study.stem

@@ -11,7 +11,7 @@ import pytest
 import gapbeam as gb
 from gapbeam.interface.case_atlas import repeating_scene
 from gapbeam.solver.errors import CaseError
-from gapbeam.studies.uncertain.uncertain_scene import read_uncertain, settings_of_study
+from gapbeam.studies.uncertain.uncertain_file import read_uncertain, settings_of_study
 from tests.shared.command import PROJECT, alone, called_anew
 
 STUDY = PROJECT / "cases" / "studies" / "uncertain-stop.toml"

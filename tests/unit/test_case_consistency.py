@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 import inspect
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-from gapbeam.solver.case.checks import (
-    all_checks,
-    attachment_checks,
-    circle_checks,
-    contact_checks,
-    place_checks,
-    run_checks,
-    support_checks,
-    wear_checks,
-)
 from gapbeam.solver.case.checks.all_checks import CHECKS, contradictions_in
 from gapbeam.solver.case.reading.case_reader import read_case, warnings
 from tests.shared.case_texts import GOOD, assert_says, faults_of, spoiled, written
@@ -439,19 +430,16 @@ def test_a_good_case_warns_of_nothing(tmp_path: Path) -> None:
     assert warnings(read_case(written(tmp_path))) == []
 
 
+MODULES = [
+    f"gapbeam.solver.case.checks.{kind}_checks"
+    for kind in ("all", "attachment", "circle", "contact", "place", "run", "support", "wear")
+]
+
+
 def test_every_check_is_made() -> None:
     written_checks = {
         function
-        for module in (
-            all_checks,
-            attachment_checks,
-            circle_checks,
-            contact_checks,
-            place_checks,
-            run_checks,
-            support_checks,
-            wear_checks,
-        )
+        for module in map(import_module, MODULES)
         for name, function in inspect.getmembers(module, inspect.isgeneratorfunction)
         if not name.startswith("_") and function.__module__.startswith("gapbeam.solver.case.checks.")
     }

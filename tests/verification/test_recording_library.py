@@ -17,7 +17,7 @@ from gapbeam.interface.case_atlas import repeating_scene
 from gapbeam.solver.errors import CaseError
 from gapbeam.studies.library.library_file import read_library_study
 from gapbeam.studies.uncertain.probability import IntervalEstimate
-from gapbeam.studies.uncertain.uncertain_scene import settings_of_study
+from gapbeam.studies.uncertain.uncertain_file import settings_of_study
 from tests.shared.command import PROJECT, alone, called_anew
 
 FREQUENCY, FORCE = 0.8 / (2.0 * np.pi), 1.0

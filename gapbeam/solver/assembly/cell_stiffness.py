@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import basix
@@ -108,7 +109,7 @@ class FacetSprings:
     springs: Array
     width: float
 
-    @property
+    @cached_property
     def cells(self) -> Indices:
         """The cells of the facets, (facets,)."""
         topology = self.space.mesh.topology

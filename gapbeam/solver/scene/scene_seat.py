@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
-from scipy.optimize import linprog
 
+from gapbeam.solver.contact.solve.unopposed_motion import unopposed_motion
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.argument_checks import checked
@@ -108,7 +108,6 @@ def _of_structure(structure: Structure, forces: Array) -> tuple[Array, Array]:
 ROUND_OFF = 10.0 * float(np.finfo(float).eps)
 TINY = 1e-9  # of the largest force, or entry of K: less is round-off
 FREE = 1e-12  # squared frequencies below this part of the highest belong to motions that no spring holds
-WORKS, STRICT = 1e-6, 1e4  # work of an escape, of the largest force; the solver's tolerance of 1e-7 becomes 1e-11
 TOLERANCE = 1e-12
 BALANCED, ACCEPTED = 1e-9, 1e-6  # forces that remain, of the loads: where the search ends, and at most
 
@@ -230,14 +229,14 @@ def certify(scene: Scene, coordinates: Statics, K: Array, f: Array, contact_rows
     ]
     A = np.vstack([np.zeros((0, rigid.shape[1])), *rows])
     scale = np.abs(A).max(axis=1, keepdims=True, initial=0.0)
-    A = STRICT * A / np.where(scale > 0.0, scale, 1.0)
-    g = rigid.T @ f
+    A = A / np.where(scale > 0.0, scale, 1.0)
+    g = np.asarray(rigid.T @ f, dtype=float)
     size = float(np.abs(g).max())
     if size <= TINY * float(np.abs(f).max(initial=0.0)):
         return
-    best = linprog(-g / size, A_ub=A, b_ub=np.zeros(len(A)), bounds=[(-1.0, 1.0)] * len(g), method="highs")
-    if -best.fun > WORKS:
-        a, motion = coordinates.whole(rigid @ best.x), {}
+    best = unopposed_motion(g / size, -A, np.eye(len(g)))
+    if best is not None:
+        a, motion = coordinates.whole(rigid @ best), {}
         for one, i, j in zip(scene.structures, scene.start, scene.start[1:], strict=False):
             motion[one] = a[i:j] if scene.is_large else one.modes[2] @ a[i:j]
-        raise NoSeat(EscapeMotion(motion, float(-best.fun * size)))
+        raise NoSeat(EscapeMotion(motion, float(g @ best)))

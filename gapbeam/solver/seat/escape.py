@@ -1,19 +1,12 @@
 """Escape: a rigid motion that nothing opposes, and along which the static loads do work.
 
-With R (n x k) the rigid motions of the beam, F = R^T f the loads along them and G R what they open,
-
-    maximize F . c    subject to    G R c >= 0,    Z R c = 0,    -1 <= c <= 1,
-
-over the motions that are all but free of stiffness. Z moves the stations in round holes across the beam: a hole is
-closed in all directions, so that its cone of normals leaves no motion but none. Contact can only push: where the
-optimum is 0, contact forces >= 0 balance the loads (Farkas), and the beam has a seat; where it is positive, the
-potential energy falls without end along the motion, and there is none.
+`unopposed_motion` finds it among the rigid motions R, (n, k), that are all but free of stiffness: F = R^T f are the
+loads along them, and G R what they open. Stations in round holes bar motions across the beam: a hole is closed in all
+directions. Where there is none the beam has a seat; else the potential energy falls without end along the motion.
 
 Translations are scaled by 1 and rotations by one over the length of the beam, so that c is dimensionless. A motion
 counts as free where its stiffness would stop the loads only beyond a length of the beam: the weak restraint resists
 a beam that tips by the lever of half its thickness.
-
-Source: Farkas (1902); Signorini (1959) and Fichera (1964) for the condition on the loads.
 """
 
 from __future__ import annotations
@@ -24,10 +17,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import null_space
-from scipy.optimize import linprog
 
 from gapbeam.solver.attachments.mean_motion import MotionName
 from gapbeam.solver.case.rigid_motion import NAMES, RigidMotion, unit_motions
+from gapbeam.solver.contact.solve.unopposed_motion import unopposed_motion
 from gapbeam.solver.models.rigid_shapes import rigid_parts
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
@@ -36,8 +29,6 @@ if TYPE_CHECKING:
     from gapbeam.solver.models.model import Model
 
 AWAY = 1.0  # lengths of the beam: what would move farther before its stiffness stops it is free
-WORKS = 1.0e-6  # of the largest force along a rigid motion: less work is round-off
-STRICT = 1.0e4  # factor on constraints: the tolerance of the solver, 1e-7, becomes 1e-11 of a motion
 STRAIGHT = 1.0e-2  # of the largest component: less is not worth words
 
 
@@ -139,20 +130,12 @@ def find_escape(system: SemiDiscreteSystem, force: Array, rigid: RigidMotions) -
     if circles is not None:
         planes[circles.points] = False
     opened = np.unique(np.round(np.asarray(matrix @ values)[planes], 14), axis=0)
-    held = None if circles is None else STRICT * np.asarray(circles.plane @ values)
-    found = linprog(
-        -(forces @ free) / largest,
-        A_ub=np.concatenate([-STRICT * opened, free, -free]),
-        b_ub=np.concatenate([np.zeros(len(opened)), np.ones(2 * count)]),
-        A_eq=held,
-        b_eq=None if held is None else np.zeros(len(held)),
-        bounds=(None, None),
-        method="highs",
-    )
-    if found.x is None or -found.fun <= WORKS:
+    barred = None if circles is None else np.asarray(circles.plane @ values)
+    found = unopposed_motion((forces @ free) / largest, opened, free, barred)
+    if found is None:
         return None
-    sizes = free @ found.x
-    return Escape(_combined(rigid.motions, sizes), float(-found.fun * largest), rigid.length)
+    sizes = free @ found
+    return Escape(_combined(rigid.motions, sizes), float(forces @ sizes), rigid.length)
 
 
 def _combined(motions: Sequence[RigidMotion], sizes: Array) -> RigidMotion:

@@ -45,6 +45,11 @@ class PeriodicScene:
     step: float
     rise: float
 
+    @property
+    def steps(self) -> int:
+        """Steps of a period: as few as are no longer than the step of the case."""
+        return ceil(self.period / self.step * (1.0 - 1e-9))
+
 
 @dataclass(frozen=True, repr=False)
 class AtlasResult(PrintedResult):
@@ -126,7 +131,7 @@ def run_atlas(
             one = scene_at(texts)
             scene = scene or one.scene
             begin = starts_of(one, settle, starts, reach, seed)
-            steps = ceil(one.period / one.step * (1.0 - 1e-9))
+            steps = one.steps
             part = atlas(
                 one.scene, period=one.period, starts=begin, steps=steps, settle=settle, rounds=rounds, orders=orders
             )
@@ -185,7 +190,7 @@ def starts_of(one: PeriodicScene, settle: int, count: int, reach: float, seed: i
         raise UserError("starts are drawn by velocities of probes, and the case has none: add a [[probe]]")
     if not reach > 0.0:
         raise UserError(f"found a reach of {reach:g}, expected one above 0")
-    steps = ceil(T / one.step * (1.0 - 1e-9))
+    steps = one.steps
     first = ensemble(
         scene,
         step=T / steps,

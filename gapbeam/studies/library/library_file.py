@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from math import ceil
 from pathlib import Path
 from typing import Any
 
 from pydantic import Field
 
-from gapbeam.solver.case.reading.case_reader import read_tables
-from gapbeam.solver.errors import CaseError, Fault
+from gapbeam.solver.errors import Fault
 from gapbeam.solver.table import Positive, Table, Whole
-from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of, starts_of
+from gapbeam.studies.atlas.run_atlas import PeriodicScene
 from gapbeam.studies.library.recording import Quantity
 from gapbeam.studies.library.recording_library import FEWEST, MOST, Library, library
 from gapbeam.studies.study_folder import study_folder
-from gapbeam.studies.uncertain.uncertain_file import SceneStudy, variable_faults
+from gapbeam.studies.uncertain.uncertain_file import SceneStudy, read_scene_study, variable_faults
 
 
 class RecordingTable(Table):
@@ -65,16 +63,8 @@ def _faults(tables: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def read_library_study(path: Path) -> LibraryStudy:
-    """Read the file of a library.
-
-    Raises:
-        CaseError: It cannot be read, or there are faults: all of them.
-    """
-    study = read_tables(path, LibraryStudy, contradictions)
-    if not study.variable:
-        fault = Fault((), "no [[variable]]", "at least one, with path and distribution", where=f"{path}: variable")
-        raise CaseError(str(path), [fault])
-    return study
+    """Read the file of a library; errors as in `read_scene_study`."""
+    return read_scene_study(path, LibraryStudy, contradictions)
 
 
 def run_library(
@@ -92,13 +82,12 @@ def run_library(
         UserError: The scene has no such value or point, or does not take a value of the ranges.
         NotWritten: A file could not be written.
     """
-    several, recorded = study.starts > 1, study.recorded
-    starts = starts_of(one, study.settle, study.starts, study.reach, study.seed) if several else rest_of(one)
+    recorded = study.recorded
     with study_folder(folder):
         return library(
             one.scene, {variable.path: variable.frozen for variable in study.variable}, point=recorded.point,
             quantity=recorded.quantity, period=one.period, members=study.members, noise=recorded.noise,
             periods=recorded.periods, harmonics=recorded.harmonics, settle=study.settle,
-            steps=ceil(one.period / one.step * (1.0 - 1e-9)), starts=starts, seed=study.seed, output=folder,
+            steps=one.steps, starts=study.begin(one), seed=study.seed, output=folder,
             progress=progress,
         )  # fmt: skip

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, Literal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import Field
 from scipy import stats
 
-from gapbeam.solver.errors import Fault
+from gapbeam.solver.case.reading.case_reader import read_tables
+from gapbeam.solver.case.reading.overrides import pairs
+from gapbeam.solver.errors import CaseError, Fault
+from gapbeam.solver.scene.scene import SceneState
 from gapbeam.solver.table import Number, Positive, Table, Whole
 from gapbeam.solver.wording.short_words import near
+from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of, starts_of
+from gapbeam.studies.identification.identification_file import settings_of
 from gapbeam.studies.uncertain.member_responses import START
 
 SHOWN = ("norm", "lognorm", "uniform", "triang", "beta", "gamma", "truncnorm", "weibull_min")
@@ -92,6 +98,12 @@ class SceneStudy(Table):
     )
     settle: Whole = Field(default=100, ge=1, description="periods before motions count")
     variable: tuple[Variable, ...] = Field(default=(), description="values that differ between members")
+
+    def begin(self, one: PeriodicScene) -> SceneState:
+        """Return the starts of the members: the seat, or `starts` draws; errors as in `starts_of`."""
+        if self.starts == 1:
+            return rest_of(one)
+        return starts_of(one, self.settle, self.starts, self.reach, self.seed)
 
 
 class UncertainStudy(SceneStudy):
@@ -183,3 +195,42 @@ def _correlations(correlations: Mapping[int, Correlation], variables: Mapping[in
             yield Fault(key, f'"{one.paths[0]}" twice', "two variables")
         elif any(set(other.paths) == set(one.paths) for place, other in correlations.items() if place < number):
             yield Fault(key, f'"{one.paths[0]}" and "{one.paths[1]}" twice', "each pair once")
+
+
+Study = TypeVar("Study", bound=SceneStudy)
+
+
+def read_scene_study(path: Path, kind: type[Study], faults: Callable[[Mapping[str, Any]], list[Fault]]) -> Study:
+    """Read the file of a study over values of a scene.
+
+    Args:
+        path: Of the file.
+        kind: Tables of the study.
+        faults: Returns contradictions between its tables.
+
+    Raises:
+        CaseError: It cannot be read, or there are faults: all of them.
+    """
+    study = read_tables(path, kind, faults)
+    if not study.variable:
+        fault = Fault((), "no [[variable]]", "at least one, with path and distribution", where=f"{path}: variable")
+        raise CaseError(str(path), [fault])
+    return study
+
+
+def read_uncertain(path: Path) -> UncertainStudy:
+    """Read the file of a study of uncertain values; errors as in `read_scene_study`."""
+    return read_scene_study(path, UncertainStudy, contradictions)
+
+
+def settings_of_study(path: Path, given: Mapping[str, Any], overrides: Sequence[str]) -> dict[str, object]:
+    """Return the settings over those of the case: [set] of the file of a study, and texts KEY=VALUE over it.
+
+    Raises:
+        CaseError: A text is no KEY=VALUE.
+    """
+    typed = list(pairs(overrides))
+    faults = [entry for entry in typed if isinstance(entry, Fault)]
+    if faults:
+        raise CaseError(str(path), faults)
+    return settings_of(given) | dict(entry for entry in typed if not isinstance(entry, Fault))

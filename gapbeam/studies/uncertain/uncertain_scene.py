@@ -5,31 +5,27 @@ A study file names the case, its starts, the variables and the folder.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from math import ceil
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.stats import randint
 
-from gapbeam.solver.case.reading.case_reader import read_tables
-from gapbeam.solver.case.reading.overrides import pairs
-from gapbeam.solver.errors import CaseError, Fault, UserError
+from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite
 from gapbeam.solver.scene.ensemble_members import ensemble_key
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of, starts_of
-from gapbeam.studies.identification.identification_file import settings_of
+from gapbeam.studies.atlas.run_atlas import PeriodicScene
 from gapbeam.studies.study_folder import study_folder
 from gapbeam.studies.uncertain.input_points import Pairs, Sampling, inputs_of, normal_points
 from gapbeam.studies.uncertain.kept_answers import KeptAnswers
 from gapbeam.studies.uncertain.member_responses import START, UNKNOWN, Answers, CalledModel, Period, SceneModel
 from gapbeam.studies.uncertain.probability import mean_of, probability, subset_simulation
 from gapbeam.studies.uncertain.sobol_indices import indices_of
-from gapbeam.studies.uncertain.uncertain_file import Rare, UncertainStudy, contradictions
+from gapbeam.studies.uncertain.uncertain_file import Rare, UncertainStudy
 from gapbeam.studies.uncertain.uncertain_result import Convergence, Distribution, Uncertain
 from gapbeam.studies.uncertain.uncertain_writing import write_uncertain
 
@@ -202,32 +198,6 @@ def _key(model: Model, answer: Any, settings: list[Any]) -> str:
     return ensemble_key(model, {}, 1, answer.starts, times, *settings, (code.co_code, code.co_consts) if code else T)
 
 
-def read_uncertain(path: Path) -> UncertainStudy:
-    """Read the file of a study.
-
-    Raises:
-        CaseError: It cannot be read, or there are faults: all of them.
-    """
-    study = read_tables(path, UncertainStudy, contradictions)
-    if not study.variable:
-        fault = Fault((), "no [[variable]]", "at least one, with path and distribution", where=f"{path}: variable")
-        raise CaseError(str(path), [fault])
-    return study
-
-
-def settings_of_study(path: Path, given: Mapping[str, Any], overrides: Sequence[str]) -> dict[str, object]:
-    """Return the settings over those of the case: [set] of the file of a study, and texts KEY=VALUE over it.
-
-    Raises:
-        CaseError: A text is no KEY=VALUE.
-    """
-    typed = list(pairs(overrides))
-    faults = [entry for entry in typed if isinstance(entry, Fault)]
-    if faults:
-        raise CaseError(str(path), faults)
-    return settings_of(given) | dict(entry for entry in typed if not isinstance(entry, Fault))
-
-
 def run_uncertain(
     study: UncertainStudy, one: PeriodicScene, folder: Path, progress: Callable[[int], None] | None = None
 ) -> Uncertain:
@@ -243,8 +213,6 @@ def run_uncertain(
         UserError: The scene has no such value or figure, or does not take a value that was drawn.
         NotWritten: A file could not be written.
     """
-    T, several = one.period, study.starts > 1
-    starts = starts_of(one, study.settle, study.starts, study.reach, study.seed) if several else rest_of(one)
     rare, causes = study.rare or Rare(), study.sensitivity
     limits = {limit.figure: limit.value for limit in study.limit}
     given = {variable.path: variable.frozen for variable in study.variable}
@@ -255,7 +223,7 @@ def run_uncertain(
             one.scene, given, correlation={pair.paths: pair.rank for pair in study.correlation}, limits=limits,
             members=study.members, sampling=study.sampling, replicates=study.replicates, seed=study.seed,
             rare=study.rare is not None, rare_members=rare.members, rare_replicates=rare.replicates,
-            sensitivity=0 if causes is None else causes.points, period=T, starts=starts,
-            steps=ceil(T / one.step * (1.0 - 1e-9)), settle=study.settle, rounds=study.rounds, orders=study.orders,
+            sensitivity=0 if causes is None else causes.points, period=one.period, starts=study.begin(one),
+            steps=one.steps, settle=study.settle, rounds=study.rounds, orders=study.orders,
             measure=study.measure, output=folder, progress=progress,
         )  # fmt: skip

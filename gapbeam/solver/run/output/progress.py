@@ -1,6 +1,6 @@
 """Progress of a run: a bar on a terminal, plain lines elsewhere, progress.json and run.log; rank 0 only.
 
-progress.json tells readers of the results folder how far a march is.
+Readers of the results folder see in progress.json how far a march is.
 
 It is written beside and renamed, so that a reader sees a whole one; it goes when the march ends. A disk that is full
 does not end a run because of it.

@@ -32,7 +32,7 @@ def screen(width: int) -> Console:
 def closing_rows(closing: Mapping[str, Any]) -> Table:
     """Return the table that closes a run, as its summary has it."""
     columns = list(closing["rows"][0]) if closing["rows"] else []
-    table = Table(box=None, padding=(0, 2, 0, 0), caption_justify="left", show_edge=False)
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="none", show_edge=False)  # mpirun hides that it pipes
     for name in columns:
         table.add_column(f"figure, {closing['part']}" if name == "figure" and closing["part"] else name, no_wrap=True)
     for row in closing["rows"]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rich.console import Console
 
 import gapbeam
+from gapbeam.commands.terminal import closing_rows
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.reading.case_reader import read_case_text
@@ -233,6 +236,16 @@ def test_harmonics_that_differ_by_phase_alone_have_errors(phase: float, order: i
     name = f"tip harmonic {order}"
     found = {one.name: one for one in figure_errors(wave(0.0), {FINEST: wave(phase)}, None, span, False, SMOOTHED)}
     assert found[name].error == pytest.approx(2.0 * 2.0e-3 * size * np.sin(0.5 * phase), rel=1e-3, abs=1e-9)
+
+
+def test_the_closing_table_is_plain_text_where_mpirun_feigns_a_terminal() -> None:
+    """No escape sequences come into what a user pipes from mpirun, whose ranks write to a pseudo-terminal."""
+    row = {"figure": "tip", "value": "1 mm", "interval": "+- 1 %", "verdict": "good"}
+    written = io.StringIO()
+    Console(file=written, force_terminal=True).print(closing_rows({"part": "settled", "rows": [row], "others": 2}))
+    lines = [line.split("  ")[0].rstrip() for line in written.getvalue().splitlines()]
+    assert "\x1b" not in written.getvalue()
+    assert lines == ["figure, settled", "tip", "2 more in summary.json"]
 
 
 @given(value=st.floats(-1.0e9, 1.0e9), error=st.floats(0.0, 1.0e9))

@@ -1,4 +1,4 @@
-"""The page of the gallery: for each scene a title, two sentences, a picture and the command."""
+"""The page of the gallery: for each scene a title, a text, a picture and the command."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from docs.gallery.gallery_scenes import FOLDER, Scene, scenes
 PAGE = FOLDER.parent / "gallery.md"
 OPENING = """# What can gapbeam show?
 
-Each scene is a shipped case: its command computes it, and `gapbeam render` or `gapbeam plot` draws it. A test computes
-the largest contact force of a short run of every scene.
+Each scene is a shipped case: its command computes it, and `gapbeam render` or `gapbeam plot` draws it.
 """
 
 

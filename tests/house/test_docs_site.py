@@ -63,7 +63,8 @@ def test_the_gallery_is_what_its_scenes_say() -> None:
     assert set(pictures) == set((DOCS / "gallery" / "scenes").iterdir())
     assert len(pictures) >= 16
     assert max(pictures.values()) <= 60_000
-    assert [scene.name for scene in scenes() if len(re.findall(r"\. [A-Z]", scene.text)) != 1] == []
+    assert [scene.name for scene in scenes() if len(re.findall(r"\. [A-Z]", scene.text)) > 1] == []
+    assert max(len(scene.text.split()) for scene in scenes()) <= 25
 
 
 def test_the_notebook_is_its_tutorial() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,7 +37,7 @@ PAGES: dict[str, type[BaseModel]] = {
 }
 START, END = "<!-- tables: made by docs/tables/case_files.py -->\n", "<!-- end of tables -->\n"
 SHARED = 4
-"""Rows that a table shares with one on the first page: they are named, and not shown again."""
+"""Rows that a table shares with one on the first page are named there, and values that rows share above their table."""
 Row = tuple[str, str, str]
 """Key (bold where it is required), its default and what it may be, meaning."""
 
@@ -108,15 +108,21 @@ def _types(types: tuple[str, ...], kinds: tuple[str, ...]) -> str:
     )
 
 
-def _table(rows: Iterable[tuple[Row, tuple[str, ...]]], kinds: tuple[str, ...]) -> Iterator[str]:
-    """Yield a Markdown table, with a column for the types where there are several."""
-    of = ["types"] if len(kinds) > 1 else []
-    head = ["key", *of, "value", "meaning"]
-    yield f"| {' | '.join(head)} |"
-    yield "|---" * len(head) + "|"
-    for (key, value, meaning), types in rows:
-        named = [_types(types, kinds)] if of else []
-        yield f"| {' | '.join([key, *named, value, meaning])} |"
+def _table(rows: Sequence[tuple[Row, tuple[str, ...]]], kinds: tuple[str, ...]) -> Iterator[str]:
+    """Yield a Markdown table: a column for types where there are several, one for values where they differ."""
+    columns = [("key", [key for (key, _, _), _ in rows])]
+    if len(kinds) > 1:
+        columns.append(("types", [_types(types, kinds) for _, types in rows]))
+    values = [value for (_, value, _), _ in rows]
+    if len(rows) >= SHARED and len(set(values)) == 1:
+        yield f"Each: {values[0]}.\n"
+    else:
+        columns.append(("value", values))
+    columns.append(("meaning", [meaning for (_, _, meaning), _ in rows]))
+    yield f"| {' | '.join(head for head, _ in columns)} |"
+    yield "|---" * len(columns) + "|"
+    for row in zip(*(cells for _, cells in columns), strict=True):
+        yield f"| {' | '.join(row)} |"
 
 
 def _row(model: type[BaseModel], key: str) -> Row:
@@ -159,6 +165,8 @@ def short(schema: Mapping[str, Any]) -> str:
         items = schema["prefixItems"]
         return f"{len(items)} × {short(items[0])}"
     each = either(dict.fromkeys(short(item) for item in schema["items"].get("anyOf", [schema["items"]])))
+    if each.startswith("list: <="):  # matrices, one or several
+        return "rows of numbers"
     least, most = schema.get("minItems", 0), schema.get("maxItems")
     count = f"{least} to {most} × " if most and least else f"<= {most} × " if most else ""
     return f"list: {count}{each}"

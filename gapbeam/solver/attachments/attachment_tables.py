@@ -51,7 +51,7 @@ MOTIONS: tuple[MotionName, ...] = (*IN_PLANE, *OUT_OF_PLANE)
 class Joint(Table):
     """Keys of all joints."""
 
-    name: Name = Field(description="name in messages, different for every joint", examples=["root"])
+    name: Name = Field(description="unique name", examples=["root"])
     point: Number = Field(description="x on the beam axis, m", examples=[0.0])
 
     holds: ClassVar[tuple[MotionName, ...]] = ()
@@ -164,7 +164,7 @@ ACROSS: tuple[MotionName, ...] = ("vertical", "lateral")
 class Fluid(AlongBeam):
     """A [[fluid]] without its place: keys that all have."""
 
-    name: Name = Field(description="name in messages, different for every fluid", examples=["water"])
+    name: Name = Field(description="unique name", examples=["water"])
     added_mass: NonNegative = Field(
         default=0.0, description="mass of fluid that moves with the beam across its axis, kg/m", examples=[0.5]
     )
@@ -202,23 +202,23 @@ ROTATIONS: tuple[MotionName, ...] = ("rotation", "lateral_rotation")
 class PointMass(Table):
     """A mass that moves with the cross-section of the beam at a place; gravity and base motion act on the mass."""
 
-    name: Name = Field(description="name in messages, different for every mass", examples=["head"])
+    name: Name = Field(description="unique name", examples=["head"])
     point: Number = Field(description="x on the beam axis, m", examples=[0.51])
     mass: Positive = Field(description="mass, kg", examples=[0.2])
     offset: Vector | None = Field(
         default=None,
-        description="from the centroid of the cross-section to the center of the mass, [x, y, z] or, of a slice, "
-        "[x, z], m; default: the mass is at the centroid",
+        description="from the centroid of the section to the center of the mass, [x, y, z] or, of a slice, [x, z], "
+        "m; default 0",
         examples=[[0.0, 0.02, -0.03]],
     )
     rotary_inertia: NonNegative = Field(
         default=0.0,
-        description="moment of inertia about the axes across the beam through the center of the mass, kg m^2",
+        description="moment of inertia about axes across the beam through its center, kg m^2",
         examples=[1.0e-4],
     )
     polar_inertia: NonNegative = Field(
         default=0.0,
-        description="moment of inertia about the axis along the beam through the center of the mass (3D), kg m^2",
+        description="moment of inertia about the axis along the beam through its center (3D), kg m^2",
         examples=[2.0e-4],
     )
 

@@ -97,17 +97,15 @@ class Mesh(Table):
     file: str | None = Field(
         default=None,
         min_length=1,
-        description="a gmsh .msh file to use instead, its path relative to the case file",
+        description="gmsh .msh file to use instead, relative to the case file",
     )
 
 
 class Probe(Table):
     """A point whose motion is recorded."""
 
-    name: Name = Field(description="name in results, different for every probe", examples=["tip"])
-    point: Number | Vector = Field(
-        description="x on the beam axis, or all coordinates (0 on the axis), m", examples=[0.51]
-    )
+    name: Name = Field(description="unique name, in results", examples=["tip"])
+    point: Number | Vector = Field(description="x on the axis, or all coordinates, m", examples=[0.51])
     stress: Switch = Field(
         default=False, description="record axial and von Mises stress at the point, which is in the material"
     )
@@ -124,21 +122,20 @@ class Output(Table):
     )
     points: Switch = Field(
         default=False,
-        description="write first touch, contact share, largest penetration and impulse of each contact point,"
-        " seen at the history records",
+        description="write first touch, contact share, largest penetration and impulse of each contact point",
     )
     checkpoint_interval: NonNegative = Field(
         default=300.0, description="wall time between checkpoints, from which a run resumes, s; 0: none"
     )
     keep_checkpoint: Switch = Field(
         default=False,
-        description="write a checkpoint at the end of a run and keep it, for analysis.state of another case",
+        description="keep a checkpoint of the end, for analysis.state of another case",
     )
     keep_states: tuple[Positive, ...] = Field(
         default=(),
         max_length=1000,
-        description="times at which a checkpoint is written and kept, each at the nearest step, for analysis.state and "
-        "analysis.state_time of another case, s; default none",
+        description="times of further checkpoints to keep, each at the nearest step, for analysis.state_time of "
+        "another case, s; default none",
         examples=[[0.1, 0.2]],
     )
     wall_time: Positive | None = Field(
@@ -163,7 +160,7 @@ class Case(Table):
     title: str = Field("", max_length=200, description="one line that says what the case shows")
     units: Literal["m-kg-s", "mm-t-s", "mm-kg-s"] | None = Field(
         default=None,
-        description="length, mass and time that the numbers of the file are in; overrides, files that the case names, "
+        description="units of the numbers of the file; overrides, files that the case names, "
         "and results are SI; default SI",
         examples=["mm-t-s"],
     )

@@ -76,11 +76,11 @@ class Contact(Table):
     )
     tension: Literal["clipped", "adhesive"] = Field(
         default="clipped",
-        description="may the damper pull the face while it separates? clipped never, adhesive yes",
+        description="adhesive: the damper may pull while the face separates",
     )
     mass: Literal["consistent", "redistributed"] = Field(
         default="consistent",
-        description="mass of the contact nodes; redistributed: moved into the body, which leaves them massless",
+        description="mass of the contact nodes; redistributed: moved into the body",
     )
     friction: Friction | None = Field(
         default=None, description="Coulomb friction on both faces, a table; default none: no friction"

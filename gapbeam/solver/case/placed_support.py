@@ -18,8 +18,7 @@ class SupportWithLaw(OneOfSeveral):
 
     law: Annotated[Law, BeforeValidator(named)] | None = Field(
         default=None,
-        description="contact law of this support, instead of contact.law: a name, or a table with the type and "
-        "its keys; default that of [contact]",
+        description="contact law: a name, or a table with the type and its keys; default that of [contact]",
     )
 
     def without_play(self) -> OneOfSeveral:

@@ -22,7 +22,7 @@ OF_MATERIAL = ("young_modulus", "poisson_ratio", "density", "yield_stress")
 class Segment(AlongBeam):
     """A [[segment]] without its place; keys that are not given keep the values of [beam] and [material]."""
 
-    name: Name = Field(description="name in messages, different for every segment", examples=["head"])
+    name: Name = Field(description="unique name", examples=["head"])
     thickness: Positive | None = Field(
         default=None,
         description="size in the bending direction there, m; default that of [beam]",

@@ -127,8 +127,8 @@ class ReducedModel(_AnyModel):
     type: Literal["reduced"] = Field(description="name of the model")
     interface: Literal["free", "fixed"] = Field(
         default="free",
-        description="modes with free contact faces and residual flexibility, or with fixed faces and "
-        "constraint modes (Craig and Bampton 1968)",
+        description="free contact faces and residual flexibility, or fixed faces and constraint modes (Craig and "
+        "Bampton 1968)",
     )
     modes: Whole = Field(
         default=24, ge=0, le=1000, description="number of elastic modes; those below `frequency` where that is given"
@@ -151,8 +151,7 @@ class ReducedModel(_AnyModel):
     )
     sections: Literal["deformable", "rigid"] = Field(
         default="deformable",
-        description="sections of a solid in supports around it; rigid: they keep their shape, which is faster"
-        " and leaves out that tubes get oval",
+        description="sections in supports around the beam; rigid: they keep their shape",
     )
     stations: Whole | None = Field(
         default=None,
@@ -193,7 +192,7 @@ class BeamModel(_AnyModel):
     elements: Whole = Field(default=102, ge=2, description="number of elements along the beam")
     spacing: Literal["equal", "graded"] = Field(
         default="equal",
-        description="equal elements, or graded ones: short in supports and longer between them, as bending waves allow",
+        description="graded: short in supports, longer between them as bending waves allow",
     )
     stations: Whole | None = Field(
         default=None,
@@ -320,15 +319,15 @@ class SolverTable(Table):
     effective: Literal["auto", "factor", "iterative"] = Field(
         default="auto",
         description="factor: Cholesky factor by MUMPS; iterative: conjugate gradients with multigrid; auto: a factor "
-        "as long as it fits in memory",
+        "while it fits in memory",
     )
     tolerance: Tolerance = Field(
         default=1.0e-9, description="of conjugate gradients: error over solution in the energy norm, no unit"
     )
     columns: Literal["auto", "keep", "drop"] = Field(
         default="auto",
-        description="responses of the body to forces at the faces: kept, a step takes one back-substitution; "
-        "dropped, two; auto: kept as long as they fit",
+        description="responses to forces at the faces: kept, a step takes one back-substitution; dropped, two; auto: "
+        "kept while they fit",
     )
     memory: Positive | None = Field(
         default=None, description="memory that auto counts on, over all ranks, GB; default 90 % of what is free"
@@ -423,9 +422,9 @@ class Gates(Table):
     )
     warnings: AssumptionLimits = Field(
         default=AssumptionLimits(),
-        description='values of assumptions above which a run warns, as a table; "never": it does not',
+        description="values of assumptions above which a run warns",
     )
     failures: AssumptionLimits = Field(
         default=AssumptionLimits(),
-        description='values of assumptions above which a run ends with status 4, as a table; "never": it goes on',
+        description="values of assumptions above which a run ends with status 4",
     )

@@ -39,8 +39,8 @@ class StartMotion(Table):
     tilt: Number = Field(default=0.0, description="rotation that raises the far end, rad", examples=[1.0e-4])
     rotation: Components | None = Field(
         default=None,
-        description="rotation about x, y and z by the rule of the right hand (3D) instead of tilt, which is that "
-        "about -y, rad; default none",
+        description="rotation about x, y and z by the right-hand rule (3D) instead of tilt, which is about -y, rad; "
+        "default none",
         examples=[[0.0, 0.0, 1.0e-4]],
     )
     velocity: Number | Vector = Field(
@@ -55,8 +55,7 @@ class StartMotion(Table):
     )
     point: Number | Vector | None = Field(
         default=None,
-        description="the point that the rotations leave in its place, x on the axis or all coordinates, m; default the "
-        "middle",
+        description="point that rotations leave in place, x on the axis or all coordinates, m; default the middle",
     )
 
     def pose(self, length: float) -> RigidMotion:

@@ -31,14 +31,12 @@ class CrossSpectrum(Table):
         description="name of the other load of the same type, which has no cross_spectrum", examples=["drag"]
     )
     coherence: Number | Rows = Field(
-        description="abs(S12) / sqrt(S11 S22), 0 to 1, whose square signal analyzers show: one number, or one"
-        " for each of `frequencies`, no unit",
+        description="abs(S12) / sqrt(S11 S22), 0 to 1: one number, or one for each of `frequencies`, no unit",
         examples=[0.6],
     )
     phase: Number | Rows = Field(
         default=0.0,
-        description="angle by which the load is ahead of the other one: one number, or one for each of "
-        "`frequencies`, degrees",
+        description="angle by which the load is ahead: one number, or one for each of `frequencies`, degrees",
         examples=[90.0],
     )
     delay: Number = Field(

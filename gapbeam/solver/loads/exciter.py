@@ -25,7 +25,7 @@ class Exciter(HarmonicPointForce):
     """
 
     type: Literal["exciter"] = Field(description="kind of load")
-    name: Name = Field(default="exciter", description="name in results and messages, different for every load")
+    name: Name = Field(default="exciter", description="unique name")
     mass: NonNegative = Field(default=0.0, description="moving mass, which follows the beam, kg", examples=[0.1])
     stiffness: NonNegative = Field(
         default=0.0, description="stiffness of the suspension along the direction, N/m", examples=[1.0e4]

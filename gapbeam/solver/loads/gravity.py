@@ -24,7 +24,7 @@ class Gravity(LoadTable):
     default_sense: ClassVar[float] = -1.0
 
     type: Literal["gravity"] = Field(description="kind of load")
-    name: Name = Field(default="gravity", description="name in results and messages, different for every load")
+    name: Name = Field(default="gravity", description="unique name")
     acceleration: NonNegative = Field(default=9.81, description="acceleration of gravity, m/s^2")
     direction: Vector | None = Field(
         default=None, description="vector of any length > 0, no unit; default downward, toward the base"

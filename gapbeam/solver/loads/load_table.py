@@ -229,18 +229,16 @@ Holes = Literal["refuse", "linear", "spline", "zero"]
 class RecordedTable(LoadTable):
     """A load recorded over time: scale * (value - mean) + offset, with a curve between the rows."""
 
-    name: Name = Field(default="recorded", description="name in results and messages, different for every load")
+    name: Name = Field(default="recorded", description="unique name")
     file: str = Field(
         min_length=1,
-        description="a text file with a row for each time, its path relative to the case file",
+        description="text file with a row for each time, relative to the case file",
         examples=["signals/shaker.csv"],
     )
     time_column: Column = Field(
-        default=1, description="column of the times: its number from 1, or its name in the line above the rows"
+        default=1, description="column of the times: number from 1, or name in the line above the rows"
     )
-    value_column: Column = Field(
-        default=2, description="column of the values: its number from 1, or its name in the line above the rows"
-    )
+    value_column: Column = Field(default=2, description="column of the values: number, or name")
     time_scale: Positive = Field(default=1.0, description="factor of the times of the file, 1e-3 for ms, no unit")
     scale: Number = Field(default=1.0, description="factor of the values of the file, 9.81 for g, no unit")
     offset: Number = Field(
@@ -253,7 +251,7 @@ class RecordedTable(LoadTable):
     ramp: NonNegative = Field(default=0.0, description="duration of the smooth start, s")
     beyond: Literal["refuse", "zero", "repeat"] = Field(
         default="refuse",
-        description="load outside the record: refused; zero; or the record again, whose last row is the first"
+        description="outside the record: refused, zero, or the record again, whose last row is the first"
         " of the next round",
     )
     interpolation: Literal["cubic", "monotone"] = Field(
@@ -263,8 +261,8 @@ class RecordedTable(LoadTable):
     )
     holes: Holes = Field(
         default="refuse",
-        description="load where rows are more than three median intervals apart: refused; a straight line; "
-        "the curve of `interpolation`; or 0",
+        description="where rows are more than three median intervals apart: refused, a straight line, the curve of "
+        "`interpolation`, or 0",
     )
     direction: Vector | None = Field(
         default=None, description="vector of any length > 0, no unit; default upward, toward the gland"
@@ -273,7 +271,7 @@ class RecordedTable(LoadTable):
         default=None,
         min_length=64,
         max_length=64,
-        description="SHA-256 that the file must have; results write it into their case; default any",
+        description="SHA-256 of the file; results write it into their case; default any",
     )
 
     @property

@@ -29,7 +29,7 @@ class HarmonicLoad(LoadTable):
     amplitude: Number = Field(description="amplitude, in the unit of the quantity", examples=[20.0])
     frequency: Positive = Field(description="forcing frequency, Hz", examples=[20.0])
     phase: Number = Field(default=0.0, description="phase at t = 0, degrees")
-    ramp: NonNegative = Field(default=0.0, description="time over which the amplitude rises smoothly from 0, s")
+    ramp: NonNegative = Field(default=0.0, description="duration of the smooth start, s")
     direction: Vector | None = Field(
         default=None, description="vector of any length > 0, no unit; default upward, the bending direction"
     )
@@ -100,9 +100,7 @@ class HarmonicLoad(LoadTable):
 class PointLoad(LoadTable):
     """A force at a point."""
 
-    point: Number | Vector = Field(
-        description="x on the beam axis, or all coordinates (0 on the axis), m", examples=[0.15]
-    )
+    point: Number | Vector = Field(description="x on the axis, or all coordinates, m", examples=[0.15])
 
     @property
     def place(self) -> PointForce:
@@ -120,7 +118,7 @@ class HarmonicForce(HarmonicPointForce):
     """A harmonic force at a point."""
 
     type: Literal["harmonic_force"] = Field(description="kind of load")
-    name: Name = Field(default="force", description="name in results and messages, different for every load")
+    name: Name = Field(default="force", description="unique name")
 
 
 class ConstantForce(PointLoad):
@@ -129,7 +127,7 @@ class ConstantForce(PointLoad):
     static: ClassVar[bool] = True
 
     type: Literal["constant_force"] = Field(description="kind of load")
-    name: Name = Field(default="force", description="name in results and messages, different for every load")
+    name: Name = Field(default="force", description="unique name")
     amplitude: Number = Field(description="the force along the direction, N", examples=[20.0])
     direction: Vector | None = Field(
         default=None, description="vector of any length > 0, no unit; default upward, the bending direction"

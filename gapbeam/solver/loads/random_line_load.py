@@ -218,8 +218,7 @@ class RandomLineLoad(PairedNoiseLoad):
     )
     stations: Stations = Field(
         default=16,
-        description="number of stations whose forces represent the load; accurate for bending of up to half as many "
-        "half waves",
+        description="stations whose forces represent the load; accurate up to half as many half waves",
     )
 
     @property

@@ -38,9 +38,9 @@ class NoiseLoad(UnrepeatedLoad):
 
     name: Name = Field(
         default="noise",
-        description="name in results and messages, different for every load; loads of different names are independent",
+        description="unique name; loads of different names are independent",
     )
-    seed: Seed = Field(default=0, description="whole number that chooses one of many signals of the spectrum")
+    seed: Seed = Field(default=0, description="chooses one of many signals of the spectrum")
     spectrum: SpectrumChoice
 
     @property

@@ -28,7 +28,7 @@ from gapbeam.solver.wording.short_words import apart, exceeds
 class UnrepeatedLoad(LoadTable):
     """A load that never repeats, with a smooth start."""
 
-    ramp: NonNegative = Field(default=0.0, description="time over which it rises smoothly from 0, s")
+    ramp: NonNegative = Field(default=0.0, description="duration of the smooth start, s")
     direction: Vector | None = Field(
         default=None, description="vector of any length > 0, no unit; default upward, the bending direction"
     )
@@ -67,7 +67,7 @@ class StepForce(UnrepeatedLoad, PointLoad):
     settles: ClassVar[bool] = True
 
     type: Literal["step_force"] = Field(description="kind of load")
-    name: Name = Field(default="force", description="name in results and messages, different for every load")
+    name: Name = Field(default="force", description="unique name")
     amplitude: Number = Field(description="the force along the direction once it has risen, N", examples=[20.0])
     start: NonNegative = Field(default=0.0, description="time at which it begins to rise, s")
     end: Positive | None = Field(
@@ -166,7 +166,7 @@ class PointOrSupportLoad(UnrepeatedLoad):
     )
     point: Number | Vector | None = Field(
         default=None,
-        description="of a force: x on the beam axis, or all coordinates (0 on the axis), m",
+        description="of a force: x on the axis, or all coordinates, m",
         examples=[0.15],
     )
 

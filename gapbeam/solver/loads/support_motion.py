@@ -63,7 +63,7 @@ class HarmonicSupportMotion(HarmonicLoad, MovingSupport):
     """Harmonic displacement of one support while the others stay where they are."""
 
     type: Literal["support_motion"] = Field(description="kind of load")
-    name: Name = Field(default="motion", description="name in results and messages, different for every load")
+    name: Name = Field(default="motion", description="unique name")
     amplitude: Number = Field(description="amplitude of the displacement, m", examples=[1.0e-4])
 
     def time_function(self) -> TimeFunction:
@@ -101,7 +101,7 @@ class RecordedSupportMotion(RecordedLoad, MovingSupport):
     """Recorded displacement of one support while the others stay where they are, m after scaling."""
 
     type: Literal["recorded_support_motion"] = Field(description="kind of load")
-    name: Name = Field(default="motion", description="name in results and messages, different for every load")
+    name: Name = Field(default="motion", description="unique name")
 
     def time_function(self) -> TimeFunction:
         """Return the displacement.
@@ -162,7 +162,7 @@ class RecordedMotion(RecordedLoad, SupportMotion):
     """Motion of the support that was recorded, m/s^2, m/s or m after scaling; solved in the moving frame."""
 
     type: Literal["recorded_motion"] = Field(description="kind of load")
-    name: Name = Field(default="base", description="name in results and messages, different for every load")
+    name: Name = Field(default="base", description="unique name")
 
     def faults_in_run(self, key: Key, end: float, step: float | None) -> Iterator[Fault]:
         """Yield an acceleration that does not exist at every row, and what is wrong with the record."""
@@ -187,7 +187,7 @@ class BaseMotion(HarmonicLoad, SupportMotion):
     """Harmonic motion of the support; the equations are solved in the moving frame."""
 
     type: Literal["base_motion"] = Field(description="kind of load")
-    name: Name = Field(default="base", description="name in results and messages, different for every load")
+    name: Name = Field(default="base", description="unique name")
     amplitude: Number = Field(description="amplitude of the quantity, m/s^2, m/s or m", examples=[20.0])
 
     @property
@@ -211,7 +211,7 @@ class ClearanceChange(MovingSupport):
     opens: ClassVar[bool] = True
 
     type: Literal["clearance_change"] = Field(description="kind of load")
-    name: Name = Field(default="closure", description="name in results and messages, different for every load")
+    name: Name = Field(default="closure", description="unique name")
     times: Annotated[tuple[NonNegative, ...], Field(min_length=2, max_length=MOST)] = Field(
         description="times in ascending order, the first one 0, s", examples=[[0.0, 0.1, 0.2]]
     )

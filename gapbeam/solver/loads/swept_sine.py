@@ -24,7 +24,7 @@ class SweptSineLoad(PointOrSupportLoad):
     """A sine of constant amplitude whose frequency goes from one value to another, up or down, and back if asked."""
 
     type: Literal["swept-sine"] = Field(description="kind of load")
-    name: Name = Field(default="sweep", description="name in results and messages, different for every load")
+    name: Name = Field(default="sweep", description="unique name")
     amplitude: Number = Field(description="amplitude, N or m/s^2", examples=[20.0])
     start_frequency: Positive = Field(description="frequency at t = 0, Hz", examples=[5.0])
     end_frequency: Positive = Field(
@@ -38,8 +38,7 @@ class SweptSineLoad(PointOrSupportLoad):
     back: Switch = Field(default=False, description="go back to start_frequency in the same time")
     after: Literal["hold", "stop"] = Field(
         default="hold",
-        description="load after the end of the sweep: its last frequency, or nothing, to which it falls over "
-        "the last `ramp`",
+        description="after the sweep: its last frequency, or nothing, to which it falls over the last `ramp`",
     )
 
     @property

@@ -43,7 +43,7 @@ SpanTable = create_model(
 
 
 class _Acting(Table):
-    name: Name = Field(description="name in results, different for every force", examples=["flow"])
+    name: Name = Field(description="unique name", examples=["flow"])
 
 
 class _Stream(_Acting):
@@ -108,8 +108,8 @@ class LaggedForces(_Stream):
     type: Literal["aerodynamic-lag"] = Field(description="kind of force")
     points: Points = Field(description="points, whose motions one after the other are those of the matrices")
     half_chord: Positive = Field(description="b, m")
-    steady: Matrix = Field(description="A_0, rows of numbers", examples=[[[0.0, -1.0], [0.0, 0.5]]])
-    damping: Matrix = Field(description="A_1, rows of numbers")
+    steady: Matrix = Field(description="A_0", examples=[[[0.0, -1.0], [0.0, 0.5]]])
+    damping: Matrix = Field(description="A_1")
     lags: Positives = Field(description="b_l, no unit", examples=[[0.0455, 0.3]])
     matrices: tuple[Matrix, ...] = Field(max_length=MOST, description="A_3, A_4, ..., one for each lag")
 
@@ -120,10 +120,10 @@ class Controller(_Acting):
     type: Literal["controller"] = Field(description="kind of force")
     sense: Points = Field(description="points that it reads: u has their displacements, then their velocities")
     act: Points = Field(description="points that its forces act on")
-    A: Matrix = Field(default=(), description="rows of numbers, 1/s; [] without states")
-    B: Matrix = Field(default=(), description="rows of numbers, one for each state")
-    C: Matrix = Field(default=(), description="rows of numbers, one for each force")
-    D: Matrix = Field(default=(), description="rows of numbers, one for each force, N/m and N s/m; [] is 0")
+    A: Matrix = Field(default=(), description="1/s; [] without states")
+    B: Matrix = Field(default=(), description="a row for each state")
+    C: Matrix = Field(default=(), description="a row for each force")
+    D: Matrix = Field(default=(), description="a row for each force, N/m and N s/m; [] is 0")
 
 
 class ConnorsCheck(_Stream):

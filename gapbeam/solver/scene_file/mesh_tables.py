@@ -69,7 +69,7 @@ class MeshFile(Table):
     materials: tuple[MeshMaterial, ...] = Field(
         min_length=1,
         max_length=100,
-        description="materials of groups of cells, a list of tables",
+        description="materials of groups of cells",
         examples=[[{"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}]],
     )
     plane: Literal["stress", "strain"] | None = Field(

@@ -134,7 +134,7 @@ class PairContact(Table):
 class PairTable(Table):
     """A contact of two points, or of a point and the frame: the motion of the first relative to the second."""
 
-    name: Name = Field(description="name in results, different for every pair", examples=["gap"])
+    name: Name = Field(description="unique name, in results", examples=["gap"])
     between: tuple[PointName] | tuple[PointName, PointName] = Field(
         description="the point that stays in the region, and the point that carries the region, else the frame; two "
         "structures where at says so",
@@ -145,7 +145,7 @@ class PairTable(Table):
     )
     region: RegionOfPair | None = Field(
         default=None,
-        description="region of the first, a table with the type and its keys; at nearest places default a half "
+        description="region of the first; at nearest places by default a half "
         "plane at the distance between the surfaces",
     )
     law: LawOfPair | None = Field(default=None, description="law of forces, a table; default that of [contact]")

@@ -150,7 +150,7 @@ class PlaceTable(Table):
 class BodyTable(Table):
     """A linear body."""
 
-    name: Name = Field(description="name in points, results and messages, different for every structure")
+    name: Name = Field(description="unique name")
     model: ModelChoice = Field(description="the kind of model, a table with the type and its keys")
     reduce: Reduction | None = Field(
         default=None, description="reduction to modes and static responses, a table; default none: all DOFs"
@@ -177,7 +177,7 @@ class BodyTable(Table):
 class PointTable(Table):
     """A point of a beam, a frame, a rigid bar, matrices or a mesh: where something touches, acts or is read."""
 
-    name: Name = Field(description="name, different for every point of the structure", examples=["tip"])
+    name: Name = Field(description="name, unique in its structure", examples=["tip"])
     structure: Name = Field(description="name of its structure", examples=["rack"])
     at: NonNegative | None = Field(
         default=None,
@@ -191,7 +191,7 @@ class PointTable(Table):
         default=None,
         min_length=1,
         max_length=80,
-        description="set of nodes, whose mean motion is taken; sets stand in the file of nodes or the mesh",
+        description="set of nodes, whose mean motion is taken",
         examples=["RIM"],
     )
     nearest: Direction | None = Field(
@@ -252,7 +252,7 @@ class SpringJoint(Table):
     """A spring and damper between two points, or from a point to the frame, in all motions of the points."""
 
     type: Literal["elastic"] = Field(description="kind of joint")
-    name: Name = Field(default="joint", description="name in messages, different for every joint")
+    name: Name = Field(default="joint", description="unique name")
     between: tuple[PointName] | tuple[PointName, PointName] = Field(
         description="a point, or two", examples=[["rack.tip", "box.at"]]
     )
@@ -264,7 +264,7 @@ class SnubberJoint(Table):
     """A support that is free while its point moves slowly, and locks as a spring and damper beyond a limit."""
 
     type: Literal["snubber"] = Field(description="kind of joint")
-    name: Name = Field(description="name in results, different for every pair and snubber", examples=["lock"])
+    name: Name = Field(description="unique name, also among pairs", examples=["lock"])
     between: tuple[PointName] | tuple[PointName, PointName] = Field(
         description="a point of one motion, or two", examples=[["pipe.hanger"]]
     )

@@ -200,12 +200,11 @@ class PolygonSection(SectionTable):
         description="a closed polygon, with or without holes, as high and wide as the beam"
     )
     points: Corners = Field(
-        description="corners [y, z] one after the other, y across and z along the bending direction, measured from "
-        "anywhere, m",
+        description="corners [y, z] in order, y across and z along the bending direction, from any origin, m",
         examples=[[[-0.02, 0.0], [0.02, 0.0], [0.012, 0.014], [-0.012, 0.014]]],
     )
     holes: Annotated[tuple[Corners, ...], Field(max_length=MOST_HOLES)] = Field(
-        default=(), description="corners of each hole, measured from the same place, m"
+        default=(), description="corners of each hole, from the same origin, m"
     )
 
     def outline(self, thickness: float, width: float) -> PolygonOutline:  # noqa: ARG002

@@ -20,8 +20,7 @@ class SupportBody(Table):
 
     mass: Positive = Field(description="mass m that moves with the faces of the support, kg", examples=[0.05])
     stiffness: Positive = Field(
-        description="stiffness k of the spring to the frame, the same in both directions of a support around the beam, "
-        "N/m",
+        description="stiffness k of the spring to the frame, in both directions of a support around the beam, N/m",
         examples=[2.0e5],
     )
     damping: NonNegative = Field(default=0.0, description="damping c of the damper beside it, N s/m", examples=[10.0])

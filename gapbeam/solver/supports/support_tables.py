@@ -94,21 +94,19 @@ class BaseAndGland(Table):
 class OneOfSeveral(AlongBeam):
     """A [[support]] without its place: its play, and its own contact where the material differs."""
 
-    name: Name = Field(description="name in results and messages, different for every support", examples=["baffle"])
+    name: Name = Field(description="unique name, in results and messages", examples=["baffle"])
     clearance: Number = Field(
-        description="play: total between both planes of a slot; distance to a stop; distance from the middle of a hole "
-        "or a polygon to its wall; negative for an interference fit, m",
+        description="play: total between both planes of a slot; distance to a stop; radial in a hole, polygon or "
+        "profile; negative for an interference fit, m",
         examples=[0.2e-3],
     )
-    offset: Number = Field(default=0.0, description="offset of the support upward from the axis of the beam, m")
-    lateral: Number = Field(
-        default=0.0, description="offset of a support around the beam sideways, toward +y, from its axis, m"
-    )
+    offset: Number = Field(default=0.0, description="offset upward from the axis of the beam, m")
+    lateral: Number = Field(default=0.0, description="offset of a support around the beam toward +y, m")
     tilt: Number = Field(
         default=0.0,
         ge=-0.1,
         le=0.1,
-        description="by how much the support rises along the beam, about its middle, m per m, no unit",
+        description="rise of the support along the beam, about its middle, m per m, no unit",
     )
     region: Annotated[RegionChoice, BeforeValidator(named)] = Field(
         default=Slot(type="slot"), description="shape of the support's play: a name, or a table with the type"
@@ -120,7 +118,7 @@ class OneOfSeveral(AlongBeam):
     )
     damping: NonNegative | None = Field(
         default=None,
-        description="damping of the law kelvin-voigt at this support per area, instead of contact.damping, Pa s/m",
+        description="damping of the law kelvin-voigt per area, instead of contact.damping, Pa s/m",
     )
     support_stiffness: Positive | None = Field(
         default=None,
@@ -136,7 +134,7 @@ class OneOfSeveral(AlongBeam):
         default=None,
         ge=0,
         le=100,
-        description="coefficient of friction mu of this support, instead of contact.friction.coefficient, no unit",
+        description="coefficient of friction mu, instead of contact.friction.coefficient, no unit",
     )
     static_friction: Number | None = Field(
         default=None,
@@ -147,14 +145,12 @@ class OneOfSeveral(AlongBeam):
     )
     wear: NonNegative | None = Field(
         default=None,
-        description="Archard's coefficient of this support, instead of wear.coefficient, 1/Pa",
+        description="Archard's coefficient, instead of wear.coefficient, 1/Pa",
     )
-    area: Positive | None = Field(
-        default=None, description="worn area of each face of this support, instead of wear.area, m^2"
-    )
+    area: Positive | None = Field(default=None, description="worn area of each face, instead of wear.area, m^2")
     depth_limit: Positive | None = Field(
         default=None,
-        description="depth at which the life of a face of this support ends, instead of wear.depth_limit, m",
+        description="depth at which the life of a face ends, instead of wear.depth_limit, m",
     )
     body: SupportBody | None = Field(
         default=None, description="mass, spring and damper of a support that gives way, a table; default none: rigid"

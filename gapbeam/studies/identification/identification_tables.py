@@ -40,14 +40,14 @@ class MotionFigure(Table):
     """A figure of the motion of a probe."""
 
     type: Literal["motion"] = Field(description="kind of figure", examples=["motion"])
-    name: Name = Field(description="name in measurements and results, different for every figure", examples=["peak"])
+    name: Name = Field(description="unique name, in measurements and results", examples=["peak"])
     probe: Name = Field(description="name of the probe", examples=["test"])
     quantity: Literal["acceleration", "velocity", "displacement"] = Field(
         default="acceleration", description="quantity of the motion"
     )
     frame: Literal["absolute", "relative"] = Field(
         default="absolute",
-        description="of an acceleration: absolute, or relative to the support; the others are relative to it",
+        description="acceleration: absolute, or relative to the support; the other quantities are relative",
     )
     component: Literal["x", "y", "z"] | None = Field(
         default=None, description="direction; default the bending direction"
@@ -70,7 +70,7 @@ class ForceFigure(Table):
     """A figure of the contact force on a face."""
 
     type: Literal["force"] = Field(description="kind of figure", examples=["force"])
-    name: Name = Field(description="name in measurements and results, different for every figure", examples=["blow"])
+    name: Name = Field(description="unique name, in measurements and results", examples=["blow"])
     face: Name = Field(
         description="face of a support: base, gland, or NAME_below and NAME_above of a [[support]]", examples=["gland"]
     )
@@ -86,7 +86,7 @@ class FrequencyFigure(Table):
     """A natural frequency of small vibrations about a state of contact; nothing is marched for it."""
 
     type: Literal["frequency"] = Field(description="kind of figure", examples=["frequency"])
-    name: Name = Field(description="name in measurements and results, different for every figure", examples=["first"])
+    name: Name = Field(description="unique name, in measurements and results", examples=["first"])
     held: Literal["seated", "free", "closed"] = Field(
         default="seated", description="contact points that are closed: those of the static seat, none, or all"
     )
@@ -101,23 +101,21 @@ class Measurement(Table):
 
     figure: Name = Field(description="name of the [[figure]]", examples=["peak"])
     value: Number = Field(description="measured value, in SI units", examples=[3.27])
-    set: dict[str, Any] = Field(default={}, description="changes of this experiment: keys of the case and their values")
+    set: dict[str, Any] = Field(default={}, description="changes of this experiment: keys and their values")
     sigma: Positive | None = Field(
         default=None, description="standard error of the value, in its unit; default none: found from the misfit"
     )
     relative_sigma: Positive | None = Field(
         default=None, description="the same as a fraction of the value, no unit; default none", examples=[0.05]
     )
-    use: Literal["fit", "predict"] = Field(
-        default="fit", description="fit: it takes part in the search; predict: it is held out"
-    )
+    use: Literal["fit", "predict"] = Field(default="fit", description="predict: held out of the search")
 
 
 class Search(Table):
     """Search for the unknowns."""
 
     method: Literal["global", "least-squares"] = Field(
-        default="global", description="differential evolution and then least squares, or least squares from starts"
+        default="global", description="global: differential evolution, then least squares"
     )
     residual: Literal["log10", "relative", "absolute"] = Field(
         default="log10", description="residual to minimize: log10(computed/measured), or the difference"
@@ -139,7 +137,7 @@ class Search(Table):
     )
     confidence: Number = Field(default=0.95, gt=0, lt=1, description="of the intervals, no unit")
     coexisting: Whole = Field(
-        default=2, ge=0, le=100, description="random starts of each experiment at the end: is there another response?"
+        default=2, ge=0, le=100, description="random starts of each experiment at the end, to find other responses"
     )
     profile: Switch = Field(default=True, description="spend some evaluations on the profile of the misfit")
 
@@ -148,13 +146,11 @@ class Identification(Table):
     """A whole identification."""
 
     title: str = Field("", max_length=200, description="one line that says what is identified")
-    case: str = Field(
-        min_length=1, description="case file, its path relative to this file", examples=["li2013-2d.toml"]
-    )
+    case: str = Field(min_length=1, description="case file, relative to this file", examples=["li2013-2d.toml"])
     transient: NonNegative | None = Field(
         default=None, description="time before a response counts, s; default found in it"
     )
-    set: dict[str, Any] = Field(default={}, description="changes to the case file: keys of the case and their values")
+    set: dict[str, Any] = Field(default={}, description="changes to the case file: keys and their values")
     unknown: tuple[Unknown, ...] = Field(description="keys to be found")
     figure: tuple[Figure, ...] = Field(description="figures of a response")
     measurement: tuple[Measurement, ...] = Field(description="measured values")

@@ -83,12 +83,8 @@ class SceneStudy(Table):
     """A study of the scene of a case over values of it."""
 
     title: str = Field("", max_length=200, description="one line that says what is studied")
-    case: str = Field(
-        min_length=1, description="case file, its path relative to this file", examples=["cantilever-stop.toml"]
-    )
-    set: dict[str, Any] = Field(
-        default={}, description="what differs from the case file: keys of the case and their values"
-    )
+    case: str = Field(min_length=1, description="case file, relative to this file", examples=["cantilever-stop.toml"])
+    set: dict[str, Any] = Field(default={}, description="changes to the case file: keys and their values")
     seed: Whole = Field(default=0, ge=0, description="of everything random")
     starts: Whole = Field(
         default=1, ge=1, le=100_000, description="1: all members start from the seat; more: with drawn velocities, too"

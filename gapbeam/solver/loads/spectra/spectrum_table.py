@@ -88,20 +88,18 @@ class FileSpectrum(SpectrumTable):
     type: Literal["file"] = Field(description="kind of spectrum")
     file: str = Field(
         min_length=1,
-        description="a text file with a row for each frequency, its path relative to the case file",
+        description="text file with a row for each frequency, relative to the case file",
         examples=["signals/profile.csv"],
     )
     frequency_column: Column = Field(
-        default=1, description="column of the frequencies, in Hz: its number from 1, or its name in the line above"
+        default=1, description="column of the frequencies, Hz: number from 1, or name in the line above"
     )
-    density_column: Column = Field(
-        default=2, description="column of the densities: its number from 1, or its name in the line above the rows"
-    )
+    density_column: Column = Field(default=2, description="column of the densities: number, or name")
     checksum: str | None = Field(
         default=None,
         min_length=64,
         max_length=64,
-        description="SHA-256 that the file must have; results write it into their case; default any",
+        description="SHA-256 of the file; results write it into their case; default any",
     )
 
     def rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -29,7 +29,7 @@ class Profile(AroundRegion):
         description="a hole around a beam of round section that is not round: measured, drawn or worn"
     )
     angles: Annotated[tuple[Number, ...], Field(min_length=FEWEST, max_length=MOST)] = Field(
-        description="directions in ascending order within one turn, from straight down and positive toward +y, degrees",
+        description="ascending directions within one turn: 0 is down, 90 toward +y, degrees",
         examples=[[-90.0, 0.0, 90.0, 180.0]],
     )
     recesses: Annotated[tuple[Number, ...], Field(max_length=MOST)] = Field(
@@ -93,9 +93,8 @@ class Hole(AroundRegion):
     type: Literal["hole"] = Field(description="a round hole around a beam of round section")
     contact: Literal["auto", "points", "circle"] = Field(
         default="auto",
-        description="contact with the wall: at points around the section, or as a circle, at one point of "
-        "each station, for sections that keep their shape; auto: at points, or as a circle with "
-        "support_stiffness",
+        description="contact at points around the section, or as a circle at one point of each station, for sections "
+        "that keep their shape; auto: circle with support_stiffness, else points",
     )
 
     @property
@@ -126,7 +125,7 @@ class Polygon(AroundRegion):
 
     type: Literal["polygon"] = Field(description="flat walls around a beam of round section: V-block, bars, hexagon")
     walls: Annotated[tuple[Number, ...], Field(min_length=1, max_length=POLYGON_MOST)] = Field(
-        description="directions of the walls seen from the axis, from straight down and positive toward +y, degrees",
+        description="directions of the walls from the axis: 0 is down, 90 toward +y, degrees",
         examples=[[-45.0, 45.0]],
     )
     recesses: Annotated[tuple[Number, ...], Field(max_length=POLYGON_MOST)] = Field(

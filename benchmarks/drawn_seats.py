@@ -24,7 +24,7 @@ from scipy.optimize import linprog
 
 import gapbeam
 from benchmarks.table import Table
-from gapbeam.solver.case.rigid_motion import NAMES, RigidMotion, unit_motions
+from gapbeam.solver.case.analysis_table import NAMES, RigidMotion, unit_motions
 from gapbeam.solver.loads.places import PointForce
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.seat.escape import RigidMotions

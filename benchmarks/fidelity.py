@@ -22,7 +22,7 @@ from mpi4py import MPI
 from benchmarks.elastic_stress import stress
 from benchmarks.table import Cell, Table, machine_words, options
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, coordinate_element
-from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.steady_figures import Steady, steady
 from gapbeam.solver.case.case import Case

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 
 from gapbeam.solver.assembly.elasticity import lame
-from gapbeam.solver.case.weak_restraint import axial_restraint
+from gapbeam.solver.case.beam_motions import axial_restraint
 from gapbeam.solver.models.model import Model
 
 gf.util_trace_level(0)  # its default reports every term assembled

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.signals.figure_names import ACCELERATION, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.signal import probe_signal
 from gapbeam.postprocess.signals.steady_figures import steady

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from benchmarks.elastic_stress import stress
+from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.python.march import March, march
 from gapbeam.solver.march.simulation import Simulation

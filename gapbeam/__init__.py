@@ -79,8 +79,8 @@ if TYPE_CHECKING:
     from gapbeam.studies.library.estimate import EstimatedValues, estimate, series
     from gapbeam.studies.library.recording import Recording, read_recording
     from gapbeam.studies.library.recording_library import Library, library, read_library
-    from gapbeam.studies.uncertain.uncertain_scene import uncertain
-    from gapbeam.studies.uncertain.uncertain_writing import draw_distributions
+    from gapbeam.studies.uncertain.uncertain_file import uncertain
+    from gapbeam.studies.uncertain.uncertain_result import draw_distributions
 
     __version__: str
 
@@ -103,12 +103,12 @@ _MODULES = {
     "solver.scene.limit_cycle": ("limit_cycle", "periodic"),
     "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "midpoint", "newmark", "theta"),
     "solver.scene.linear_stability": ("critical_velocity", "eigenvalues", "idle_supports", "root_locus"),
+    "solver.scene.mesh_structure": ("from_mesh",),
     "solver.scene.modal_files": ("read_modes",),
     "solver.scene.scene": ("Scene",),
     "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "moving_force", "weight"),
     "solver.scene.scene_march": ("history", "march"),
     "solver.scene.scene_seat": ("NoSeat", "seat"),
-    "solver.scene.mesh_structure": ("from_mesh",),
     "solver.scene.shipped_laws": ("Adhesive", "Cubic", "ElastoGap", "HuntCrossley", "KelvinVoigt"),
     "solver.scene.snubber": ("snubber",),
     "solver.scene.solid_material": ("orthotropic",),
@@ -120,8 +120,8 @@ _MODULES = {
     "studies.library.estimate": ("EstimatedValues", "estimate", "series"),
     "studies.library.recording": ("Recording", "read_recording"),
     "studies.library.recording_library": ("Library", "library", "read_library"),
-    "studies.uncertain.uncertain_scene": ("uncertain",),
-    "studies.uncertain.uncertain_writing": ("draw_distributions",),
+    "studies.uncertain.uncertain_file": ("uncertain",),
+    "studies.uncertain.uncertain_result": ("draw_distributions",),
 }
 """Modules of the public names, each loaded on first use of one of its names; error classes share one module."""
 

@@ -24,13 +24,11 @@ from rich.console import Console, Group
 from gapbeam.commands.command_group import SuggestingGroup
 from gapbeam.commands.compare import fraction
 from gapbeam.commands.compile_ahead import compile_
-from gapbeam.commands.drawing import export, plot, render, view
+from gapbeam.commands.drawing import export, plot, render, report, view, watch
 from gapbeam.commands.new import new
-from gapbeam.commands.report import report
 from gapbeam.commands.study_choice import STUDIES
 from gapbeam.commands.terminal import closing_rows
 from gapbeam.commands.tradeoff import judged_by, level_within
-from gapbeam.commands.watch import watch
 from gapbeam.process.failing_ranks import abort_together, first_rank, on_one_rank
 from gapbeam.process.launcher import end_with_launcher, leave
 from gapbeam.process.process_environment import REMARKS, is_somewhere, refuse_cramped, words_of_the_command

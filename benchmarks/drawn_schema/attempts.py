@@ -12,17 +12,14 @@ import numpy as np
 
 import gapbeam
 from benchmarks.drawn_schema.cases import drawn
-from benchmarks.drawn_schema.earlier import before, earlier_folder
 from benchmarks.drawn_schema.references import NoReferenceError, long_march, motion_by
-from benchmarks.drawn_schema.ways import IN_MEMORY, Way, ways_of
-from benchmarks.fuzz.command_work import command
-from benchmarks.fuzz.sandbox import Limits, Outcome, attempt
+from benchmarks.drawn_schema.ways import IN_MEMORY, Way, before, earlier_folder, ways_of
+from benchmarks.fuzz.sandbox import Limits, Outcome, attempt, command
 from benchmarks.true_errors import true_errors
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
-from gapbeam.solver.case.case import Case, case_to_toml
-from gapbeam.solver.case.placed_support import own_law
+from gapbeam.solver.case.case import Case, case_to_toml, own_law
 from gapbeam.solver.errors import CaseError, RunError, UserError
 from gapbeam.solver.record_table import CURVE_FILE
 from gapbeam.studies.error_estimate.motion_record import MotionRecord

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import gapbeam
-from benchmarks.drawn_schema.choices import Choice, all_choices
 from benchmarks.drawn_schema.finishing import entries_of, finished
 from benchmarks.drawn_schema.scene import drawn_scene
-from benchmarks.drawn_schema.tables import Draw
+from benchmarks.drawn_schema.tables import Choice, Draw, all_choices
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import CaseError, Fault, UserError
 from gapbeam.solver.table import models_in

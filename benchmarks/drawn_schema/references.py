@@ -11,9 +11,8 @@ from unittest.mock import patch
 import numpy as np
 
 import gapbeam
-from benchmarks.drawn_schema.earlier import begun
-from benchmarks.drawn_schema.ways import FINER, Way
-from gapbeam.postprocess.results.records_in_memory import as_history
+from benchmarks.drawn_schema.ways import FINER, Way, begun
+from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.solution_tables import FullModel

@@ -1,21 +1,77 @@
-"""Other ways to compute a case: changes of it that leave its answer as it is, exactly or within its stated error."""
+"""Other ways to compute a case: changes of it that leave its answer as it is, exactly or within its stated error.
+
+Cases that start from the last state of an earlier run take that state from a march in memory.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from benchmarks.drawn_schema.earlier import earlier_folder
+from mpi4py import MPI
+
+import gapbeam
 from gapbeam.solver.attachments.attachment_tables import ElasticJoint, Fluid
-from gapbeam.solver.case.analysis_table import Periodic
+from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.checks.load_checks import factor_needed
+from gapbeam.solver.case.checks.periodic_checks import factor_needed
 from gapbeam.solver.case.solution_tables import FullModel, ReducedModel
 from gapbeam.solver.integrators.scheme_choice import scheme_names
 from gapbeam.solver.loads.places import LineForce, PointForce
+from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.checkpoint.resume import left_state
+from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
 from gapbeam.studies.error_estimate.companions import FINEST_MODES, FINEST_SHAPES
 from gapbeam.studies.trials.refined_mesh import mesh_keys
+from gapbeam.studies.trials.response import respond
+from gapbeam.studies.trials.starts import seated
+
+
+def earlier_folder(case: Case) -> str | None:
+    """Return the results folder of the run that a case starts from; None: it starts at a pose."""
+    return case.analysis.state if isinstance(case.analysis, Transient) else None
+
+
+def before(case: Case) -> Case:
+    """Return the case of the earlier run: the same beam under the same loads, from its seat."""
+    return gapbeam.read_case(case, {"analysis": {"type": "transient"}, "output.keep_checkpoint": True})
+
+
+def begun(model: Model, in_memory: bool) -> State:
+    """Return the state at t = 0 of a model: its pose, or the last state of the earlier run.
+
+    Args:
+        model: The model.
+        in_memory: March the earlier run here, without its files.
+    """
+    if earlier_folder(model.case) is None:
+        return seated(model).state
+    simulation = Simulation(model)
+    seat = simulation.seat_or_failure()
+    if not in_memory:
+        return simulation.start(seat, left_state(model, Path(), MPI.COMM_SELF))
+    first = gapbeam.model(before(model.case)).model
+    end = respond(first, seated(first).state, Simulation(first).steps).end
+    assert end is not None
+    contact, operators = model.system.contact, model.system.operators
+    return simulation.start(
+        seat,
+        State(
+            0.0,
+            imaged(operators, end.u[VALUE].copy()),
+            imaged(operators, end.v[VALUE].copy()),
+            contact.depth(contact.interface.trace(end.u[VALUE], operators), 0.0),
+            end.pressure,
+            touch_speed=end.touch_speed,
+            lagged=end.lagged,
+            traction=end.traction,
+            plastic_set=end.plastic_set,
+        ),
+    )
+
 
 FINER = 0.25  # of the step
 ALL_MODES = 1000

@@ -21,8 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.fuzz.added import added
-from benchmarks.fuzz.sandbox import Outcome, attempt
-from benchmarks.fuzz.seeds import make_seeds
+from benchmarks.fuzz.sandbox import Outcome, attempt, make_seeds
 from benchmarks.fuzz.targets import TARGETS, Target
 from benchmarks.table import Cell, Table
 

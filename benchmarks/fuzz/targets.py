@@ -10,10 +10,8 @@ from pathlib import Path
 
 from benchmarks.fuzz import checkpoint_mutations as checkpoint_targets
 from benchmarks.fuzz.checkpoint_seeds import PROJECT
-from benchmarks.fuzz.command_work import Work, command
 from benchmarks.fuzz.mutations import NUMBERS, WORDS, put_in_place, spoil_bytes, spoil_hdf5, spoil_json, spoil_text
-from benchmarks.fuzz.sandbox import Limits
-from benchmarks.fuzz.seeds import STABILITY
+from benchmarks.fuzz.sandbox import STABILITY, Limits, Work, command
 
 TEXTS = {".toml": spoil_text, ".json": spoil_json, ".jsonl": spoil_json, ".csv": spoil_text, ".xdmf": spoil_text}
 
@@ -179,7 +177,7 @@ def _analysis(seeds: Path, folder: Path, chance: random.Random) -> Work:
     copy = _spoiled_folder(seeds, "run", folder, chance, *RUN)
 
     def work() -> int:
-        from gapbeam.postprocess.results.damaged_files import as_written
+        from gapbeam.postprocess.results.bounded_files import as_written
         from gapbeam.postprocess.results.results import open_results
         from gapbeam.postprocess.signals.probe_analysis import Options, analyze, as_data, as_text
 
@@ -231,8 +229,8 @@ def _sweep_again(seeds: Path, folder: Path, chance: random.Random) -> Work:
     (copy / "points" / chance.choice(("x.json", "-1.json", "000000.json.part", "000007.json"))).write_bytes(b"{}")
 
     def work() -> int:
-        from gapbeam.postprocess.results.damaged_files import as_written
-        from gapbeam.postprocess.study_figures.response_census import census
+        from gapbeam.postprocess.results.bounded_files import as_written
+        from gapbeam.postprocess.study_figures.sweep_branches import census
         from gapbeam.solver.case.case import Case
         from gapbeam.studies.sweep.sweep_plan import Sweep, finished, prepare, read_points
         from gapbeam.studies.sweep.sweep_tables import write_tables
@@ -290,7 +288,7 @@ def _mesh(seeds: Path, folder: Path, chance: random.Random) -> Work:
 
 
 def _fixed() -> tuple[str, ...]:
-    from benchmarks.fuzz.seeds import QUICK
+    from benchmarks.fuzz.sandbox import QUICK
 
     return QUICK
 

@@ -12,9 +12,8 @@ from typing import Any, cast
 from pydantic import BaseModel
 
 from benchmarks.similarity.size_exponents import size_exponent
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, law_at
 from gapbeam.solver.case.json_schema import unit_in
-from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.case.reading.case_reader import read_case_tables
 from gapbeam.solver.supports.support_tables import OneSupport
 from gapbeam.solver.table import type_name

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.study import StudyCommand
-from gapbeam.commands.terminal import screen
+from gapbeam.commands.terminal import StudyCommand, screen
 from gapbeam.process.usage_errors import BadParameter
 
 if TYPE_CHECKING:

@@ -7,9 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.study import StudyCommand
-from gapbeam.commands.terminal import progress_bar, screen
-from gapbeam.commands.worker_options import SchedulerAddress, SlurmOptions, WorkerCount, workers_from
+from gapbeam.commands.terminal import (
+    SchedulerAddress,
+    SlurmOptions,
+    StudyCommand,
+    WorkerCount,
+    progress_bar,
+    screen,
+    workers_from,
+)
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
@@ -64,7 +70,7 @@ def identify(
 
 def _kind() -> Kind:
     from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.identification_section import IDENTIFICATION_FILE, identification_blocks
+    from gapbeam.postprocess.report.sections.tradeoff_section import IDENTIFICATION_FILE, identification_blocks
 
     return Kind("identification", "Identification", (IDENTIFICATION_FILE,), identification_blocks)
 

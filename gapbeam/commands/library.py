@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gapbeam.commands.study import StudyCommand
-from gapbeam.commands.terminal import progress_bar, screen
+from gapbeam.commands.terminal import StudyCommand, progress_bar, screen
 
 WIDTH = 160  # columns of the tables where there is no terminal to fit them to
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.study import StudyCommand
-from gapbeam.commands.terminal import progress_bar, screen
+from gapbeam.commands.terminal import StudyCommand, progress_bar, screen
 from gapbeam.process.usage_errors import BadParameter
 
 if TYPE_CHECKING:

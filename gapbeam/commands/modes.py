@@ -9,8 +9,7 @@ from typing import Annotated
 
 import typer
 
-from gapbeam.commands.study import StudyCommand
-from gapbeam.commands.terminal import screen
+from gapbeam.commands.terminal import StudyCommand, screen
 from gapbeam.process.usage_errors import BadParameter
 
 COUNT = 4

@@ -15,7 +15,6 @@ from gapbeam.process.usage_errors import UsageError
 
 if TYPE_CHECKING:
     from gapbeam.new_case.answers import CaseAnswers, MaterialFigures
-
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "": 1.0}
 """Units of a length that an answer may have, m."""
 OTHER = "other"

@@ -7,9 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.study import StudyCommand
-from gapbeam.commands.terminal import progress_bar
-from gapbeam.commands.worker_options import SchedulerAddress, SlurmOptions, WorkerCount, workers_from
+from gapbeam.commands.terminal import (
+    SchedulerAddress,
+    SlurmOptions,
+    StudyCommand,
+    WorkerCount,
+    progress_bar,
+    workers_from,
+)
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from gapbeam.commands import atlas, compare, identify, library, life, modes, stability, sweep, tradeoff, uncertain
-from gapbeam.commands.study import StudyCommand
+from gapbeam.commands.terminal import StudyCommand
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind

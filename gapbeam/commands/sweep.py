@@ -7,9 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.study import StudyCommand
-from gapbeam.commands.terminal import progress_bar, screen
-from gapbeam.commands.worker_options import SchedulerAddress, SlurmOptions, WorkerCount, workers_from
+from gapbeam.commands.terminal import (
+    SchedulerAddress,
+    SlurmOptions,
+    StudyCommand,
+    WorkerCount,
+    progress_bar,
+    screen,
+    workers_from,
+)
 from gapbeam.solver.errors import in_one_line
 
 if TYPE_CHECKING:

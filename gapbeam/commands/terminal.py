@@ -1,13 +1,15 @@
-"""Terminal output of commands: tables as wide as they need, and a progress bar that disappears when it is done."""
+"""Parts of commands: terminal output, progress bars, options for workers, and studies with their reports."""
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
 
+import typer
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -17,6 +19,8 @@ from gapbeam.studies.engine.workers import TimeLeft
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+    from gapbeam.postprocess.report.folder_report import Kind
+    from gapbeam.studies.engine.workers import Workers
 LOG = logging.getLogger("gapbeam")
 LINE = 30.0  # s between plain lines where there is no terminal
 
@@ -69,3 +73,45 @@ def progress_bar(words: str) -> Iterator[Bar]:
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[left]}"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         yield Bar(progress, words)
+
+
+@dataclass(frozen=True)
+class StudyCommand:
+    """A study as the command line offers it.
+
+    Attributes:
+        command: The command, with its options as typer reads them; returns the exit status.
+        kind: Imports and returns the kind of results folder that the study writes, for reports; None: the study
+            has no report of its own.
+        collective: Whether the command runs under mpirun; otherwise the first rank runs it and the others refuse.
+    """
+
+    command: Callable[..., int]
+    kind: Callable[[], Kind] | None = None
+    collective: bool = False
+
+
+PANEL = "Workers"
+WorkerCount = Annotated[
+    int | None,
+    typer.Option("--workers", min=1, help="processes; by default one a core; 1: this one alone", rich_help_panel=PANEL),
+]
+SchedulerAddress = Annotated[
+    str | None,
+    typer.Option("--scheduler", metavar="ADDRESS", help="of a running Dask scheduler", rich_help_panel=PANEL),
+]
+SlurmOptions = Annotated[
+    str | None,
+    typer.Option("--slurm", metavar='"OPTIONS"', help="of sbatch, for jobs with workers", rich_help_panel=PANEL),
+]
+
+
+def workers_from(count: int | None, scheduler: str | None, slurm: str | None) -> Workers:
+    """Return the workers that options ask for.
+
+    Raises:
+        UserError: Options exclude each other, or Dask is not installed.
+    """
+    from gapbeam.studies.engine.workers import Workers
+
+    return Workers(count, scheduler, slurm)

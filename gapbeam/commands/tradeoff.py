@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.study import StudyCommand
-from gapbeam.commands.terminal import screen
+from gapbeam.commands.terminal import StudyCommand, screen
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind

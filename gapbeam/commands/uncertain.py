@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.study import StudyCommand
-from gapbeam.commands.terminal import progress_bar, screen
+from gapbeam.commands.terminal import StudyCommand, progress_bar, screen
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
@@ -29,8 +28,7 @@ def uncertain(
     could not be written.
     """
     from gapbeam.interface.case_atlas import repeating_scene
-    from gapbeam.studies.uncertain.uncertain_file import read_uncertain, settings_of_study
-    from gapbeam.studies.uncertain.uncertain_scene import run_uncertain
+    from gapbeam.studies.uncertain.uncertain_file import read_uncertain, run_uncertain, settings_of_study
 
     read = read_uncertain(study)
     folder = output if output is not None else Path("results") / study.stem
@@ -47,7 +45,7 @@ def uncertain(
 
 def _kind() -> Kind:
     from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.uncertain_section import UNCERTAIN_FILE, uncertain_sections
+    from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, uncertain_sections
 
     return Kind("uncertain", "Uncertain values", (UNCERTAIN_FILE,), uncertain_sections)
 

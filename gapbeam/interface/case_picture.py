@@ -13,7 +13,7 @@ from gapbeam.solver.case.reading.overrides import Overrides
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.scene.set_up import LoadArrow, SectionMask, SetUp
-    from gapbeam.solver.case.beam_table import Beam
+    from gapbeam.solver.case.beam_profile import Beam
     from gapbeam.solver.case.case import Case
 
 GRID = 160  # points of a section either way
@@ -79,7 +79,7 @@ def set_up_of(case: Case) -> SetUp:
     from gapbeam.postprocess.scene.set_up import SetUp
     from gapbeam.solver.assembly.case_mesh import mesh_of_case
     from gapbeam.solver.loads.load_choice import axis_point
-    from gapbeam.solver.run.output.field_grid import MESHIO_CELLS, around
+    from gapbeam.solver.run.output.parallel_tables import MESHIO_CELLS, around
     from gapbeam.solver.run.output.run_summary import describe_supports
 
     mesh = mesh_of_case(case, MPI.COMM_SELF).mesh

@@ -1,25 +1,67 @@
-"""Sources of a case in Python: the path of a case file, its text, a dict of its tables, or a case that was read."""
+"""Sources of a case in Python: a path, a text, a dict of tables, a case, or the case of a session and its scene.
+
+A longer run continues until the interval of a statistic is narrow.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from html import escape
+from math import isfinite
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gapbeam.interface.user_case import UserCase
+from gapbeam.process.launcher import all_ranks
 from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.model_choice import chosen_case
 from gapbeam.solver.case.reading import case_reader
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.case.reading.value_words import toml_value
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.wording.short_words import apart
 from gapbeam.studies.trials.axes import Axis, Spacing, read_axis
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+    from gapbeam.solver.case.case import Case
+    from gapbeam.solver.run.stop_rule import StopRule
+    from gapbeam.solver.scene.scene import Scene
+
+
+class UserCase(Case):
+    """A case from `gapbeam.read_case`; a notebook shows its case file."""
+
+    @classmethod
+    def of(cls, case: Case) -> UserCase:
+        """Return a case with the same tables, and the same keys left to their defaults."""
+        return cls.model_construct(case.model_fields_set, **vars(case))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Case) and vars(self) == vars(other)
+
+    __hash__ = Case.__hash__
+
+    def scene(self) -> Scene:
+        """Return the scene of a case with a reduced, beam or rigid model.
+
+        Raises:
+            UserError: The case has what a scene has no noun for.
+            MeshError: The mesh file does not fit the case.
+
+        Collective.
+        """
+        from gapbeam.interface.case_scene import scene_of_model
+        from gapbeam.solver.march.simulation import Simulation
+
+        return scene_of_model(Simulation.of_case(self, all_ranks()).model)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(case_to_toml(self))}</pre>"
+
 
 CaseSource = str | PathLike[str] | Mapping[str, object] | Case
 NAME = "case"  # of a case that has no file
@@ -171,3 +213,53 @@ def check_fraction(name: str, value: float) -> None:
     """
     if not 0.0 < value < 1.0:
         raise UserError(f"`{name}=`: found {value!r}; expected a fraction between 0 and 1, such as 0.02")
+
+
+LONGER = 10.0  # times time.end is the longest run by default
+
+
+def case_and_rule(
+    source: CaseSource,
+    overrides: Overrides,
+    relative_error: float | None,
+    of: str | None,
+    at_most: float | None,
+    comm: MPI.Comm,
+) -> tuple[Case, StopRule | None]:
+    """Return the case of a run and when it may end.
+
+    With a relative error, `time.end` is the earliest end, and the case that is run ends at `at_most`.
+
+    Args:
+        source: As in `gapbeam.run`, like those that follow.
+        overrides: Keys to replace.
+        relative_error: Of the figure; None: the run ends at `time.end`.
+        of: The figure.
+        at_most: Longest time that is marched, s; None: 10 times `time.end`.
+        comm: The ranks that read.
+
+    Raises:
+        CaseError: The case has faults.
+        UserError: The options do not go together, or not with the case.
+
+    Collective.
+    """
+    case = shared_case(source, overrides, comm)
+    if relative_error is None and of is None and at_most is None:
+        return case, None
+    if relative_error is None or of is None:
+        lacking = "relative_error" if relative_error is None else "of"
+        raise UserError(
+            f"`{lacking}=` is missing: a run goes on until the interval of one figure is narrow, such as "
+            '`relative_error=` 0.01 with `of=` "probe.tip.rms"'
+        )
+    from gapbeam.solver.run.stop_rule import StopRule
+
+    end = case.time.end
+    longest = LONGER * end if at_most is None else at_most
+    if not (isfinite(longest) and longest >= end):
+        found, least = apart(longest, end)
+        raise UserError(f"`at_most=`: found {found} s; expected at least time.end, {least} s, when the run may end")
+    rule = StopRule(of, relative_error, end)
+    rule.refuse_misfit(case)
+    return shared_case(case, {"time.end": longest}, comm), rule

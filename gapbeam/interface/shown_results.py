@@ -133,7 +133,7 @@ def plot(
     refuse_ranks("plot")
     from gapbeam.postprocess.plot import FOLDER
     from gapbeam.postprocess.plot import plot as draw
-    from gapbeam.postprocess.results.damaged_files import as_written
+    from gapbeam.postprocess.results.bounded_files import as_written
 
     folder = folder_of(results)
     place = _place(folder, output, FOLDER)
@@ -181,7 +181,7 @@ def render(
     refuse_ranks("render")
     from gapbeam.postprocess.render import FOLDER
     from gapbeam.postprocess.render import render as draw
-    from gapbeam.postprocess.results.damaged_files import as_written
+    from gapbeam.postprocess.results.bounded_files import as_written
 
     folder = folder_of(results)
     place = _place(folder, output, FOLDER)
@@ -222,8 +222,8 @@ def export(
     refuse_ranks("export")
     from gapbeam.postprocess.export import FILE
     from gapbeam.postprocess.export import export as write
+    from gapbeam.postprocess.results.bounded_files import as_written
     from gapbeam.postprocess.results.columns_of_run import HISTORY_TABLE
-    from gapbeam.postprocess.results.damaged_files import as_written
     from gapbeam.postprocess.results_errors import OptionError
     from gapbeam.solver.errors import UserError
 
@@ -280,7 +280,7 @@ def folder_of(results: Given) -> Path:
 
 def _place(folder: Path, output: str | PathLike[str] | None, name: str) -> Path | None:
     """Return the folder that was asked for, after refusing one that nothing should be written into."""
-    from gapbeam.postprocess.results.damaged_files import as_written
+    from gapbeam.postprocess.results.bounded_files import as_written
     from gapbeam.solver.run.output.results_folder import check_place
     from gapbeam.studies.study_folder import refuse_links
 

@@ -89,7 +89,7 @@ def run(
     if march:
         _refuse(march, 'a case, whose step and end are keys: overrides={"time.end": 0.2}')
     comm = all_ranks()
-    from gapbeam.interface.longer_run import case_and_rule
+    from gapbeam.interface.case_source import case_and_rule
     from gapbeam.solver.run.run_case import run_case
     from gapbeam.studies.error_estimate.run_errors import errors_wanted, with_errors
 

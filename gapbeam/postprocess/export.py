@@ -11,8 +11,7 @@ import numpy as np
 import xarray as xr
 from scipy.io import savemat
 
-from gapbeam.postprocess.results.chosen_records import chosen_records
-from gapbeam.postprocess.results.columns_of_run import HISTORY_TABLE, Column, columns_of_table
+from gapbeam.postprocess.results.columns_of_run import HISTORY_TABLE, Column, chosen_records, columns_of_table
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError
 

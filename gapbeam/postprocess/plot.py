@@ -38,14 +38,20 @@ from gapbeam.postprocess.figures.signal_figures import (
     draw_time_history,
 )
 from gapbeam.postprocess.results.bounded_files import read_json
-from gapbeam.postprocess.results.chosen_records import chosen_records
-from gapbeam.postprocess.results.columns_of_run import impacts_of, points_of, wear_of
+from gapbeam.postprocess.results.columns_of_run import chosen_records, impacts_of, points_of, wear_of
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.postprocess.results.run_watch import is_periodic, motion_of
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.results_errors import OptionError
-from gapbeam.postprocess.signals.cycle_counts import SNCurve, cycle_counts, cycle_data, cycle_rows
-from gapbeam.postprocess.signals.impact_tables import impact_data, impact_rows, in_span
+from gapbeam.postprocess.signals.cycle_counts import (
+    SNCurve,
+    cycle_counts,
+    cycle_data,
+    cycle_rows,
+    impact_data,
+    impact_rows,
+    in_span,
+)
 from gapbeam.postprocess.signals.periodicity import TOLERANCE
 from gapbeam.postprocess.signals.probe_analysis import Acceleration, Analysis, Options, analyze, as_data, as_text
 from gapbeam.postprocess.signals.shock_spectrum import (

@@ -12,9 +12,8 @@ from PIL import Image
 
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError
-from gapbeam.postprocess.scene.film import write_film
-from gapbeam.postprocess.scene.offscreen import RenderError
-from gapbeam.postprocess.scene.run_scene import Studio
+from gapbeam.postprocess.scene.film import RenderError, write_film
+from gapbeam.postprocess.scene.plane_view import Studio
 from gapbeam.postprocess.scene.surface_color import STRESSES
 
 FOLDER = "pictures"

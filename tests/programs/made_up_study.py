@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from gapbeam.commands.study import StudyCommand
+from gapbeam.commands.terminal import StudyCommand
 from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.folder_report import Kind
 
@@ -23,7 +23,7 @@ def halve_step(
     """Run a case with its step and with half of it."""
     from gapbeam.solver.case.reading.case_reader import read_case
     from gapbeam.studies.study_folder import study_folder
-    from gapbeam.studies.trials.trial import try_case
+    from gapbeam.studies.trials.response import try_case
 
     step = read_case(case, []).time.step
     assert step != "auto"

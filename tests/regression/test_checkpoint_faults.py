@@ -23,8 +23,8 @@ from gapbeam.solver.march import simulation as gathered_steps
 from gapbeam.solver.run import run_consumers
 from gapbeam.solver.run.checkpoint.checkpoint_files import VERSION
 from gapbeam.solver.run.interruption import Interruption, Wish
-from gapbeam.solver.run.march_summary import describe_march
 from gapbeam.solver.run.output.results_folder import locked
+from gapbeam.solver.run.verdict import describe_march
 from tests.shared.command import DEMO, RATTLE, alone, called, settings
 from tests.shared.interrupted import differing, run_in_parts, stopped_after
 from tests.shared.processes import beside, command, ended, often, until

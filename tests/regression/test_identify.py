@@ -14,7 +14,7 @@ from PIL import Image
 
 from gapbeam.postprocess.report.blocks import ComparisonBlock, TableBlock
 from gapbeam.postprocess.report.charts import Chart
-from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.signals.steady_figures import steady
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import CaseError

@@ -13,11 +13,11 @@ from gapbeam.postprocess.render import RenderError, render
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
-from gapbeam.postprocess.scene import film, offscreen
+from gapbeam.postprocess.scene import film
+from gapbeam.postprocess.scene import film as offscreen
 from gapbeam.postprocess.scene.camera_window import Window, scale_of_support, scale_of_whole
 from gapbeam.postprocess.scene.motion_range import motion_of
-from gapbeam.postprocess.scene.plane_view import Shot, views_of
-from gapbeam.postprocess.scene.run_scene import Studio
+from gapbeam.postprocess.scene.plane_view import Shot, Studio, views_of
 from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.postprocess.scene.surface_color import SurfaceColor
 from tests.unit.test_postprocess_synthetic import plane_beam, solid_beam, write_fields, write_results

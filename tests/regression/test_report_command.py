@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pypdf import PdfReader
 
-from gapbeam.commands.report import report
+from gapbeam.commands.drawing import report
 from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, Verdict, number, percent
 from gapbeam.postprocess.report.charts import Chart, envelope, thinning_words
 from gapbeam.postprocess.report.html_page import html_of

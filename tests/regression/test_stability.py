@@ -13,7 +13,7 @@ from gapbeam.postprocess.study_figures.stability_map import QUANTITIES, draw_sta
 from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.trials.axes import Axis, read_axis
-from gapbeam.studies.trials.trial import run_grid, table, try_case
+from gapbeam.studies.trials.response import run_grid, table, try_case
 from tests.shared.command import DEMO, PROJECT, alone, called
 from tests.shared.models import beam_case
 

@@ -15,11 +15,11 @@ from gapbeam.postprocess.figures.motion_figures import shifts_at_probes
 from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.sections.contact_section import contact_section
 from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
+from gapbeam.solver.case.beam_motions import axial_restraint
 from gapbeam.solver.case.case import case_to_toml
-from gapbeam.solver.case.weak_restraint import axial_restraint
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.modes.contact_modes import held_modes
-from gapbeam.studies.tradeoff.fidelity_levels import plan_levels
+from gapbeam.studies.tradeoff.level_measurement import plan_levels
 from tests.parallel.test_ranks_agree import CLOSE, disagreements
 from tests.shared.command import alone, on_ranks
 from tests.shared.interrupted import differing, run_in_parts

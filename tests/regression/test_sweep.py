@@ -16,8 +16,7 @@ import gapbeam
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import figures_of_record
-from gapbeam.postprocess.study_figures.response_census import census, census_words
-from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
+from gapbeam.postprocess.study_figures.sweep_branches import census, census_words, draw_branches
 from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.march.python.march import march
 from gapbeam.solver.march.simulation import march_of_model

@@ -9,7 +9,7 @@ from typing import Any
 
 from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.sections.sweep_section import sweep_sections
-from gapbeam.postprocess.study_figures.response_census import census, census_words
+from gapbeam.postprocess.study_figures.sweep_branches import census, census_words
 from gapbeam.studies.sweep.seed_ensembles import ensembles_of
 from gapbeam.studies.sweep.sweep_plan import Chain, Sweep, chains_of, point_file
 from gapbeam.studies.sweep.sweep_point import run_chain

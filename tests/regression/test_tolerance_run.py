@@ -10,9 +10,8 @@ from mpi4py import MPI
 
 import gapbeam
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.studies.tradeoff.fidelity_levels import Level
 from gapbeam.studies.tradeoff.level_errors import Grounds, Judged, percent, window_differences
-from gapbeam.studies.tradeoff.level_measurement import LevelJob, MeasuredLevel, measure
+from gapbeam.studies.tradeoff.level_measurement import Level, LevelJob, MeasuredLevel, measure
 from gapbeam.studies.tradeoff.run_tradeoff import Taken, with_promise
 from tests.shared.command import DEMO, alone, called, settings
 from tests.unit.test_tolerance import write_stored

@@ -16,7 +16,6 @@ from gapbeam.commands.tradeoff import level_within
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import UserError
-from gapbeam.studies.tradeoff.fidelity_levels import Level, plan_levels
 from gapbeam.studies.tradeoff.level_errors import (
     WHOLE,
     Grounds,
@@ -30,9 +29,8 @@ from gapbeam.studies.tradeoff.level_errors import (
     richardson,
     uncertainty,
 )
-from gapbeam.studies.tradeoff.level_measurement import LevelJob, MeasuredLevel
-from gapbeam.studies.tradeoff.run_tradeoff import stored_choice, study_key, tradeoff_folder
-from gapbeam.studies.tradeoff.tradeoff_report import write_study
+from gapbeam.studies.tradeoff.level_measurement import Level, LevelJob, MeasuredLevel, plan_levels
+from gapbeam.studies.tradeoff.run_tradeoff import stored_choice, study_key, tradeoff_folder, write_study
 from gapbeam.studies.tradeoff.tradeoff_study import overrides_as_mapping, run_study
 from tests.shared.command import PROJECT, alone, called, called_in_turn, settings
 from tests.shared.history_labels import LABELS

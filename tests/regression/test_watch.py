@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.commands.watch import frame, line
+from gapbeam.commands.drawing import frame, line
 from gapbeam.postprocess.results.run_watch import look_at
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.run.output import progress as progress_file

@@ -12,7 +12,7 @@ import ufl
 from dolfinx import fem
 from scipy.sparse.linalg import splu
 
-from gapbeam.solver.case.weak_restraint import axial_restraint
+from gapbeam.solver.case.beam_motions import axial_restraint
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.contact.solve import condensation
 from gapbeam.solver.integrators.scheme_choice import scheme_of

@@ -12,9 +12,8 @@ from pydantic import BaseModel
 
 import gapbeam
 from benchmarks.drawn_schema.cases import drawn
-from benchmarks.drawn_schema.choices import Choice, all_choices
 from benchmarks.drawn_schema.scene import drawn_scene
-from benchmarks.drawn_schema.tables import Draw, NoRuleError
+from benchmarks.drawn_schema.tables import Choice, Draw, NoRuleError, all_choices
 from gapbeam.solver.table import Positive, Table, type_name
 
 CHOICES = all_choices()

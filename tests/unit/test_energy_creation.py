@@ -9,9 +9,8 @@ import pytest
 from gapbeam.solver.errors import Fault, UserError
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, energy_creator, refuse_energy_creators
 from gapbeam.solver.models.model import Model
-from gapbeam.studies.trials.response import respond
+from gapbeam.studies.trials.response import respond, try_case
 from gapbeam.studies.trials.starts import seated
-from gapbeam.studies.trials.trial import try_case
 from tests.shared.models import COARSE, beam_case, beam_model
 
 E, CELL, CLEARANCE = 2.1e11, 12.5e-3, 0.107e-3

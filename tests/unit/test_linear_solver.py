@@ -11,9 +11,9 @@ from petsc4py import PETSc
 
 import gapbeam
 from gapbeam.postprocess.results.results import open_results
+from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.solution_tables import SolverTable
-from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.contact.solve.condensation import CondensedOperator, MatrixFreeOperator, condensed_operator
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients

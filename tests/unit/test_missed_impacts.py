@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.solver.diagnostics.impact_list import MOST, ImpactList
+from gapbeam.solver.diagnostics.contact_episodes import MOST, ImpactList
 from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
 from gapbeam.solver.diagnostics.statistics.block_means import MOST_MISSED, missed_share
 from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts, StatisticFigure

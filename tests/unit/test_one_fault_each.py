@@ -14,7 +14,7 @@ from pydantic import BaseModel
 
 import gapbeam
 from benchmarks.drawn_schema.cases import drawn
-from benchmarks.drawn_schema.choices import all_choices
+from benchmarks.drawn_schema.tables import all_choices
 from gapbeam.solver.case.case import Case, toml_value
 from gapbeam.solver.case.reading.known_keys import candidates, check_types
 from gapbeam.solver.case.reading.overrides import parse_value

@@ -6,8 +6,8 @@ import numpy as np
 
 from gapbeam.postprocess.report.blocks import Report, ReportSection, TableBlock
 from gapbeam.postprocess.report.html_page import html_of
-from gapbeam.postprocess.report.sections.along_supports import chart_along, groups
-from gapbeam.postprocess.report.sections.study_axis import alike
+from gapbeam.postprocess.report.sections.support_section import chart_along, groups
+from gapbeam.postprocess.report.sections.sweep_section import alike
 
 
 def test_warnings_that_differ_by_signal_and_numbers_are_one() -> None:

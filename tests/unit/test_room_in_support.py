@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.postprocess.figures.room_in_support import room_of
+from gapbeam.postprocess.figures.motion_figures import room_of
 from gapbeam.postprocess.results.supports_of_run import RunFace
 from gapbeam.postprocess.scene.support_surface import inner_radii, outer_radius, ring_of
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.solver.case.placed_support import PlacedSupport
+from gapbeam.solver.case.case import PlacedSupport
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.regions.region import Placement, Slot, Stop
 from gapbeam.solver.supports.support import Face, Support

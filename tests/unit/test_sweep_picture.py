@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from gapbeam.postprocess.report.sections.study_axis import axis_of
-from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint
-from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
+from gapbeam.postprocess.report.sections.sweep_section import axis_of
+from gapbeam.postprocess.study_figures.sweep_branches import Branch, SweepPoint, draw_branches
 
 FIGURES = {"tip smoothed acceleration": {"mean": 30.0, "scatter": 1.0, "unit": "m/s^2"}}
 LONG = "load.shaker.amplitude"

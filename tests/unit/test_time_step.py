@@ -20,7 +20,7 @@ from gapbeam.solver.models.time_step import (
     time_step,
     with_time_step,
 )
-from gapbeam.studies.trials.trial import try_case
+from gapbeam.studies.trials.response import try_case
 from tests.shared.command import DEMO, RATTLE, alone, called, settings
 from tests.shared.models import COARSE, GRAVITY, beam_case, beam_model
 

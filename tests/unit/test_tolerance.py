@@ -16,9 +16,8 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import UserError
 from gapbeam.studies.tradeoff import run_tradeoff
-from gapbeam.studies.tradeoff.fidelity_levels import Level, plan_levels
 from gapbeam.studies.tradeoff.level_errors import Grounds, Judged, choice, doubts, judged, nearest, window_differences
-from gapbeam.studies.tradeoff.level_measurement import MeasuredLevel, windows_over
+from gapbeam.studies.tradeoff.level_measurement import Level, MeasuredLevel, plan_levels, windows_over
 from gapbeam.studies.tradeoff.run_tradeoff import stored_choice, study_key
 from gapbeam.studies.tradeoff.tradeoff_study import _span
 from tests.shared.command import DEMO

@@ -22,7 +22,7 @@ from gapbeam.solver.march.python.march import EffectiveOperators, March, Resolut
 from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.semi_discrete import State
-from gapbeam.studies.trials.trial import try_case
+from gapbeam.studies.trials.response import try_case
 from tests.shared.command import DEMO, RATTLE, alone, called_in_turn, on_ranks, settings
 from tests.shared.models import COARSE, beam_case, beam_model, seat_of, thrown
 from tests.shared.toys import SCHEMES, ledger_of, start, stopped_oscillator

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
-from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
+from gapbeam.solver.diagnostics.history_rows import Instants, Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.diagnostics.output_instants import Instants
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gapbeam
-from gapbeam.solver.case.start_tables import centered_pose
+from gapbeam.solver.case.analysis_table import centered_pose
 from gapbeam.solver.supports.support_tables import play_of
 from tests.shared.case_texts import assert_says
 

@@ -16,7 +16,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.case.rigid_motion import NAMES
+from gapbeam.solver.case.analysis_table import NAMES
 from gapbeam.solver.contact.formulations.circle_contact import circle_contact
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import CoulombFriction

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.case.contact_table import Contact
+from gapbeam.solver.case.case import Contact
 from gapbeam.solver.case.reading.case_reader import case_to_toml, read_case, warnings
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.contact.laws.contact_law import make_law

@@ -18,7 +18,7 @@ from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.seat.static_seat import find_seat
 from gapbeam.solver.system.semi_discrete import STIFFNESS, VALUE
-from gapbeam.studies.trials.trial import Trial, try_case
+from gapbeam.studies.trials.response import Trial, try_case
 
 STEPS = 60
 RESIDUAL = 1e-6  # of the energy exchanged, once that is above round-off

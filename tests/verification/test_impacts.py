@@ -11,7 +11,7 @@ from scipy.stats import kstest, rayleigh
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.springs import Spring
-from gapbeam.solver.diagnostics.impact_list import MOST, ImpactList
+from gapbeam.solver.diagnostics.contact_episodes import MOST, ImpactList
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts, Impacts
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop

@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 import gapbeam
 import gapbeam.solver.march.simulation
-from gapbeam.solver.case.rigid_motion import NAMES
+from gapbeam.solver.case.analysis_table import NAMES
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.system.semi_discrete import VALUE

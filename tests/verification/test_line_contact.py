@@ -20,8 +20,7 @@ from scipy.optimize import brentq
 
 import gapbeam
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.model_choice import bending_wavelength
-from gapbeam.solver.case.own_contact import line_radii
+from gapbeam.solver.case.model_choice import bending_wavelength, line_radii
 from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.system.operators import Array

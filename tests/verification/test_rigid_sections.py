@@ -11,7 +11,7 @@ from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
 import gapbeam
-from gapbeam.solver.case.rigid_motion import unit_motions
+from gapbeam.solver.case.analysis_table import unit_motions
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop

@@ -13,8 +13,8 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import gapbeam
+from gapbeam.solver.case.analysis_table import NAMES
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.rigid_motion import NAMES
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of
 from gapbeam.solver.system.dense_operators import DenseOperators

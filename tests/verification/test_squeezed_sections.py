@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 import gapbeam
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
+from gapbeam.solver.case.computed_defaults import squeezed_stiffness
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.system.semi_discrete import VALUE

@@ -13,7 +13,7 @@ import gapbeam
 from gapbeam.postprocess.render import render
 from gapbeam.postprocess.results.field_reader import Fields
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
-from gapbeam.postprocess.scene.offscreen import RenderError, prepare_offscreen
+from gapbeam.postprocess.scene.film import RenderError, prepare_offscreen
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import FIELDS, FIELDS_FILE, STRESS_FIELDS

@@ -13,8 +13,7 @@ from scipy import stats
 
 import gapbeam as gb
 from gapbeam.solver.scene.scene import Scene
-from gapbeam.studies.uncertain.input_points import inputs_of, normal_points
-from gapbeam.studies.uncertain.probability import mean_of, probability, subset_simulation
+from gapbeam.studies.uncertain.probability import inputs_of, mean_of, normal_points, probability, subset_simulation
 from tests.shared.bilinear_flights import flights
 from tests.shared.reports import report_on
 

@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gapbeam
+from gapbeam.solver.case.beam_motions import OF_FREQUENCY, axial_restraint, lateral_restraint, twist_restraint
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.reading.case_reader import read_case_tables
-from gapbeam.solver.case.weak_restraint import OF_FREQUENCY, axial_restraint, lateral_restraint, twist_restraint
 
 MODULUS, DENSITY = 2.1e11, 7850.0
 STEEL = {"young_modulus": MODULUS, "poisson_ratio": 0.3, "density": DENSITY}

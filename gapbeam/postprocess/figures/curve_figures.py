@@ -29,7 +29,7 @@ from gapbeam.postprocess.figures.figure_style import (
 )
 from gapbeam.postprocess.results.bounded_files import branch_parts, stable_parts
 from gapbeam.postprocess.results.columns_of_run import WearMap
-from gapbeam.postprocess.signals.impact_tables import QUANTITIES
+from gapbeam.postprocess.signals.cycle_counts import QUANTITIES
 
 STYLES = {"seated": (BLACK, "-"), "closed": (VERMILION, "--"), "free": (BLUE, ":")}
 COLUMNS = 2

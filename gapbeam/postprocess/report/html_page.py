@@ -1,4 +1,4 @@
-"""A report as one HTML file that works offline: everything it shows is in it, and it may fetch nothing."""
+"""Page of a report as HTML; its little Markdown shows what it does not know as written, and never obeys it."""
 
 from __future__ import annotations
 
@@ -10,16 +10,39 @@ from importlib.resources import files
 from pathlib import Path
 
 from jinja2 import Environment, StrictUndefined
+from markdown_it import MarkdownIt
 from markupsafe import Markup
 
 from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, cell, percent
-from gapbeam.postprocess.report.charts import Chart, Surface
-from gapbeam.postprocess.report.markdown_text import inline, paragraphs
+from gapbeam.postprocess.report.charts import Chart, Surface, chart_figure, surface_figure
 from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, scene_values
-from gapbeam.postprocess.report.plotly_figures import chart_figure, surface_figure
 from gapbeam.postprocess.report.surface_picture import surface_picture
 from gapbeam.postprocess.results.bounded_files import read_plain
 from gapbeam.postprocess.results_errors import ResultsError
+
+_RULES = ("backticks", "emphasis", "escape", "link", "list", "newline")
+
+
+@cache
+def _reader() -> MarkdownIt:
+    # No raw HTML and no images: a page must neither be broken by a text nor fetch anything.
+    return MarkdownIt("zero", {"html": False, "typographer": False}).enable(list(_RULES))
+
+
+def paragraphs(text: str) -> Markup:
+    """Return a text as paragraphs and lists."""
+    return Markup(_reader().render(text))
+
+
+def sentence(text: str) -> str:
+    """Return a text with a capital letter at its beginning."""
+    return text[:1].upper() + text[1:]
+
+
+def inline(text: str) -> Markup:
+    """Return a text of one paragraph, without the element around it."""
+    return Markup(_reader().renderInline(text))
+
 
 SCRIPTS = ("numbers.js", "clock.js", "scene_model.js", "scene_painters.js", "contact_maps.js", "scene.js", "page.js")
 """Scripts of a page, in this order."""

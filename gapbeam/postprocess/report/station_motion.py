@@ -17,7 +17,7 @@ from scipy.spatial import ConvexHull, Delaunay, QhullError
 from gapbeam.postprocess.report.face_points import face_points
 from gapbeam.postprocess.report.moving_scene import ContactMap, FacePressure, SceneBeam, SceneWall
 from gapbeam.postprocess.results.field_reader import Frame
-from gapbeam.postprocess.scene.unrolled import unrolled
+from gapbeam.postprocess.scene.carrying_section import unrolled
 
 FloatArray = np.ndarray
 

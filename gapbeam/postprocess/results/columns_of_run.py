@@ -1,18 +1,22 @@
-"""Tables of a run as columns: contact points (points.csv), wear (wear.csv) and impacts (impacts.csv).
+"""Tables of a run as columns, and its records: contact points, wear and impacts, and histories in a span of time.
 
-Values of contact points are averaged over the points at one place along the beam, or in one direction.
+Tables are points.csv, wear.csv and impacts.csv. Values of contact points are averaged over the points at one place
+along the beam, or in one direction.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.solver.record_table import (
+    HISTORY,
     IMPACT_COLUMNS,
     IMPACTS_FILE,
     POINT_COLUMNS,
@@ -299,3 +303,57 @@ def impacts_of(folder: Path) -> dict[str, np.ndarray]:
         ResultsError: The file cannot be read.
     """
     return rows_by_face(folder / IMPACTS_FILE, _COLUMNS, "impacts, one a line")
+
+
+def as_history(records: Mapping[str, np.ndarray], labels: Mapping[str, Sequence[str]]) -> xr.Dataset:
+    """Return records as a data set with the dimensions and units of `Results.history`.
+
+    Args:
+        records: Values by name, the times as "time", (times, ...).
+        labels: Names along probe, component, face, load and tangent.
+    """
+    variables = {
+        record.name: (record.dims, records[record.name], {"units": record.unit})
+        for record in HISTORY
+        if record.name in records
+    }
+    coordinates: dict[str, np.ndarray] = {"time": records["time"]}
+    coordinates |= {name: np.array(list(names), dtype=object) for name, names in labels.items() if names}
+    return xr.Dataset(variables, coordinates)
+
+
+_ALIKE = 3  # suggestions for a name that is not there
+
+
+def chosen_records(
+    history: xr.Dataset, records: Sequence[str] = (), begin: float | None = None, end: float | None = None
+) -> xr.Dataset:
+    """Return the records asked for, in the time asked for.
+
+    Args:
+        history: Of a run.
+        records: Names of records; empty: all.
+        begin: First time, s; None: from the start.
+        end: Last time, s; None: to the end.
+
+    Raises:
+        OptionError: A record that the run does not have, or a time span without records.
+    """
+    unknown = [name for name in records if name not in history.data_vars]
+    if unknown:
+        known = sorted(map(str, history.data_vars))
+        near = get_close_matches(unknown[0], known, _ALIKE) or known
+        raise OptionError(f"the run has no record {unknown[0]!r}; expected one of: {', '.join(near)}")
+    if begin is not None and end is not None and begin > end:
+        raise OptionError(
+            f"a span of time from {begin:g} to {end:g} s; expected an end behind the begin; try from {end:g} to "
+            f"{begin:g} s"
+        )
+    chosen = history[list(records)] if records else history
+    kept = chosen.sel(time=slice(begin, end))
+    if kept.sizes["time"] == 0:
+        times = history["time"].values
+        span = f"records from {times[0]:g} to {times[-1]:g} s" if len(times) else "no records"
+        first, last = ("the start" if begin is None else f"{begin:g} s"), ("the end" if end is None else f"{end:g} s")
+        raise OptionError(f"there is no record from {first} to {last}; the run has {span}")
+    return kept

@@ -16,7 +16,7 @@ import numpy as np
 from meshio import CellBlock
 from meshio.xdmf import TimeSeriesReader
 
-from gapbeam.postprocess.results.damaged_files import check_hdf5, printable
+from gapbeam.postprocess.results.bounded_files import check_hdf5, printable
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.record_table import FIELD_FOLDER, FIELDS_DATA_FILE, STRESS_FIELDS
 

@@ -13,8 +13,7 @@ import h5py
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.results.bounded_files import read_json, read_plain
-from gapbeam.postprocess.results.damaged_files import check_hdf5, printable
+from gapbeam.postprocess.results.bounded_files import check_hdf5, printable, read_json, read_plain
 from gapbeam.postprocess.results.field_reader import Fields
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.record_table import (

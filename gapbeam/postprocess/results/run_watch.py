@@ -20,13 +20,11 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.results.bounded_files import read_json, read_plain
-from gapbeam.postprocess.results.chosen_records import chosen_records
-from gapbeam.postprocess.results.columns_of_run import impacts_of
-from gapbeam.postprocess.results.damaged_files import printable
+from gapbeam.postprocess.results.bounded_files import printable, read_json, read_plain
+from gapbeam.postprocess.results.columns_of_run import chosen_records, impacts_of
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
-from gapbeam.postprocess.signals.impact_tables import in_span
+from gapbeam.postprocess.signals.cycle_counts import in_span
 from gapbeam.solver.record_table import HISTORY, LOCK_FILE, LOG_FILE, PROGRESS_FILE, SUMMARY_FILE
 
 TAIL = 65536  # bytes of the log that are looked at

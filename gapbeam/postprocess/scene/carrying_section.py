@@ -1,4 +1,4 @@
-"""Motion of a cross-section: the rigid motion that fits the displacements of its mesh points best."""
+"""Motion of a cross-section, fitted to its mesh points, and the surface of a beam in a hole unrolled: x and angle."""
 
 from __future__ import annotations
 
@@ -52,3 +52,23 @@ def carrying_section(points: np.ndarray, x: float) -> CarryingSection:
         turn = np.array([[0.0, c, -b], [-c, 0.0, a], [b, -a, 0.0]])  # w x r
         rows.append(np.hstack([np.eye(3), turn]))
     return CarryingSection(chosen, center, np.linalg.pinv(np.vstack(rows)))
+
+
+_TOP = 179.99  # degrees
+
+
+def unrolled(numbers: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points around a beam with x, m, and the angle from its lowest line, degrees; those at the top twice.
+
+    Args:
+        numbers: Of the points around the beam, (p,).
+        points: Of the mesh, (n, 3), m.
+
+    Returns:
+        Numbers, x and angle of each, positive toward +y; the points at the top are at 180 degrees and again at -180.
+    """
+    x, y, z = points[numbers].T
+    angles = np.degrees(np.arctan2(y, -(z - 0.5 * (z.max() + z.min()))))
+    top = np.flatnonzero(np.abs(angles) > _TOP)
+    angles[top] = 180.0
+    return np.r_[numbers, numbers[top]], np.r_[x, x[top]], np.r_[angles, np.full(len(top), -180.0)]

@@ -1,19 +1,252 @@
-"""The beam along x: its prismatic pieces, each with its cross-section and material.
+"""The beam along x: tables [beam], [material] and [[segment]], and the prismatic pieces that they make.
 
 A beam without [[segment]] is one piece. Whoever needs a thickness, a stiffness or a density asks for the piece at the
 place where it is needed, or for that of all pieces which is on the safe side.
+
+A segment is a part of the beam with another outer size, section or material.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import sqrt
+from typing import Annotated, Protocol
 
-from gapbeam.solver.case.beam_table import Beam, Material
-from gapbeam.solver.case.segment_table import Segment
+from pydantic import BeforeValidator, Field
+
+from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches
+from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
 from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.table import AlongBeam, Name, Number, Positive, Table, named, placed_along
+from gapbeam.solver.wording.short_words import apart
+
+
+class Beam(Table):
+    """The outer dimensions of the beam, and its cross-section."""
+
+    length: Positive = Field(description="length along x, m", examples=[0.51])
+    thickness: Positive = Field(description="size in the bending direction, m", examples=[0.012])
+    width: Positive = Field(
+        description="size across the bending plane, also in 2D: forces are whole forces, m", examples=[0.02]
+    )
+    section: Annotated[SectionChoice, BeforeValidator(named)] = Field(
+        default=RECTANGLE, description="the cross-section: a name, or a table with the type and its keys"
+    )
+
+    @property
+    def area(self) -> float:
+        """Area of the cross-section, m^2."""
+        return self.section.area(self.thickness, self.width)
+
+    @property
+    def second_moment(self) -> float:
+        """Second moment of area of bending in the bending plane, m^4."""
+        return self.section.second_moment(self.thickness, self.width)
+
+    @property
+    def gyration_radius(self) -> float:
+        """Radius of gyration of the cross-section, sqrt(I / A), m."""
+        return self.section.gyration_radius(self.thickness, self.width)
+
+    @property
+    def height(self) -> float:
+        """Area over width: the height of material above a unit of the contact faces, m."""
+        return self.section.height(self.thickness, self.width)
+
+    @property
+    def centroid(self) -> tuple[float, float]:
+        """Place y and z of the centroid of the cross-section, from the axis, m."""
+        return self.section.centroid(self.thickness, self.width)
+
+    @property
+    def rectangular(self) -> bool:
+        """True for a solid rectangle, which a slice in the bending plane can represent."""
+        return self.section == RECTANGLE
+
+    @property
+    def hollow(self) -> bool:
+        """True where the axis of the beam lies outside the material."""
+        return not self.contains(0.0, 0.0)
+
+    def patches(self, through: int | None, across: int | None) -> SectionPatches | None:
+        """Return the patches that a mesh of the section is made of; None: layers through thickness and width.
+
+        Args:
+            through: Cells through the thickness; None: the default.
+            across: Cells across the width; None: the default.
+        """
+        counts = through or CELLS_THROUGH, across or CELLS_THROUGH
+        return self.section.patches(self.thickness, self.width, *counts)
+
+    def shear_coefficient(self, poisson_ratio: float) -> float:
+        """Return the share kappa of the area that carries shear in the bending plane, no unit."""
+        return self.section.shear_coefficient(self.thickness, self.width, poisson_ratio)
+
+    @property
+    def lateral_moment(self) -> float:
+        """Second moment of area of bending across the bending plane, m^4."""
+        return self.section.lateral_moment(self.thickness, self.width)
+
+    def lateral_shear_coefficient(self, poisson_ratio: float) -> float:
+        """Return the share kappa of the area that carries shear across the bending plane, no unit."""
+        return self.section.lateral_shear_coefficient(self.thickness, self.width, poisson_ratio)
+
+    @property
+    def polar_moment(self) -> float:
+        """Polar second moment of area about the axis, m^4."""
+        return self.section.polar_moment(self.thickness, self.width)
+
+    @property
+    def torsion_constant(self) -> float:
+        """J of Saint-Venant's torsion, m^4; None: the section has no figure."""
+        return self.section.torsion_constant(self.thickness, self.width)
+
+    def contains(self, y: float, z: float) -> bool:
+        """Return whether a point of the plane of the section is in the material."""
+        return self.section.contains(y, z, self.thickness, self.width)
+
+
+class Material(Table):
+    """Isotropic linear elasticity."""
+
+    young_modulus: Positive = Field(description="Young's modulus, Pa", examples=[2.1e11])
+    poisson_ratio: Number = Field(gt=-1.0, lt=0.5, description="Poisson ratio, no unit", examples=[0.3])
+    density: Positive = Field(description="mass density, kg/m^3", examples=[7919.0])
+    yield_stress: Positive | None = Field(
+        default=None,
+        description="stress beyond which a run warns, Pa; default none",
+        examples=[3.55e8],
+    )
+
+
+OF_SECTION = ("thickness", "width", "section")
+"""Keys that replace those of [beam]."""
+OF_MATERIAL = ("young_modulus", "poisson_ratio", "density", "yield_stress")
+"""Keys that replace those of [material]."""
+
+
+class Segment(AlongBeam):
+    """A [[segment]] without its place; keys that are not given keep the values of [beam] and [material]."""
+
+    name: Name = Field(description="unique name", examples=["head"])
+    thickness: Positive | None = Field(
+        default=None,
+        description="size in the bending direction there, m; default that of [beam]",
+        examples=[0.02],
+    )
+    width: Positive | None = Field(
+        default=None,
+        description="size across the bending plane there, m; default that of [beam], of round sections thickness",
+    )
+    section: Annotated[SectionChoice | None, BeforeValidator(named)] = Field(
+        default=None,
+        description="the cross-section there: a name, or a table with the type and its keys; default that of [beam]",
+    )
+    young_modulus: Positive | None = Field(
+        default=None, description="Young's modulus there, Pa; default that of [material]", examples=[7.0e10]
+    )
+    poisson_ratio: Number | None = Field(
+        default=None, gt=-1.0, lt=0.5, description="Poisson ratio there, no unit; default that of [material]"
+    )
+    density: Positive | None = Field(
+        default=None, description="mass density there, kg/m^3; default that of [material]", examples=[2700.0]
+    )
+    yield_stress: Positive | None = Field(
+        default=None,
+        description="stress beyond which a run warns there, Pa; default that of [material] if it gives no material",
+    )
+
+    @property
+    def changes_section(self) -> bool:
+        """True where the segment gives any dimension of a cross-section."""
+        return any(getattr(self, key) is not None for key in OF_SECTION)
+
+    @property
+    def changes_material(self) -> bool:
+        """True where the segment gives any property of a material."""
+        return any(getattr(self, key) is not None for key in OF_MATERIAL)
+
+    def beam(self, whole: Beam) -> Beam:
+        """Return a beam that is all along as it is in this segment.
+
+        Args:
+            whole: The table [beam].
+        """
+        own = {key: getattr(self, key) for key in OF_SECTION if getattr(self, key) is not None}
+        section = own.get("section", whole.section)
+        if section.round and "thickness" in own:
+            own.setdefault("width", own["thickness"])
+        return whole.model_copy(update=own) if own else whole
+
+    def material(self, whole: Material) -> Material:
+        """Return the material of this segment.
+
+        Args:
+            whole: The table [material]; its yield stress is not that of another material.
+        """
+        own = {key: getattr(self, key) for key in OF_MATERIAL if getattr(self, key) is not None}
+        return whole.model_copy(update={"yield_stress": None} | own) if own else whole
+
+
+PlacedSegment = placed_along(
+    Segment,
+    "PlacedSegment",
+    "the segment",
+    (0.2, 0.5),
+    "A part of the beam, from x = from to x = to, with another outer size, section or material.",
+)
+
+ROUNDING = 1.0e-12  # of the length of the beam
+
+
+class Reach(Protocol):
+    """A part of the beam."""
+
+    @property
+    def start(self) -> float:
+        """Start along the beam, m."""
+
+    @property
+    def end(self) -> float:
+        """End along the beam, m."""
+
+    @property
+    def length(self) -> float:
+        """The difference, m."""
+
+
+def span_lies_on_the_beam(key: Key, one: Reach, beam: Beam, what: str, needs: str) -> Iterator[Fault]:
+    """Yield the fault of a span that has no length, or ends beyond the beam.
+
+    Args:
+        key: The way to its table.
+        one: The span.
+        beam: The beam.
+        what: The thing, such as "the support".
+        needs: A hint where it begins at its end: why it has a length.
+    """
+    if one.length <= 0.0:
+        end, start = apart(one.end, one.start)
+        yield Fault(
+            (*key, "to"),
+            f"{end} m, where {what} begins at {start} m",
+            f"more than from, {start} m",
+            "swap them?" if one.length < 0.0 else needs,
+            ((*key, "from"),),
+        )
+    elif one.end > beam.length * (1.0 + ROUNDING):
+        end, length = apart(one.end, beam.length, ROUNDING)
+        in_mm = one.end / 1000.0 <= beam.length < 0.1 * one.end
+        yield Fault(
+            (*key, "to"),
+            f"{end} m, beyond the end of the beam",
+            f"at most the length of the beam, {length} m",
+            f"is it in mm? In m it is {one.end / 1000.0:g}" if in_mm else "coordinates are in m, from x = 0",
+            (("beam", "length"),),
+        )
 
 
 @dataclass(frozen=True)

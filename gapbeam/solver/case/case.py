@@ -5,6 +5,9 @@ direction is y in 2D and z in 3D; the beam rests on the base (below) under the g
 
 Reading, overriding and the reporting of faults are in `reading.case_reader`; contradictions between tables are
 found by `gapbeam.solver.case.checks.all_checks`.
+
+The table [contact] has formulation and law with their figures, [wear] measures the work of sliding, and a [[support]]
+may name a contact law of its own.
 """
 
 from __future__ import annotations
@@ -13,22 +16,224 @@ import inspect
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, Field
+from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
 from gapbeam.solver.attachments.attachment_tables import JointChoice, PlacedFluid, PointMass
 from gapbeam.solver.case.analysis_table import Analysis, Transient
-from gapbeam.solver.case.beam_profile import BeamProfile
-from gapbeam.solver.case.beam_table import Beam as Beam
-from gapbeam.solver.case.beam_table import Material as Material
-from gapbeam.solver.case.contact_table import Contact, Wear
-from gapbeam.solver.case.placed_support import SupportTables
+from gapbeam.solver.case.beam_profile import Beam as Beam
+from gapbeam.solver.case.beam_profile import BeamProfile, PlacedSegment
+from gapbeam.solver.case.beam_profile import Material as Material
 from gapbeam.solver.case.reading.value_words import toml_value
-from gapbeam.solver.case.segment_table import PlacedSegment
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable, SolverTable, Time
 from gapbeam.solver.case.solution_tables import Gates as Gates
+from gapbeam.solver.contact.formulations.formulation_choice import Formulation, Penalty
+from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
+from gapbeam.solver.contact.laws.law_choice import KelvinVoigt, Law
 from gapbeam.solver.loads.load_choice import NO_LOADS, Load
 from gapbeam.solver.supports.layout import Layout
-from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, Vector, Whole, named
+from gapbeam.solver.supports.support_tables import BaseAndGland, OneOfSeveral, OneSupport
+from gapbeam.solver.table import (
+    FORMS,
+    Name,
+    NonNegative,
+    Number,
+    Positive,
+    Switch,
+    Table,
+    Vector,
+    Whole,
+    named,
+    placed_along,
+)
+
+
+class Friction(Table):
+    """Coulomb friction on base and gland, with a velocity over which it sets in."""
+
+    coefficient: Number = Field(ge=0, le=100, description="coefficient of friction mu, no unit", examples=[0.2])
+    static_coefficient: Number | None = Field(
+        default=None,
+        ge=0,
+        le=100,
+        description="coefficient of friction of points that stick, at least that of points that slide, no unit; "
+        "default coefficient",
+        examples=[0.3],
+    )
+    slip_velocity: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="velocity v0 at which friction has 71 % of its limit, m/s; auto: 1 % of the sliding of a "
+        "rocking beam",
+    )
+
+    def at_support(self, friction: float | None, static_friction: float | None) -> tuple[float, float]:
+        """Return the coefficients of sliding and of sticking at a support with its own figures, or None."""
+        sliding = self.coefficient if friction is None else friction
+        usual = self.static_coefficient if friction is None else friction
+        sticking = usual if static_friction is None else static_friction
+        return sliding, sliding if sticking is None else sticking
+
+
+def whole_unit(law: ChosenLaw) -> str:
+    """Return the unit of the stiffness of a whole support, or of a point."""
+    exponent = law.spring_exponent
+    return "N/m" if exponent == 1.0 else f"N/m^{exponent:g}"
+
+
+class Contact(Table):
+    """Unilateral contact at base and gland."""
+
+    formulation: Annotated[Formulation, BeforeValidator(named)] = Field(
+        default=Penalty(), description="contact formulation: a name, or a table with the type and its keys"
+    )
+    law: Annotated[Law, BeforeValidator(named)] = Field(
+        default=KelvinVoigt(), description="pressure over penetration: a name, or a table with the type and its keys"
+    )
+    stiffness: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="penalty stiffness K per area (of each of contact.points in N/m; with an exponent n "
+        "/m^n), Pa/m; auto: from load, clearance and modulus",
+    )
+    damping: NonNegative = Field(
+        default=0.0,
+        description="damping of the law kelvin-voigt per area (of each of contact.points in N s/m), Pa s/m",
+    )
+    points: tuple[Number | tuple[Number, Number], ...] | None = Field(
+        default=None,
+        max_length=1000,
+        description="places of resultant springs at base and gland, each x (over the whole width) or [x, y] "
+        "(3D), m; default contact all over the faces",
+        examples=[[0.0, 0.05]],
+    )
+    patch: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="size along x, and across for [x, y], of the patch that each of contact.points is spread over, "
+        "m; auto: a tenth of support.length",
+    )
+    tension: Literal["clipped", "adhesive"] = Field(
+        default="clipped",
+        description="adhesive: the damper may pull while the face separates",
+    )
+    mass: Literal["consistent", "redistributed"] = Field(
+        default="consistent",
+        description="mass of the contact nodes; redistributed: moved into the body",
+    )
+    friction: Friction | None = Field(
+        default=None, description="Coulomb friction on both faces, a table; default none: no friction"
+    )
+    quadrature_degree: Whole | None = Field(
+        default=None,
+        ge=1,
+        le=20,
+        description="quadrature degree on the contact faces; default 2*mesh.degree + 2",
+    )
+    touch_depth: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="depth over which damping sets in (Newmark, generalized-alpha), m; auto: 1e-6 of the "
+        "thickness, at most 1e-4 of the clearance",
+    )
+
+    @property
+    def stiffness_unit(self) -> str:
+        """Unit of `stiffness`."""
+        return self.unit_with(self.law)
+
+    def unit_with(self, law: ChosenLaw) -> str:
+        """Return the unit of the stiffness of a law."""
+        exponent = law.spring_exponent
+        return ("Pa/m" if self.points is None else "N/m") + ("" if exponent == 1.0 else f"^{exponent:g}")
+
+    @property
+    def damping_unit(self) -> str:
+        """Unit of `damping`, of the contact and of its law."""
+        return "Pa s/m" if self.points is None else "N s/m"
+
+    @property
+    def dissipates(self) -> bool:
+        """True where contact dissipates energy, by its damping or by its law."""
+        return self.damping > 0.0 or self.law.dissipates
+
+    @property
+    def rubs(self) -> Friction | None:
+        """The friction that acts: none without the table, or with a coefficient of 0."""
+        return self.friction if self.friction is not None and self.friction.coefficient > 0.0 else None
+
+
+class Wear(Table):
+    """Archard's law: the volume worn is a coefficient times the work of sliding, the integral of N |v_t| over time."""
+
+    coefficient: NonNegative | None = Field(
+        default=None,
+        description="volume worn per work of sliding (m^3/J), 1/Pa; default none: only the work is measured",
+        examples=[2.0e-14],
+    )
+    area: Positive | None = Field(
+        default=None,
+        description="worn area of each face, over which the volume is spread, m^2; default none: no depth is given",
+        examples=[1.0e-5],
+    )
+    depth_limit: Positive | None = Field(
+        default=None,
+        description="depth at which the life of a face ends, for `gapbeam life`, m; default none",
+        examples=[0.2e-3],
+    )
+    growth: Literal["even", "local"] = Field(
+        default="even",
+        description="growth of gaps in a life: even by the depth of the face, local by the depth of each contact point",
+    )
+    impact_time: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="duration of the impact at the start of each contact, s; auto: half a period of the contact",
+    )
+
+
+def advised_scheme(contact: Contact) -> str:
+    """Return the implicit scheme that fits a contact: it conserves energy where the contact has a potential."""
+    return "implicit-midpoint" if contact.formulation.without_potential else "discrete-gradient"
+
+
+class SupportWithLaw(OneOfSeveral):
+    """A [[support]] without its place, with a contact law of its own."""
+
+    law: Annotated[Law, BeforeValidator(named)] | None = Field(
+        default=None,
+        description="contact law: a name, or a table with the type and its keys; default that of [contact]",
+    )
+
+    def without_play(self) -> OneOfSeveral:
+        """Return the support with everything taken out that changes its gaps, its contact law and its body alone."""
+        return super().without_play().model_copy(update={"law": None})
+
+
+PlacedSupport = placed_along(
+    SupportWithLaw,
+    "PlacedSupport",
+    "the support",
+    (0.2, 0.22),
+    "A support along the beam, from x = from to x = to; the beam touches the faces of its region.",
+)
+
+
+def _form(value: object) -> str:
+    """Return whether supports are given as one table or as an array of tables."""
+    return FORMS[isinstance(value, list | tuple)]
+
+
+SupportTables = Annotated[
+    Annotated[BaseAndGland, Tag(FORMS[0])] | Annotated[tuple[PlacedSupport, ...], Field(min_length=1), Tag(FORMS[1])],  # type: ignore[valid-type]
+    Discriminator(_form),
+]
+"""[support] or [[support]]."""
+
+
+def own_law(support: OneSupport) -> ChosenLaw | None:
+    """Return the contact law that a support names; None: that of [contact] acts there."""
+    return support.law if isinstance(support, SupportWithLaw) else None
+
+
+def law_at(contact: Contact, support: OneSupport | None) -> ChosenLaw:
+    """Return the contact law that acts at a support; None: at one without a law of its own."""
+    own = None if support is None else own_law(support)
+    return contact.law if own is None else own
 
 
 class Damping(Table):

@@ -13,10 +13,19 @@ import numpy as np
 
 from gapbeam.solver.case.case import Gates
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.diagnostics.contact_episodes import Episodes, FaceTouches, after_touch
+from gapbeam.solver.diagnostics.contact_episodes import (
+    COLUMNS,
+    UNSEEN,
+    Episodes,
+    FaceTouches,
+    ImpactList,
+    RunningImpact,
+    after_gap,
+    after_touch,
+    approach_speed,
+)
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
-from gapbeam.solver.diagnostics.impact_list import COLUMNS, UNSEEN, ImpactList, RunningImpact, after_gap, approach_speed
 from gapbeam.solver.diagnostics.point_contact import Peaks, SlidingWork, deepest_by_face
 from gapbeam.solver.diagnostics.step_counts import Tally
 from gapbeam.solver.supports.layout import Layout

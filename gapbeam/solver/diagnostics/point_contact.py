@@ -1,4 +1,4 @@
-"""Contact of each point, seen at the instants of the records, and the work of sliding.
+"""Contact of each point at the instants of the records, the work of sliding, and the stress at probes.
 
 With the penetrations d0 and d1 at the records at both ends of an interval dt:
 
@@ -20,6 +20,8 @@ sliding and sticking.
 
 Source: Archard, Journal of Applied Physics 24 (1953) 981, for wear in proportion to W; Pettigrew, Taylor, Fisher,
 Yetisir and Smith, Nuclear Engineering and Design 185 (1998) 249, for the work rate.
+
+The stress at probes follows from the displacement gradient in the cells that meet there.
 """
 
 from __future__ import annotations
@@ -32,10 +34,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
+from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseRows, PoseScales, axial_stress, deformation
 from gapbeam.solver.diagnostics.contact_episodes import Peak, after_forces
 from gapbeam.solver.record_table import SLIP_MODES
 from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.system.operators import Array, Operators
+from gapbeam.solver.system.operators import Array, Indices, Operators
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem, State
 from gapbeam.solver.system.slip_modes import by_mode, impact_share, pressed_after, pressed_span
 
@@ -303,3 +306,34 @@ class SlidingWork:
                 deepest = points[np.argmax(depth[points])]
                 spans[face] = pressed_span(0.0, before[deepest], depth[deepest], step.size)
         return spans
+
+
+@dataclass(frozen=True)
+class Gauges:
+    """Stress gauges at k probes.
+
+    Attributes:
+        rows: Give the gradient at each probe in each cell that holds it.
+        scales: Material, and how strain is completed.
+        numbers: The probe of each of these points, ascending.
+        shares: One over the number of cells that meet at a probe, (k,).
+    """
+
+    rows: PoseRows
+    scales: PoseScales
+    numbers: Indices
+    shares: Array
+
+    def stresses(self, u: Array) -> tuple[Array, Array]:
+        """Return axial and von Mises stress, (times, k) each, Pa; the gradient is the mean of the cells.
+
+        Args:
+            u: Marched DOFs, (times, n).
+
+        Collective.
+        """
+        gradient = self.rows.poses(u)[1]
+        mean = np.zeros((len(u), len(self.shares), *gradient.shape[2:]))
+        for cell, probe in enumerate(self.numbers):
+            mean[:, probe] += gradient[:, cell] * self.shares[probe]
+        return axial_stress(mean, self.scales), deformation(mean, self.scales)[2]

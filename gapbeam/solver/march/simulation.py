@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
+from gapbeam.solver.diagnostics.history_rows import Instants, Recorder, Rows, instant_of, joined
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.diagnostics.output_instants import Instants, instant_of, joined
 from gapbeam.solver.errors import NotConverged, RunError
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled

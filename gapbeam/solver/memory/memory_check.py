@@ -13,7 +13,7 @@ from gapbeam.meshes.sizing.expected_size import expected_nodes
 from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
 from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.checks.load_checks import factor_needed
+from gapbeam.solver.case.checks.periodic_checks import factor_needed
 from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.memory.memory_estimate import beam_needs, free_memory, memory_needs

@@ -18,12 +18,11 @@ from gapbeam.solver.assembly.assembled_system import attached_motions
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.assembly.gauss_rule import gauss_rule
 from gapbeam.solver.attachments.mean_motion import MeanMotion
-from gapbeam.solver.case.beam_motions import beam_motions
+from gapbeam.solver.case.analysis_table import NAMES
+from gapbeam.solver.case.beam_motions import axial_restraint, beam_motions, lateral_restraint
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.rigid_motion import NAMES
 from gapbeam.solver.case.solution_tables import BeamModel, BeamMotion
-from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.contact.formulations.contact_points import StationOperator
 from gapbeam.solver.loads.load_choice import axis_point, load_direction
 from gapbeam.solver.loads.load_parts import patterned

@@ -29,10 +29,10 @@ from scipy.linalg import eigh, null_space
 
 from gapbeam.meshes.sections.section_patches import CELLS_THROUGH
 from gapbeam.solver.attachments.mean_motion import BENDING, IN_PLANE, SIDEWAYS, MotionName
+from gapbeam.solver.case.analysis_table import unit_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.rigid_motion import unit_motions
 from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators

@@ -37,13 +37,12 @@ from gapbeam.solver.assembly.load_patterns import load_patterns
 from gapbeam.solver.assembly.mass_redistribution import extrapolation
 from gapbeam.solver.assembly.nitsche_terms import Nitsche
 from gapbeam.solver.assembly.section_rows import SectionRows, row_at
+from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.checks.load_checks import factor_needed
+from gapbeam.solver.case.checks.periodic_checks import factor_needed
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
-from gapbeam.solver.case.model_choice import bending_wavelength, highest_frequency
-from gapbeam.solver.case.own_contact import whole_areas
+from gapbeam.solver.case.model_choice import bending_wavelength, highest_frequency, whole_areas
 from gapbeam.solver.case.solution_tables import FullModel, RigidModel
-from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator, whole_contact
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
@@ -99,7 +98,7 @@ class Body:
         contact: G, H, w and g0 with the clearance of that case.
         patterns: Forces of each load per unit factor, (n,), N, and after them the rows of `attached_motions`.
         probes: Rows of the probes, by name.
-        rigid: M times the six `gapbeam.solver.case.rigid_motion.unit_motions`, (6, n), N s^2 of each; 0 of those that
+        rigid: M times the six `gapbeam.solver.case.analysis_table.unit_motions`, (6, n), N s^2 of each; 0 of those that
             the model has not.
         gamma: Nitsche's parameter at each point, (m,), Pa/m; None for other formulations.
         patch: Size of the patches of `contact.points` with its reason; None without.

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from gapbeam.solver.case.case import Case, Damping, Gates, Output
-from gapbeam.solver.case.contact_table import Contact, Friction, Wear
+from gapbeam.solver.case.beam_motions import axial_restraint
+from gapbeam.solver.case.case import Case, Contact, Damping, Friction, Gates, Output, Wear
 from gapbeam.solver.case.solution_tables import Time
-from gapbeam.solver.case.weak_restraint import axial_restraint
 from gapbeam.solver.supports.support_tables import without_play
 
 

@@ -11,18 +11,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import identity, kron
 
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, law_at, own_law, whole_unit
 from gapbeam.solver.case.computed_defaults import (
     Default,
     contact_damping,
     contact_stiffness,
     slowest_touch,
+    squeezed_stiffness,
     touch_depth,
 )
-from gapbeam.solver.case.contact_table import whole_unit
-from gapbeam.solver.case.own_contact import line_radii, nominal_area, own_damping, own_stiffness
-from gapbeam.solver.case.placed_support import law_at, own_law
-from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
+from gapbeam.solver.case.model_choice import line_radii, nominal_area, own_damping, own_stiffness
 from gapbeam.solver.contact.formulations.circle_contact import CircleOperator, circle_contact
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator, whole_contact
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from gapbeam.solver.case.case import law_at
 from gapbeam.solver.case.computed_defaults import contact_modulus, slowest_touch, stiffness_unit
-from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.errors import Fault, UserError
 from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.models.model import Model

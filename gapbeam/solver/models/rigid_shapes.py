@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from gapbeam.solver.case.rigid_motion import NAMES, RigidMotion
+from gapbeam.solver.case.analysis_table import NAMES, RigidMotion
 from gapbeam.solver.system.operators import Array
 
 if TYPE_CHECKING:

@@ -11,10 +11,9 @@ from fractions import Fraction
 from math import ceil, gcd, pi, sqrt
 from operator import itemgetter
 
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, Wear
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import Default, bending_words, lightest_supported, overhang_frequency
-from gapbeam.solver.case.contact_table import Wear
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.integrators.stable_step import SAFETY, StableStep

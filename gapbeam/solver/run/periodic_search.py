@@ -22,7 +22,7 @@ from gapbeam.solver.periodic.period_map import ModalMap
 from gapbeam.solver.periodic.periodic_response import PeriodicResponse, SteadyModel, end_of_march, find_response, varied
 from gapbeam.solver.periodic.response_branches import follow_branches
 from gapbeam.solver.run.interruption import Interruption
-from gapbeam.solver.run.output.curve_files import coverage, curve_rows, unit_of, write_curve
+from gapbeam.solver.run.output.field_files import coverage, curve_rows, unit_of, write_curve
 from gapbeam.solver.run.output.progress import ProgressLine
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State

@@ -32,7 +32,6 @@ from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, remove_
 from gapbeam.solver.run.checkpoint.resume import find_left, left_state, refuse_to_resume
 from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
 from gapbeam.solver.run.interruption import Interruption, Signals, Wish
-from gapbeam.solver.run.march_summary import describe_march
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output import run_summary as summaries
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
@@ -50,7 +49,7 @@ from gapbeam.solver.run.periodic_search import search
 from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
 from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
 from gapbeam.solver.run.stop_rule import StopRule, refuse_not_met, statistics_words
-from gapbeam.solver.run.verdict import judge_curve, judge_run, remarks_on_model
+from gapbeam.solver.run.verdict import describe_march, judge_curve, judge_run, remarks_on_model
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.system.semi_discrete import State
 

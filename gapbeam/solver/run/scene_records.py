@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.case.solution_tables import Gates
-from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
+from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS, ImpactList, approach_speed
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import ESTIMATE, ROUND_OFF_SAFETY, Ledger
-from gapbeam.solver.diagnostics.impact_list import ImpactList, approach_speed
 from gapbeam.solver.record_table import HISTORY
 from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords

@@ -23,7 +23,7 @@ from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
 from gapbeam.solver.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE
 from gapbeam.solver.run.interruption import Signals, Wish
-from gapbeam.solver.run.outcome import Outcome
+from gapbeam.solver.run.outcome import Outcome, wear_words
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.impact_file import write_impacts
@@ -32,7 +32,6 @@ from gapbeam.solver.run.output.results_folder import check_folder, clear, locked
 from gapbeam.solver.run.scene_checkpoint import SceneCheckpoint, fingerprint, refuse_other
 from gapbeam.solver.run.scene_records import Rows, SceneAccounts, SceneRecords, contacts_of, promises_balance
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of, wear_of
-from gapbeam.solver.run.wear_rates import wear_words
 from gapbeam.solver.scene.argument_checks import check_fields
 from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecords

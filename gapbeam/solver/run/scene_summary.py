@@ -11,8 +11,8 @@ from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding, 
 from gapbeam.solver.diagnostics.energy_gates import describe_energy, describe_gates
 from gapbeam.solver.diagnostics.march_diagnostics import figures_of_lists
 from gapbeam.solver.run.assumptions.motion_findings import RESOLVED
+from gapbeam.solver.run.outcome import all_rates, work_rate
 from gapbeam.solver.run.scene_records import SceneAccounts, promises_balance
-from gapbeam.solver.run.wear_rates import all_rates, work_rate
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.scene import Scene
 

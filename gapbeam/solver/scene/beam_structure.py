@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from pydantic import TypeAdapter, ValidationError
 
-from gapbeam.solver.case.beam_table import Material
+from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, heave_and_pitch_at, of_elements
 from gapbeam.solver.scene.argument_checks import checked, finite, positive

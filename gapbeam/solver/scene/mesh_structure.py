@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.case.beam_table import Material
+from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, positive, shown
 from gapbeam.solver.scene.imported_points import Label, PointGiven, Rows
 from gapbeam.solver.scene.mesh_files import SolidMesh, read_mesh

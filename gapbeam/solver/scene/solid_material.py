@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from gapbeam.solver.case.beam_table import Material
+from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
 from gapbeam.solver.scene.solid_cells import COMPONENTS, PLANE
 from gapbeam.solver.scene.structure_pose import Pose

@@ -17,7 +17,7 @@ import numpy as np
 import scipy.io
 import scipy.sparse as sp
 
-from gapbeam.solver.case.reading.case_units import UNITS
+from gapbeam.solver.case.reading.overrides import UNITS
 from gapbeam.solver.errors import NotWritten, UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked
 from gapbeam.solver.scene.dmig_file import FIRST_LETTERS, dmig_text, read_dmig

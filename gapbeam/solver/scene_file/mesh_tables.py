@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from gapbeam.solver.case.beam_table import Material
+from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.errors import Fault, Key, UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.mesh_structure import mesh_model

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from gapbeam.solver.attachments.mean_motion import MotionName
-from gapbeam.solver.case.rigid_motion import NAMES, RigidMotion, unit_motions
+from gapbeam.solver.case.analysis_table import NAMES, RigidMotion, unit_motions
 from gapbeam.solver.contact.solve.unopposed_motion import unopposed_motion
 from gapbeam.solver.models.rigid_shapes import rigid_parts
 from gapbeam.solver.system.operators import Array

@@ -14,8 +14,8 @@ from math import cos, pi, radians, sin
 
 import numpy as np
 
+from gapbeam.solver.case.analysis_table import StartMode
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.start_tables import StartMode
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.modes.contact_modes import free_bending_modes

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, assert_never
 
 import numpy as np
 
-from gapbeam.solver.case.analysis_table import Periodic, Transient
-from gapbeam.solver.case.start_tables import centered_pose
+from gapbeam.solver.case.analysis_table import Periodic, Transient, centered_pose
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.rigid_shapes import rigid_parts
 from gapbeam.solver.supports.layout import body_motions

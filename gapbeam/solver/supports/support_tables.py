@@ -1,6 +1,6 @@
 """Tables of supports: [support], the base and gland at x = 0; keys of every [[support]] along the beam; their play.
 
-The contact law that a [[support]] may name besides is in `gapbeam.solver.case.placed_support`.
+The contact law that a [[support]] may name besides is in `gapbeam.solver.case.case`.
 """
 
 from __future__ import annotations

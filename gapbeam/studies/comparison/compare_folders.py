@@ -10,7 +10,7 @@ from rich.table import Table
 
 from gapbeam.postprocess.comparison.comparison_report import as_data, as_tables, draw_comparison
 from gapbeam.postprocess.comparison.run_comparison import DISAGREE, TOLERANCE, RunComparison, compare
-from gapbeam.postprocess.results.damaged_files import as_written
+from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder

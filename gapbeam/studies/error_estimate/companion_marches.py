@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from math import floor
 
-from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case_text

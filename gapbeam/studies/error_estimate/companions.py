@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gapbeam.solver.case.case import MOST_CELLS, Case
-from gapbeam.solver.case.own_contact import line_radii
+from gapbeam.solver.case.model_choice import line_radii
 from gapbeam.solver.case.solution_tables import MOST_STATIONS, BeamModel, FullModel, ReducedModel, RigidModel, Time
 from gapbeam.studies.trials.refined_mesh import mesh_keys
 

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.errors import Interrupted, RunError, in_one_line

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.postprocess.study_figures.response_census import CREEPING
+from gapbeam.postprocess.study_figures.sweep_branches import CREEPING
 from gapbeam.studies.identification.evaluations import Evaluations, Record, failed, mean
 from gapbeam.studies.identification.identifiability import Identifiability, bound_of_misfit, identifiability, spread_of
 from gapbeam.studies.identification.identification_file import FloatArray, Problem, Values

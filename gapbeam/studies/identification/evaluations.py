@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import read_plain
-from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import WindowFigure, settled_windows

@@ -1,28 +1,284 @@
-"""An identification from its file to its tables: the search, how well the unknowns are known, files and pictures."""
+"""An identification from its file to its tables: the search, how well the unknowns are known, and its results.
+
+Results are files with best values, figures and evaluations, pictures, and tables for the terminal.
+"""
 
 from __future__ import annotations
 
+import csv
+import json
 import logging
 import math
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 from rich.table import Table
 
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.postprocess.study_figures.identification_figures import draw_identification
+from gapbeam.postprocess.study_figures.sweep_branches import CREEPING
+from gapbeam.solver.case.case import case_to_toml
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.reading.value_words import toml_value
 from gapbeam.solver.case.solution_tables import FullModel
 from gapbeam.solver.errors import in_one_line
+from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.worker_memory import worker_memory
 from gapbeam.studies.engine.workers import Workers
-from gapbeam.studies.identification.conclusion import Conclusion, conclude
-from gapbeam.studies.identification.evaluations import Evaluations, Record, prepare
-from gapbeam.studies.identification.identification_file import Problem
-from gapbeam.studies.identification.identification_results import sentences, tables, write_results
+from gapbeam.studies.identification.conclusion import Conclusion, MeasurementRow, conclude
+from gapbeam.studies.identification.evaluations import LOG_FILE, Evaluations, Record, prepare
+from gapbeam.studies.identification.identifiability import WIDE, combination_words
+from gapbeam.studies.identification.identification_file import Problem, unit_of_key
+from gapbeam.studies.identification.measured_figures import unit_of, words_of
 from gapbeam.studies.identification.misfit import Misfit, search
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
+
+
+def tables(found: Conclusion) -> list[Table]:
+    """Return the tables of measurements, of unknowns, and of sensitivities."""
+    return [_measurements(found), _unknowns(found), _sensitivities(found)]
+
+
+def _measurements(found: Conclusion) -> Table:
+    problem = found.problem
+    left_out = any(row.left_out is not None for row in found.rows)
+    residual = problem.file.search.residual
+    heads = ["figure", "experiment", "measured", "computed", "deviation", residual, "response", "use"]
+    heads += ["from the others"] if left_out else []
+    table = Table(*heads, box=None, title="Measured and computed", title_justify="left")
+    for row in found.rows:
+        one, figure = problem.measurements[row.number], problem.figure(row.number)
+        unit, factor = shown(unit_of(figure))
+        deviation = f"{100.0 * (row.computed / one.value - 1.0):+.1f} %" if one.value else "-"
+        cells = [
+            one.figure,
+            problem.experiments[problem.places[row.number]].label,
+            f"{factor * one.value:.4g} {unit}",
+            _computed(row, factor),
+            deviation,
+            f"{row.residual:+.3f}",
+            row.response + (f"; others {', '.join(f'{factor * x:.3g}' for x in row.others)}" if row.others else ""),
+            one.use,
+        ]
+        if left_out:
+            cells.append("-" if row.left_out is None else f"{row.left_out:+.3f}")
+        table.add_row(*cells)
+    return table
+
+
+def _computed(row: MeasurementRow, factor: float) -> str:
+    if not math.isfinite(row.computed):
+        return "failed"
+    scatter = f" ± {factor * row.scatter:.2g}" if row.scatter > 5e-4 * abs(row.computed) else ""
+    return f"{factor * row.computed:.4g}{scatter}"
+
+
+def _unknowns(found: Conclusion) -> Table:
+    percent = f"{100.0 * found.problem.file.search.confidence:g} %"
+    heads = ["unknown", "best", "unit", f"interval, {percent}", f"profile, {percent}", "between", "finding"]
+    table = Table(*heads, box=None, title="Unknowns", title_justify="left")
+    parts = zip(found.problem.coordinates, found.values, found.intervals, found.profiles, found.known.findings,
+                strict=True)  # fmt: skip
+    for one, value, interval, profile, finding in parts:
+        bounds = one.unknown.lower, one.unknown.upper
+        table.add_row(one.unknown.key, f"{value:.4g}", one.unit, _range(interval), _range(profile), _range(bounds),
+                      finding.sentence if finding.word == "only in combination" else finding.word)  # fmt: skip
+    return table
+
+
+def _range(ends: Sequence[float]) -> str:
+    return f"{ends[0]:.3g} to {ends[1]:.3g}"
+
+
+def _sensitivities(found: Conclusion) -> Table:
+    names = [one.unknown.key for one in found.problem.coordinates]
+    table = Table("figure", "experiment", *names, box=None, title_justify="left",
+                  title="Sensitivity d ln(figure) / d ln(unknown)")  # fmt: skip
+    for row, slopes in zip(found.rows, found.sensitivity, strict=True):
+        label = found.problem.experiments[found.problem.places[row.number]].label
+        cells = ["-" if not math.isfinite(slope) else f"{slope:+.2f}" for slope in slopes]
+        table.add_row(found.problem.measurements[row.number].figure, label, *cells)
+    return table
+
+
+def sentences(found: Conclusion) -> Iterator[str]:
+    """Yield remarks beyond the tables, the most important first."""
+    problem, known = found.problem, found.known
+    fitted, unknowns = len(problem.fitted), len(found.values)
+    if fitted < unknowns:
+        yield (f"WARNING: {fitted} measurements for {unknowns} unknowns: many other values fit as well, and the misfit "
+               "says nothing about the model")  # fmt: skip
+    elif fitted == unknowns:
+        yield f"WARNING: as many measurements as unknowns ({fitted}): the misfit says nothing about the model"
+    for verdict, count in Counter(str(record["verdict"]) for record in found.failures).most_common():
+        yield f"WARNING: {count} experiments ended {verdict}; they were never taken as results"
+    if found.drowned:
+        yield (f"WARNING: derivatives by {', '.join(found.drowned)} are within the scatter of the responses: their "
+               "intervals are rough; run longer, or take a larger search.difference")  # fmt: skip
+    yield f"intervals from {known.spread.sentence}"
+    names = [one.unknown.key for one in problem.coordinates]
+    powers = np.array([
+        one.elasticity(float(z)) for one, z in zip(problem.coordinates, problem.scaled(found.values), strict=True)
+    ])  # fmt: skip
+    for direction, width in zip(known.combinations, known.widths, strict=True):
+        if width >= WIDE:
+            sentence = combination_words(direction, powers, names)
+            far = f"{width:.2g} of the ranges either way" if width < 1.0 else "anywhere between the bounds"
+            yield f"not determined by the measurements: {sentence}, {far}"
+    chaotic = [row for row in found.rows if row.response == "no cycle"]
+    if chaotic:
+        yield f"{len(chaotic)} of {len(found.rows)} figures are means over a response without a cycle (± scatter)"
+    unsettled = [row for row in found.rows if row.response == CREEPING]
+    if unsettled:
+        yield (f"WARNING: {len(unsettled)} of {len(found.rows)} figures come from responses that have not settled: "
+               "run longer")  # fmt: skip
+    several = [row for row in found.rows if row.others]
+    if several:
+        yield f"{len(several)} of {len(found.rows)} figures have another value from another start: responses coexist"
+    wording = {"fit": "fitted", "predict": "held out"}
+    for use, word in wording.items():
+        rms = found.rms(use)
+        if any(problem.measurements[row.number].use == use for row in found.rows):
+            log10 = "" if problem.file.search.residual == "log10" else f", in log10 {found.rms(use, 'log10'):.3g}"
+            yield f"rms of {problem.file.search.residual}, {word}: {rms:.3g}{log10}"
+    if math.isfinite(found.rms_left_out):
+        yield f"rms of {problem.file.search.residual}, each predicted from the others: {found.rms_left_out:.3g}"
+    yield f"{found.tried} sets of values tried by the search, {len(found.cloud)} on disk"
+
+
+DATA, BEST, BEST_CASE, TABLE = "identification.json", "identified.toml", "identified-case.toml", "evaluations.csv"
+FORMAT = 1
+
+
+def write_results(found: Conclusion, folder: Path) -> list[Path]:
+    """Write the results of an identification into its folder.
+
+    Returns:
+        The files.
+    """
+    data = as_data(found)
+    write_beside(folder / DATA, json.dumps(data, indent=1, allow_nan=False) + "\n")
+    settings = found.problem.settings(found.values)
+    words = [word for key, value in settings.items() for word in ("--set", f"{key}={toml_value(value)}")]
+    lines = [
+        "# The best values that gapbeam identify found; with the case of the identification:",
+        f"#   {shell_command('gapbeam', 'run', 'CASE', *words)}",
+        "",
+        "[set]",
+        *(f'"{key}" = {toml_value(value)}' for key, value in settings.items()),
+    ]
+    write_beside(folder / BEST, "\n".join(lines) + "\n")
+    best = read_case(folder / "case.toml", settings)
+    write_beside(folder / BEST_CASE, case_to_toml(best, ["the case of an identification with the best values"]))
+    _write_table(found, folder / TABLE)
+    return [folder / name for name in (BEST, BEST_CASE, DATA, TABLE, LOG_FILE)]
+
+
+def as_data(found: Conclusion) -> dict[str, Any]:
+    """Return all that was found as plain data."""
+    problem, known = found.problem, found.known
+    names = [one.unknown.key for one in problem.coordinates]
+    powers = np.array([
+        one.elasticity(float(z)) for one, z in zip(problem.coordinates, problem.scaled(found.values), strict=True)
+    ])  # fmt: skip
+    unknowns = [
+        {
+            "key": one.unknown.key,
+            "unit": one.unit,
+            "value": value,
+            "lower": one.unknown.lower,
+            "upper": one.unknown.upper,
+            "scale": one.unknown.scale,
+            "interval": interval,
+            "profile": profile,
+            "word": finding.word,
+            "sentence": finding.sentence,
+        }
+        for one, value, interval, profile, finding in zip(
+            problem.coordinates, found.values, found.intervals, found.profiles, known.findings, strict=True
+        )
+    ]
+    combinations = [
+        {"of": combination_words(direction, powers, names), "direction": direction.tolist(), "half_width": float(width)}
+        for direction, width in zip(known.combinations, known.widths, strict=True)
+    ]
+    data = {
+        "format": FORMAT,
+        "title": problem.file.title,
+        "residual": problem.file.search.residual,
+        "method": problem.file.search.method,
+        "confidence": problem.file.search.confidence,
+        "tolerance": problem.file.search.tolerance,
+        "tried": found.tried,
+        "evaluations": len(found.cloud),
+        "failures": [
+            {key: entry.get(key) for key in ("values", "experiment", "verdict", "message")} for entry in found.failures
+        ],
+        "unknowns": unknowns,
+        "measurements": [_row_data(found, number) for number in range(len(found.rows))],
+        "sum_of_squares": found.cost,
+        "bound_of_misfit": found.bound,
+        "rms": {use: found.rms(use) for use in ("fit", "predict")},
+        "rms_log10": {use: found.rms(use, "log10") for use in ("fit", "predict")},
+        "rms_left_out": found.rms_left_out,
+        "standard_deviation": known.spread.deviation,
+        "standard_deviation_from": known.spread.sentence,
+        "singular_values": known.singular_values.tolist(),
+        "combinations": combinations,
+        "correlation": known.correlation.tolist(),
+        "sensitivity": found.sensitivity.tolist(),
+        "notes": list(sentences(found)),
+    }
+    plain: dict[str, Any] = finite(data)
+    return plain
+
+
+def _row_data(found: Conclusion, number: int) -> dict[str, Any]:
+    problem, row = found.problem, found.rows[number]
+    one, figure = problem.measurements[number], problem.figure(number)
+    settings = problem.experiments[problem.places[number]].settings
+    return {
+        "figure": one.figure,
+        "meaning": words_of(figure),
+        "unit": unit_of(figure),
+        "set": dict(settings),
+        "set_units": {key: unit_of_key(key, problem.base) for key in settings},
+        "use": one.use,
+        "measured": one.value,
+        "computed": row.computed,
+        "residual": row.residual,
+        "log10": row.log10,
+        "scatter": row.scatter,
+        "response": row.response,
+        "uncertainty": row.uncertainty,
+        "other_responses": list(row.others),
+        "left_out": row.left_out,
+    }
+
+
+def _write_table(found: Conclusion, path: Path) -> None:
+    """Write every evaluation as a row: values, sum of squares, how many of its experiments failed."""
+    problem = found.problem
+    names = [one.unknown.key for one in problem.coordinates]
+    bad: dict[tuple[float, ...], int] = {}
+    for record in found.failures:
+        if record["start"] == 0:
+            values = tuple(record["values"])
+            bad[values] = bad.get(values, 0) + 1
+    rows = [(values, cost, bad.pop(values, 0)) for values, cost in found.cloud]
+    rows += [(values, float("nan"), count) for values, count in bad.items()]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([*names, "sum of squares", "experiments that failed"])
+        writer.writerows([*values, cost, count] for values, cost, count in rows)
+
 
 NOT_PASSED, MISSED = 4, 5
 SHOWN_FAILURES = 10

@@ -23,13 +23,11 @@ from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.touch_kernel import WIDTH
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.library.calibrated_regression import Regression, regression
-from gapbeam.studies.library.motion_features import FeatureKind
-from gapbeam.studies.library.recording import QUANTITIES, Quantity, lines_of
+from gapbeam.studies.library.recording import QUANTITIES, FeatureKind, Quantity, lines_of
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_written
-from gapbeam.studies.uncertain.input_points import NEVER_ONE, inputs_of
-from gapbeam.studies.uncertain.kept_answers import KeptAnswers
-from gapbeam.studies.uncertain.member_responses import START, Answers
+from gapbeam.studies.uncertain.member_responses import START, Answers, KeptAnswers
+from gapbeam.studies.uncertain.probability import NEVER_ONE, inputs_of
 
 NOISE, KEPT_WORD, FAILED_WORD = "noise", "kept", "failed"
 LANES = 4 * WIDTH
@@ -151,7 +149,7 @@ def library(
 
     Members are Sobol points of the distributions. A `damping_factor`, and values of a feedback, are shared by 64
     members each, which then march in lock-step. Where there are several starts, each member takes one of them. Features
-    are those of `FeatureKind` in gapbeam.studies.library.motion_features, with noise drawn for each member from none to
+    are those of `FeatureKind` in gapbeam.studies.library.recording, with noise drawn for each member from none to
     `noise`. One member in eight is held out, marched at half the step, and calibrates intervals and the test of
     membership, so that intervals know the error of the step, too.
 

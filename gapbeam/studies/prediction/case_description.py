@@ -12,14 +12,12 @@ from mpi4py import MPI
 from rich.table import Table
 from rich.text import Text
 
-from gapbeam.solver.case.analysis_table import Periodic, Transient
-from gapbeam.solver.case.beam_motions import motions_in_words
+from gapbeam.solver.case.analysis_table import Periodic, Transient, centered_pose
+from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint, motions_in_words
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import Default, bending_words, overhang_frequency, stiffness_unit
 from gapbeam.solver.case.solution_tables import BeamModel
-from gapbeam.solver.case.start_tables import centered_pose
-from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.march.python.march import RESOLVING_SHARE
 from gapbeam.solver.memory.memory_check import lack_of_memory, refuse_too_large_before_meshing
 from gapbeam.solver.models.body import MeshedBeam, mesh_beam, mesh_dofs

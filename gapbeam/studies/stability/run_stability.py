@@ -16,7 +16,7 @@ from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
 from gapbeam.studies.trials.axes import Axis
-from gapbeam.studies.trials.trial import run_grid, table
+from gapbeam.studies.trials.response import run_grid, table
 
 SCHEME = "time.scheme"
 JOURNAL = "trials.jsonl"  # while the study is under way

@@ -18,10 +18,9 @@ from rich.table import Table
 
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.sections.sweep_section import ENSEMBLES_FILE
-from gapbeam.postprocess.results.damaged_files import as_written
+from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
-from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint, census, census_words
-from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
+from gapbeam.postprocess.study_figures.sweep_branches import Branch, SweepPoint, census, census_words, draw_branches
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.studies.engine.study_engine import Engine

@@ -19,9 +19,8 @@ import numpy as np
 
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.signals.steady_figures import HARMONICS
-from gapbeam.postprocess.study_figures.response_census import CREEPING
-from gapbeam.studies.tradeoff.fidelity_levels import REFINEMENT, Level, LevelPlan
-from gapbeam.studies.tradeoff.level_measurement import MeasuredLevel
+from gapbeam.postprocess.study_figures.sweep_branches import CREEPING
+from gapbeam.studies.tradeoff.level_measurement import REFINEMENT, Level, LevelPlan, MeasuredLevel
 
 GROUPS = ("acceleration", "displacement", "harmonics", LARGEST_FORCE, "impulse")
 TOGETHER = 0.01  # rms difference of waveforms over their range, up to which motions can be predicted

@@ -15,7 +15,6 @@ from gapbeam.solver.case.reading.overrides import parse_value
 from gapbeam.solver.errors import UserError, in_one_line
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.studies.engine.workers import in_fresh_process
-from gapbeam.studies.tradeoff.fidelity_levels import FINEST, REFINEMENT, Level, LevelPlan, plan_levels
 from gapbeam.studies.tradeoff.level_errors import (
     GROUPS,
     WHOLE,
@@ -31,7 +30,16 @@ from gapbeam.studies.tradeoff.level_errors import (
     predictable_periods,
     uncertainty,
 )
-from gapbeam.studies.tradeoff.level_measurement import LevelJob, MeasuredLevel, measure
+from gapbeam.studies.tradeoff.level_measurement import (
+    FINEST,
+    REFINEMENT,
+    Level,
+    LevelJob,
+    LevelPlan,
+    MeasuredLevel,
+    measure,
+    plan_levels,
+)
 
 FOLLOWED = 8  # forcing periods after the ramp over which it is asked how long a motion can be predicted
 CYCLES, TRANSIENT = 60, 24  # forcing periods of the long marches

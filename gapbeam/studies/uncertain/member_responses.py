@@ -1,18 +1,23 @@
-"""Members with values of their own: the response that each comes to, and its figures."""
+"""Members with values of their own: the response that each comes to, and its figures.
+
+Answers are kept on disk: a study that was killed continues where it was, to the same bits.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite
-from gapbeam.solver.scene.ensemble_members import Members
+from gapbeam.solver.scene.ensemble_members import EnsembleFolder, Members
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
@@ -210,3 +215,65 @@ def figures_of(many: Members) -> dict[str, Array]:
             whole = rows.sum(axis=0) if kind in ("mean_force", "work_rate") else rows.max(axis=0)
             found[f"{kind}/{face}"] = np.asarray(whole / per, dtype=float)
     return found
+
+
+BLOCK = 1024
+"""Members that march together: memory stays bounded, and so does what an interruption loses."""
+KEPT = "kept"
+
+
+class KeptAnswers:
+    """A model whose answers are computed in blocks, and kept in a folder if there is one.
+
+    Args:
+        model: Returns answers at values by path.
+        folder: Of the study; None keeps nothing.
+        key: Hash of the model.
+        progress: Called with the number of members that are done.
+
+    Raises:
+        UserError: The folder has another study.
+        NotWritten: The folder takes no file.
+    """
+
+    def __init__(
+        self, model: Callable[[dict[str, Array]], Answers], folder: Path | None, key: str | None,
+        progress: Callable[[int], None] | None = None,
+    ) -> None:  # fmt: skip
+        self.model, self.progress, self.done = model, progress, 0
+        self.folder = None if folder is None else EnsembleFolder(folder / KEPT, str(key))
+
+    def __call__(self, values: dict[str, Array]) -> Answers:
+        """Return the answers at values, (members,) by path."""
+        count = len(next(iter(values.values())))
+        parts = []
+        for first in range(0, count, BLOCK):
+            parts.append(self.block({path: value[first : first + BLOCK] for path, value in values.items()}))
+            self.done += len(parts[-1].response)
+            if self.progress is not None:
+                self.progress(self.done)
+        names = list(dict.fromkeys(name for part in parts for name in part.figures))
+        missing = [np.full(len(part.response), np.nan) for part in parts]
+        figures = {
+            name: np.concatenate([part.figures.get(name, none) for part, none in zip(parts, missing, strict=True)])
+            for name in names
+        }
+        return Answers(np.concatenate([part.response for part in parts]), figures)
+
+    def block(self, values: dict[str, Array]) -> Answers:
+        """Return the answers of a block, from disk where they are there."""
+        if self.folder is None:
+            return self.model(values)
+        digest = hashlib.sha256(repr(list(values)).encode())
+        for value in values.values():
+            digest.update(np.ascontiguousarray(value).tobytes())
+        name = f"{digest.hexdigest()[:24]}.npz"
+        path = self.folder.path / name
+        if path.exists():
+            with np.load(path) as arrays:
+                figures = {key[2:]: arrays[key] for key in arrays.files if key.startswith("f/")}
+                return Answers(arrays["response"].astype(object), figures)
+        found = self.model(values)
+        arrays_: dict[str, Any] = {f"f/{key}": value for key, value in found.figures.items()}
+        self.folder.write(name, lambda file: np.savez(file, response=found.response.astype(str), **arrays_))
+        return found

@@ -1,17 +1,20 @@
-"""Probabilities and means with 95 % intervals, from random points or from the scatter of randomised replicates.
+"""Uncertain inputs and their effects: points, probabilities and means with 95 % intervals, and Sobol indices.
 
-Subset simulation finds probabilities too small for plain sampling, level by level.
+Intervals come from random points, or from the scatter of randomised replicates. Subset simulation finds probabilities
+too small for plain sampling, level by level. Sobol indices are shares of the variance of figures that inputs cause,
+alone and with others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
-from scipy.stats import binomtest, t
+from scipy.stats import binomtest, norm, qmc, sobol_indices, t
 
+from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
 
 FEW = 10
@@ -215,4 +218,201 @@ def _result(found: Array, levels: list[float], counts: dict[str, int], complete:
     return RareProbability(
         mean, mean / wide if mean > 0.0 else 0.0, min(mean * wide, 1.0) if mean > 0.0 else float("nan"), found,
         np.array(levels), counts["asked"], counts["failed"] / counts["asked"], complete,
+    )  # fmt: skip
+
+
+Sampling = Literal["sobol", "latin", "random"]
+Pairs = Mapping[tuple[str, str], float]
+EXAMPLE = "a distribution of scipy.stats with its parameters, such as scipy.stats.norm(1e-4, 1e-5)"
+NEVER_ONE = 2.0**-53
+"""Least distance of a uniform number from 0 and 1: a distribution without ends stays finite."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """Distributions of values by path, joined by a Gaussian copula.
+
+    A standard normal vector y becomes values x_i = F_i^-1(Phi((L y)_i)), where L L^T is the correlation of the copula.
+    A rank correlation r (Spearman) needs the correlation 2 sin(pi r / 6).
+
+    Attributes:
+        distributions: By path.
+        factor: L, (inputs, inputs).
+
+    Source: Nelsen (2006), An Introduction to Copulas, section 5.1.2; Liu and Der Kiureghian (1986).
+    """
+
+    distributions: dict[str, Any]
+    factor: Array
+
+    @property
+    def is_correlated(self) -> bool:
+        """True where inputs depend on each other."""
+        return not np.array_equal(self.factor, np.eye(len(self.factor)))
+
+    def values(self, normal: Array) -> dict[str, Array]:
+        """Return values by path, (points,), from standard normal vectors, (points, inputs)."""
+        y, found = normal @ self.factor.T, {}
+        for i, (path, one) in enumerate(self.distributions.items()):
+            low = y[:, i] < 0.0  # each tail from its own end: digits are kept far out
+            x = np.where(low, one.ppf(norm.cdf(np.minimum(y[:, i], 0.0))), one.isf(norm.sf(np.maximum(y[:, i], 0.0))))
+            found[path] = np.asarray(x, dtype=float)
+        return found
+
+
+def inputs_of(distributions: Mapping[str, Any], correlation: Pairs | None = None) -> Inputs:
+    """Return inputs after checking them.
+
+    Args:
+        distributions: Frozen distributions of scipy.stats by path.
+        correlation: Rank correlations (Spearman) by pairs of paths; other pairs are independent.
+
+    Raises:
+        UserError: Something is no distribution, a pair is unknown, or the correlations contradict each other.
+    """
+    if not distributions:
+        raise UserError("uncertain: expected one distribution or more, by path")
+    for path, one in distributions.items():
+        if not all(callable(getattr(one, name, None)) for name in ("ppf", "isf")) or not hasattr(one, "dist"):
+            raise UserError(f"uncertain: {path}: found {one!r}, expected {EXAMPLE}")
+        if not np.all(np.isfinite([*one.ppf([0.01, 0.5]), *one.isf([0.01])])):
+            raise UserError(
+                f"uncertain: {path}: {one.dist.name}{(*one.args, *one.kwds.items())} has no finite quantiles; "
+                "look at its parameters"
+            )
+    paths, R = list(distributions), np.eye(len(distributions))
+    for pair, rank in (correlation or {}).items():
+        if not (isinstance(pair, tuple) and len(pair) == 2 and pair[0] != pair[1] and set(pair) <= set(paths)):
+            raise UserError(f"uncertain: correlation of {pair!r}: expected a pair of {', '.join(paths)}")
+        if not (np.isscalar(rank) and np.isreal(rank) and -1.0 < float(rank) < 1.0):
+            raise UserError(f"uncertain: correlation of {pair!r}: found {rank!r}, expected a number between -1 and 1")
+        i, j = map(paths.index, pair)
+        twice = R[i, j] != 0.0
+        R[i, j] = R[j, i] = 2.0 * np.sin(np.pi / 6.0 * float(rank))
+        if twice:
+            raise UserError(f"uncertain: correlation of {pair!r} is given twice")
+    try:
+        factor: Array = np.asarray(np.linalg.cholesky(R), dtype=float)
+    except np.linalg.LinAlgError:
+        raise UserError(
+            "uncertain: the correlations contradict each other (their matrix has an eigenvalue of "
+            f"{np.linalg.eigvalsh(R).min():.3g}); make them smaller"
+        ) from None
+    return Inputs(dict(distributions), factor)
+
+
+def normal_points(sampling: Sampling, members: int, replicates: int, inputs: int, seed: int) -> Array:
+    """Return standard normal points, (replicates, members / replicates, inputs).
+
+    Each replicate of "sobol" and "latin" is randomised on its own, so that their scatter gives the error.
+
+    Raises:
+        UserError: Numbers do not fit.
+    """
+    if sampling not in ("sobol", "latin", "random"):
+        raise UserError(f'uncertain: sampling: found {sampling!r}, expected "sobol", "latin" or "random"')
+    if replicates < 2:
+        raise UserError(f"uncertain: found {replicates} replicates, expected 2 or more: their scatter gives the error")
+    each = members // replicates
+    if each < 2 or each * replicates != members:
+        raise UserError(
+            f"uncertain: found {members} members in {replicates} replicates; expected as many in each, 2 at least"
+        )
+    if sampling == "sobol" and each & (each - 1):
+        near = replicates * 2 ** round(np.log2(each))
+        raise UserError(
+            f"uncertain: found {each} members in each of {replicates} replicates, expected a power of two for Sobol "
+            f'points; take {near} members, or sampling "latin"'
+        )
+    draws = [np.random.default_rng([seed, k]) for k in range(replicates)]
+    if sampling == "random":
+        u = np.array([draw.random((each, inputs)) for draw in draws])
+    elif sampling == "latin":
+        u = np.array([qmc.LatinHypercube(inputs, seed=draw).random(each) for draw in draws])
+    else:
+        u = np.array([qmc.Sobol(inputs, seed=draw).random(each) for draw in draws])
+    return np.asarray(norm.ppf(np.clip(u, NEVER_ONE, 1.0 - NEVER_ONE)))
+
+
+RESAMPLES = 999
+
+
+@dataclass(frozen=True, eq=False)
+class Indices:
+    """Sobol indices of one figure, by input.
+
+    Attributes:
+        first: Share of the variance that goes if the input is known, (inputs,).
+        first_interval: 95 %, (inputs, 2).
+        total: Share that remains if all others are known, (inputs,).
+        total_interval: 95 %, (inputs, 2).
+        half_first: First indices from half of the points: how far the numbers still move.
+        half_total: Total indices from half of the points.
+        missing: Share of points without a figure: they are left out.
+    """
+
+    first: Array
+    first_interval: Array
+    total: Array
+    total_interval: Array
+    half_first: Array
+    half_total: Array
+    missing: float
+
+
+def indices_of(figures: Callable[[Array], dict[str, Array]], inputs: int, points: int, seed: int) -> dict[str, Indices]:
+    """Return Sobol indices of all figures, from points (inputs + 2) evaluations.
+
+    Args:
+        figures: Values by name, (points,), at standard normal points, (points, inputs), which are independent.
+        inputs: Their number.
+        points: A power of two.
+        seed: Of the points.
+
+    Raises:
+        UserError: The number of points is no power of two, or is too small.
+
+    Source: Saltelli et al. (2010), Comput. Phys. Commun. 181, 259; bootstrap intervals as of scipy.stats.sobol_indices.
+    """
+    if points < 16 or points & (points - 1):
+        raise UserError(
+            f"uncertain: found {points} points for Sobol indices, expected a power of two from 16 on, such as 1024"
+        )
+    u = qmc.Sobol(2 * inputs, seed=np.random.default_rng(seed)).random(points)
+    both = np.asarray(norm.ppf(np.clip(u, NEVER_ONE, 1.0 - NEVER_ONE)))
+    A, B = both[:, :inputs], both[:, inputs:]
+    crossed = np.repeat(A[None], inputs, axis=0)
+    crossed[np.arange(inputs), :, np.arange(inputs)] = B.T
+    answers = figures(np.concatenate([A[None], B[None], crossed]).reshape(-1, inputs))
+    return {name: _indices(y.reshape(inputs + 2, points), seed) for name, y in answers.items()}
+
+
+def _indices(y: Array, seed: int) -> Indices:
+    whole = np.isfinite(y).all(axis=0)
+    missing, kept = 1.0 - float(whole.mean()), y[:, whole]
+    inputs = len(y) - 2
+    if kept.shape[1] < 4 or np.ptp(kept) == 0.0:  # nothing varies: there is no variance to share
+        none, pair = np.full(inputs, np.nan), np.full((inputs, 2), np.nan)
+        return Indices(none, pair, none, pair, none, none, missing)
+
+    def found(part: Array) -> object:
+        part = part - part.mean()
+        return sobol_indices(
+            func={"f_A": part[:1], "f_B": part[1:2], "f_AB": part[2:, None]}, n=part.shape[1],
+            random_state=np.random.default_rng(seed),
+        )  # fmt: skip
+
+    whole_result, half = found(kept), found(kept[:, : kept.shape[1] // 2])
+    ends = whole_result.bootstrap(confidence_level=0.95, n_resamples=RESAMPLES)  # type: ignore[attr-defined]
+
+    def of(result: object, name: str) -> Array:
+        return np.asarray(getattr(result, name), dtype=float).ravel()
+
+    def interval(one: object) -> Array:
+        ci = one.confidence_interval  # type: ignore[attr-defined]
+        return np.column_stack([np.ravel(ci.low), np.ravel(ci.high)])
+
+    return Indices(
+        of(whole_result, "first_order"), interval(ends.first_order), of(whole_result, "total_order"),
+        interval(ends.total_order), of(half, "first_order"), of(half, "total_order"), missing,
     )  # fmt: skip

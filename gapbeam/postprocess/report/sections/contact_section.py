@@ -10,7 +10,7 @@ import xarray as xr
 
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words, number
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
-from gapbeam.postprocess.report.sections.along_supports import ZOOM, chart_along, end_words, is_long
+from gapbeam.postprocess.report.sections.support_section import ZOOM, chart_along, end_words, is_long
 from gapbeam.postprocess.results.columns_of_run import WearMap
 from gapbeam.postprocess.signals.enlarged_part import enlarged_span
 from gapbeam.postprocess.signals.signal import Signal, face_signal

@@ -22,7 +22,7 @@ from gapbeam.postprocess.report.blocks import (
     warnings_of,
 )
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
-from gapbeam.postprocess.report.markdown_text import sentence
+from gapbeam.postprocess.report.html_page import sentence
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import branch_parts, stable_parts
 from gapbeam.postprocess.shell_command import shell_command

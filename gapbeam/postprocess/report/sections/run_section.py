@@ -24,7 +24,7 @@ from gapbeam.postprocess.report.blocks import (
     warnings_of,
 )
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope
-from gapbeam.postprocess.report.markdown_text import sentence
+from gapbeam.postprocess.report.html_page import sentence
 from gapbeam.postprocess.report.sections.contact_section import contact_section, random_loads_section, wear_section
 from gapbeam.postprocess.report.sections.curve_section import comparison_blocks, curve_section, periodic_section
 from gapbeam.postprocess.report.sections.motion_section import motion_section, periodicity_section, spectra_section
@@ -37,7 +37,7 @@ from gapbeam.postprocess.report.sections.statistics_section import (
     points_section,
     statistics_section,
 )
-from gapbeam.postprocess.report.sections.study_axis import alike
+from gapbeam.postprocess.report.sections.sweep_section import alike
 from gapbeam.postprocess.report.sections.verdict_section import (
     computation_section,
     figures_section,

@@ -11,9 +11,9 @@ import xarray as xr
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words, number, percent
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
-from gapbeam.postprocess.report.sections.along_supports import chart_along
+from gapbeam.postprocess.report.sections.support_section import chart_along
 from gapbeam.postprocess.results.columns_of_run import PointMap
-from gapbeam.postprocess.signals.impact_tables import HEADS, QUANTITIES, distributions, rates
+from gapbeam.postprocess.signals.cycle_counts import HEADS, QUANTITIES, distributions, rates
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.solver.record_table import HISTORY
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.attachment_checks import (
+    WEAR_CHECKS,
     elastic_joints_do_something,
     fluid_names_differ,
     fluids_move_mass,
@@ -67,27 +68,25 @@ from gapbeam.solver.case.checks.contact_checks import (
     scheme_fits_the_formulation,
     yielding_laws_are_marched,
 )
-from gapbeam.solver.case.checks.load_checks import (
+from gapbeam.solver.case.checks.periodic_checks import (
     attached_masses_sit_on_mass,
+    balance_has_a_law,
+    curve_is_in_reach,
     damping_is_given_once,
     damping_is_positive,
+    forcing_is_periodic,
     gates_are_in_order,
     iterations_can_solve,
     limits_are_in_order,
     loads_are_sound,
     loads_fit_each_other,
     loads_fit_the_run,
-    static_force_names_differ,
-    static_friction_holds_more,
-)
-from gapbeam.solver.case.checks.periodic_checks import (
-    balance_has_a_law,
-    curve_is_in_reach,
-    forcing_is_periodic,
     march_reaches_the_amplitude,
     model_is_dense,
     period_map_is_smooth,
     shooting_has_whole_steps,
+    static_force_names_differ,
+    static_friction_holds_more,
 )
 from gapbeam.solver.case.checks.place_checks import (
     cells_fit_the_beam,
@@ -150,7 +149,6 @@ from gapbeam.solver.case.checks.support_checks import (
     supports_keep_apart,
     supports_lie_on_the_beam,
 )
-from gapbeam.solver.case.checks.wear_checks import WEAR_CHECKS
 from gapbeam.solver.case.reading.known_keys import numbered
 from gapbeam.solver.errors import Fault, Key
 

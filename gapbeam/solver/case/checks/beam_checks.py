@@ -10,11 +10,9 @@ from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
 from gapbeam.solver.attachments.attachment_tables import Joint, PointMass
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import motions_of_tables, with_given
-from gapbeam.solver.case.beam_profile import beam_at
-from gapbeam.solver.case.case import Beam, Mesh, Output, Probe
+from gapbeam.solver.case.beam_profile import OF_MATERIAL, OF_SECTION, beam_at, span_lies_on_the_beam
+from gapbeam.solver.case.case import Beam, Contact, Mesh, Output, Probe
 from gapbeam.solver.case.checks.place_checks import Loads, Segments, namesakes
-from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.segment_table import OF_MATERIAL, OF_SECTION, span_lies_on_the_beam
 from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.supports.layout import keyed

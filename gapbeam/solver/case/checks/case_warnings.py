@@ -13,12 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.attachments.attachment_tables import bending_rank
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.beam_profile import Segment
+from gapbeam.solver.case.case import Case, law_at
 from gapbeam.solver.case.checks.run_checks import MULTIPLE_TOLERANCE
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, graded_count
-from gapbeam.solver.case.placed_support import law_at
-from gapbeam.solver.case.segment_table import Segment
 from gapbeam.solver.case.solution_tables import BeamModel, RigidModel
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import keyed

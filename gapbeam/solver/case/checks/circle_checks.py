@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
+from gapbeam.solver.case.case import Contact, Wear, advised_scheme, law_at
 from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Loads
-from gapbeam.solver.case.contact_table import Contact, Wear, advised_scheme
-from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable, Time
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.places import SupportWalls

@@ -8,11 +8,9 @@ from itertools import combinations
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
 from gapbeam.solver.case.beam_profile import beam_at
-from gapbeam.solver.case.case import Beam, Mesh, Output
+from gapbeam.solver.case.case import Beam, Contact, Mesh, Output, advised_scheme, own_law
 from gapbeam.solver.case.checks.place_checks import Segments
 from gapbeam.solver.case.computed_defaults import PATCH_SHARE
-from gapbeam.solver.case.contact_table import Contact, advised_scheme
-from gapbeam.solver.case.placed_support import own_law
 from gapbeam.solver.case.solution_tables import Time
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.law_choice import LAWS

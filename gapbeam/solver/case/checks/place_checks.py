@@ -10,9 +10,8 @@ from types import MappingProxyType
 from typing import Protocol
 
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
-from gapbeam.solver.case.beam_profile import beam_at
+from gapbeam.solver.case.beam_profile import Segment, beam_at
 from gapbeam.solver.case.case import Beam, Mesh, Probe
-from gapbeam.solver.case.segment_table import Segment
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import Layout, keyed

@@ -9,15 +9,12 @@ import numpy as np
 
 from gapbeam.solver.attachments.attachment_tables import Joint, PointMass
 from gapbeam.solver.attachments.mean_motion import MotionName
-from gapbeam.solver.case.analysis_table import Analysis, Transient
+from gapbeam.solver.case.analysis_table import Analysis, RigidMotion, Transient, centered_pose, centering_faults
 from gapbeam.solver.case.beam_motions import motions_of_tables
-from gapbeam.solver.case.case import Beam, Damping, Mesh, Output
+from gapbeam.solver.case.case import Beam, Contact, Damping, Mesh, Output, advised_scheme
 from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Loads, Probes
-from gapbeam.solver.case.contact_table import Contact, advised_scheme
-from gapbeam.solver.case.rigid_motion import RigidMotion
 from gapbeam.solver.case.solution_tables import BeamModel, FullModel, ModelTable, ReducedModel, RigidModel, Time
-from gapbeam.solver.case.start_tables import centered_pose, centering_faults
 from gapbeam.solver.errors import Fault
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports

@@ -7,12 +7,9 @@ from itertools import combinations
 
 from gapbeam.solver.attachments.attachment_tables import Joint, bending_rank
 from gapbeam.solver.case.analysis_table import Analysis, Periodic, Transient
-from gapbeam.solver.case.beam_profile import beam_at
-from gapbeam.solver.case.case import Beam, Mesh
+from gapbeam.solver.case.beam_profile import beam_at, span_lies_on_the_beam
+from gapbeam.solver.case.case import Beam, Contact, Mesh, law_at, own_law, whole_unit
 from gapbeam.solver.case.checks.place_checks import Loads, Segments, same_name
-from gapbeam.solver.case.contact_table import Contact, whole_unit
-from gapbeam.solver.case.placed_support import law_at, own_law
-from gapbeam.solver.case.segment_table import span_lies_on_the_beam
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic
 from gapbeam.solver.errors import Fault, Key

@@ -17,10 +17,8 @@ from gapbeam.solver.case.checks.all_checks import contradictions
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.json_schema import schema
 from gapbeam.solver.case.model_choice import chosen_case
-from gapbeam.solver.case.reading.case_units import convert, looks_like_millimeters
-from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, check_types, incomplete, label
-from gapbeam.solver.case.reading.magnitudes import beyond_reason
-from gapbeam.solver.case.reading.overrides import Overrides, override
+from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, beyond_reason, check_types, incomplete, label
+from gapbeam.solver.case.reading.overrides import Overrides, convert, looks_like_millimeters, override
 from gapbeam.solver.case.reading.toml_text import beyond_bounds, key_lines, line_of, parse, read_text
 from gapbeam.solver.errors import CaseError, Fault, Key
 from gapbeam.solver.wording.short_words import printable

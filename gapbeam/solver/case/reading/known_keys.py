@@ -1,6 +1,8 @@
 """The tables and keys that a case file may hold, read off its models, and faults of single keys with suggestions.
 
 The root is the model of the whole file, by default `gapbeam.solver.case.case.Case`.
+
+Numbers have limits beyond which their squares and products would overflow or vanish.
 """
 
 from __future__ import annotations
@@ -8,15 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.reading.value_hints import hint_for
-from gapbeam.solver.case.reading.value_words import example, shown, toml_value, wanted
+from gapbeam.solver.case.reading.value_words import example, hint_for, shown, toml_value, wanted
 from gapbeam.solver.errors import Fault, Key
-from gapbeam.solver.table import FORMS, array_models, models_in, type_name
+from gapbeam.solver.table import FORMS, Positive, array_models, models_in, type_name
 from gapbeam.solver.wording.short_words import close_to, either, near, printable, same
 
 
@@ -384,3 +385,46 @@ def _of_the_other_form(data: Mapping[str, Any], keys: Iterable[Key], root: type[
             expected, hint = one if many else several
             faults.append(Fault((name,), shown(given[0]), expected, hint))
     return faults
+
+
+LARGEST = 1.0e30
+SMALLEST = 1.0e-30
+"""Least value of positive numbers that others are divided by."""
+
+
+def beyond_reason(data: Mapping[str, Any]) -> list[Fault]:
+    """Return a fault for every key whose number, or one of whose list, is beyond all reason in SI units.
+
+    Args:
+        data: The case file as read.
+    """
+    hint = "all values are in SI units, Hz and degrees"
+    faults = []
+    for key, value in _numbers((), data):
+        if abs(value) > LARGEST:
+            faults.append(Fault(key, shown(value), f"at most {LARGEST:g} in size", hint))
+        elif 0.0 < value < SMALLEST and _is_positive(key, data):
+            faults.append(Fault(key, shown(value), f"at least {SMALLEST:g}", hint))
+    return faults
+
+
+def _numbers(key: Key, value: Any) -> Iterator[tuple[Key, float]]:
+    """Yield the numbers in a value, each with the key that it stands behind."""
+    if isinstance(value, Mapping):
+        for name, entry in value.items():
+            yield from _numbers((*key, name), entry)
+    elif isinstance(value, list | tuple):
+        for number, entry in enumerate(value):
+            yield from _numbers((*key, number) if isinstance(entry, Mapping) else key, entry)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield key, value
+
+
+def _is_positive(key: Key, data: Mapping[str, Any]) -> bool:
+    """Return whether a key holds a number above 0, or none."""
+    fields = [model.model_fields.get(str(key[-1])) for model in candidates(key[:-1], data)]
+    return any(
+        Positive in get_args(field.annotation) or any(getattr(entry, "gt", None) == 0 for entry in field.metadata)
+        for field in fields
+        if field is not None
+    )

@@ -32,7 +32,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.diagnostics.impact_list import DURATION, ImpactList
+from gapbeam.solver.diagnostics.contact_episodes import DURATION, ImpactList
 
 Array = np.ndarray
 

@@ -18,8 +18,8 @@ import numpy as np
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT, IMPLICIT
 from gapbeam.solver.contact.laws.point_law import LawTable
 from gapbeam.solver.diagnostics.energy_ledger import Energies
+from gapbeam.solver.diagnostics.history_rows import Instants
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.diagnostics.output_instants import Instants
 from gapbeam.solver.errors import NotConverged, RunError
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.jit import compile_in_another_process, is_kept, is_pending

@@ -13,11 +13,14 @@ import numpy as np
 from gapbeam.solver.diagnostics.contact_episodes import (
     FaceTouches,
     Peak,
+    RunningImpact,
     Watched,
     after_contact,
     after_forces,
+    after_gap,
     after_look,
     after_touch,
+    approach_speed,
     breaks_gates,
 )
 from gapbeam.solver.diagnostics.energy_ledger import (
@@ -31,7 +34,6 @@ from gapbeam.solver.diagnostics.energy_ledger import (
     relative_growth,
     unresolved_energy,
 )
-from gapbeam.solver.diagnostics.impact_list import RunningImpact, after_gap, approach_speed
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.own_contact import line_radii
+from gapbeam.solver.case.model_choice import line_radii
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.reduction.contact_lines import across_lines

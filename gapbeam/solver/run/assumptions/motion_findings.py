@@ -10,8 +10,8 @@ import numpy as np
 from gapbeam.solver.attachments.mean_motion import MotionName
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.computed_defaults import squeezed_stiffness
 from gapbeam.solver.case.solution_tables import BeamModel, RigidModel
-from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
 from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
 from gapbeam.solver.diagnostics.assumptions.pose_watch import ASIDE, ROTATION, STRAIN, STRESS, TRAVEL, PoseWatch
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS, Episodes

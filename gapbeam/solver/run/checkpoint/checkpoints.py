@@ -30,7 +30,6 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
     write_checkpoint,
 )
 from gapbeam.solver.run.checkpoint.diagnostics_text import as_json, restore
-from gapbeam.solver.run.checkpoint.same_matrices import refuse_other_matrices
 from gapbeam.solver.run.checkpoint.same_model import (
     FREE,
     differences,
@@ -38,6 +37,7 @@ from gapbeam.solver.run.checkpoint.same_model import (
     keys_of,
     measures_of,
     model_as_it_was,
+    refuse_other_matrices,
 )
 from gapbeam.solver.run.checkpoint.state_checks import layout_of, refuse_implausible, restored, stored
 from gapbeam.solver.run.output.field_files import FieldWriter

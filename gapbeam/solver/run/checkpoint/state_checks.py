@@ -32,8 +32,7 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.checkpoint.checkpoint_files import BrokenCheckpoint, Contents
 from gapbeam.solver.run.checkpoint.diagnostics_text import restore
 from gapbeam.solver.run.checkpoint.kept_model import matrices_of, sum_of
-from gapbeam.solver.run.output.field_grid import matching
-from gapbeam.solver.run.output.parallel_tables import ParallelTable, RankRows, found_rows, rank_by_rank, taken
+from gapbeam.solver.run.output.parallel_tables import ParallelTable, RankRows, found_rows, matching, rank_by_rank, taken
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import modal_system
 from gapbeam.solver.system.operators import Array, Indices

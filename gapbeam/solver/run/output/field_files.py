@@ -1,18 +1,23 @@
-"""fields.xdmf and fields.h5: displacement, velocity, contact pressure and perhaps stress on the linear mesh.
+"""Fields and curves of a run: fields.xdmf and fields.h5, curve.json and curve.csv.
 
 One temporal collection that ParaView and meshio read. While a run goes on, one or a few fields at a time are a file of
 their own in the folder `fields`, put in place when it is whole, and then named by the XML, which grows in place:
 whatever happens to the run, the series can be read. At the end all fields are gathered in fields.h5.
 
 Mode shapes are fields, too: one instant a mode, its time the frequency in Hz.
+
+A curve of periodic responses is a table in the results folder.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import csv
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -25,7 +30,12 @@ from gapbeam.solver.assembly.face_quadrature import FacePoints, at_nodes, face_p
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.modes.contact_modes import HeldModes
+from gapbeam.solver.periodic.continuation import CurvePoint, ResponseCurve
+from gapbeam.solver.periodic.periodic_response import SteadyModel
+from gapbeam.solver.periodic.response_branches import Branches
 from gapbeam.solver.record_table import (
+    CURVE_FILE,
+    CURVE_TABLE_FILE,
     FIELD_FOLDER,
     FIELDS,
     FIELDS_DATA_FILE,
@@ -35,10 +45,10 @@ from gapbeam.solver.record_table import (
 )
 from gapbeam.solver.run.output import parallel_tables
 from gapbeam.solver.run.output.atomic_files import new_hdf5, part_of, put_in_place, to_disk, written
-from gapbeam.solver.run.output.field_grid import FieldGrid, around, dataset
 from gapbeam.solver.run.output.hdf5_files import AT_ONCE, FieldPieces, GrowingSeries, refuse_other_data
 from gapbeam.solver.run.output.nodal_stresses import CornerValues, StressFields
-from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, RankRows
+from gapbeam.solver.run.output.parallel_tables import FieldGrid, ParallelTable, Pieces, RankRows, around, dataset
+from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Snapshots
 
@@ -306,3 +316,81 @@ def write_mode_fields(folder: Path, model: Model, modes: HeldModes) -> None:
             writer.write(Snapshots(np.array([frequency]), scaled[None], still, none), model)
     finally:
         writer.close()
+
+
+def curve_rows(curves: Sequence[ResponseCurve], model_at: Callable[[float], SteadyModel]) -> list[dict[str, Any]]:
+    """Return one row for every point: parameter, branch, stability, and what probes and faces do there.
+
+    Args:
+        curves: The branches.
+        model_at: The model for a value of the parameter.
+    """
+    return [
+        _row(point, number, model_at(point.value))
+        for number, curve in enumerate(curves, start=1)
+        for point in curve.points
+    ]
+
+
+def _row(point: CurvePoint, branch: int, steady: SteadyModel) -> dict[str, Any]:
+    period_map = steady.modal_map()
+    assert period_map is not None
+    places, forces = period_map.history(point.x)
+    model, stability = steady.model, point.stability
+    leading = stability.multipliers[0]
+    row: dict[str, Any] = {
+        "value": point.value,
+        "branch": branch,
+        "stable": stability.stable,
+        "kind": stability.kind,
+        "event": point.event,
+        "largest_multiplier": stability.largest,
+        "multiplier_real": float(leading.real),
+        "multiplier_imaginary": float(abs(leading.imag)),
+        "residual": point.residual,
+        "iterations": point.iterations,
+    }
+    for name, probe in model.probes.items():
+        along = [float(probe.evaluate(place, model.system.operators)[-1]) for place in places]
+        row[f"{name}.peak_to_peak"] = float(np.ptp(along))
+    for face, name in enumerate(model.system.contact.face_names):
+        row[f"{name}.peak_force"] = float(np.max(forces[:, face]))
+    return row
+
+
+def write_curve(folder: Path, key: str, unit: str, periods: int, found: Branches, rows: list[dict[str, Any]]) -> None:
+    """Write the table.
+
+    Args:
+        folder: Results folder.
+        key: The parameter.
+        unit: Its unit.
+        periods: Forcing periods in a period of the response.
+        found: The branches.
+        rows: Those of `curve_rows`.
+    """
+    contents = {"key": key, "unit": unit, "periods": periods, **coverage(found), "points": rows}
+    write_beside(folder / CURVE_FILE, json.dumps(contents, indent=1) + "\n")
+    with (folder / CURVE_TABLE_FILE).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def coverage(found: Branches) -> dict[str, Any]:
+    """Return the reason for which the first branch ends, and intervals without a branch, or a stable response."""
+    return {
+        "endings": list(found.curves[0].endings),
+        "branches": len(found.curves),
+        "missing": [{"low": low, "high": high, "reason": why} for low, high, why in found.missing],
+        "unstable": [{"low": low, "high": high} for low, high in found.unstable],
+    }
+
+
+def unit_of(key: str, steady: SteadyModel) -> str:
+    """Return the unit of what varies along a curve."""
+    case, field = steady.model.case, key.rsplit(".", 1)[1]
+    if key.startswith("load."):
+        return next(load for load in case.load if load.name == key.split(".")[1]).curve_units[field]
+    contact = {"stiffness": case.contact.stiffness_unit, "damping": case.contact.damping_unit}
+    return {"clearance": "m", **contact}[field]

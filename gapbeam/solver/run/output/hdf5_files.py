@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.record_table import FIELD_FOLDER
 from gapbeam.solver.run.output.atomic_files import new_file, own_folder, to_disk
-from gapbeam.solver.run.output.field_grid import FieldGrid, dataset
+from gapbeam.solver.run.output.parallel_tables import FieldGrid, dataset
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.system.operators import Array
 

@@ -1,8 +1,14 @@
-"""history.h5: labeled time histories that xarray opens, written by rank 0.
+"""Records on disk, written by rank 0: histories in history.h5, which xarray opens, and contact points in points.csv.
 
 While a run goes on, what every checkpoint adds is put in place as a piece in the folder `history`, when it is whole
 and on the disk; a piece that is small yet is continued instead. At the end all pieces are gathered in history.h5. So a
 checkpoint costs what is new, and whatever happens to the run, the records up to the last checkpoint can be read.
+
+The table points.csv has the contact of each point in a run, one point a line.
+
+First touch, time in contact and largest penetration are those at the instants of the records. The angle is defined as
+in wear.csv. Cells of what is not known are empty: the first touch of a point that was never in contact at a record, and
+the impulses of a face that was pressed between records only, or that yields.
 """
 
 from __future__ import annotations
@@ -14,10 +20,21 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from gapbeam.solver.diagnostics.point_contact import PointContact
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.record_table import FORMAT_VERSION, HISTORY, HISTORY_FILE, HISTORY_FOLDER, history_pieces
+from gapbeam.solver.record_table import (
+    FORMAT_VERSION,
+    HISTORY,
+    HISTORY_FILE,
+    HISTORY_FOLDER,
+    POINT_COLUMNS,
+    POINTS_FILE,
+    history_pieces,
+)
 from gapbeam.solver.run.output.atomic_files import Sink, copy_beside, own_folder, part_of, put_in_place, written
 from gapbeam.solver.run.output.hdf5_files import Shape, refuse_other_data
+from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.system.operators import Array
 
 BLOCK = 1024  # records that lie side by side in a file
@@ -261,3 +278,37 @@ def _copy(path: Path, columns: Mapping[str, h5py.Dataset], count: int) -> None:
             for first in range(0, count, GATHERED):
                 taken = slice(first, min(first + GATHERED, count))
                 data[begin + taken.start : begin + taken.stop] = piece[name][taken]
+
+
+HEAD = ",".join(["face", *(f"{name} ({unit})" if unit else name for name, unit in POINT_COLUMNS.items())])
+
+
+def write_points(folder: Path, points: PointContact | None, impulses: Array) -> None:
+    """Write the results of all contact points; nothing where they were not asked for.
+
+    Args:
+        folder: Of the results.
+        points: At the end of the run.
+        impulses: Of the faces, (faces,), N s.
+
+    Raises:
+        NotWritten: It could not be written.
+    """
+    if points is None:
+        return
+    names, faces = points.system.contact.face_names, points.system.contact.faces
+    lines = [HEAD]
+    for face, row in zip(faces, point_rows(points, impulses), strict=True):
+        cells = (repr(float(cell)) if np.isfinite(cell) else "" for cell in row)
+        lines.append(",".join([names[face], *cells]))
+    path = folder / POINTS_FILE
+    with written(path):
+        write_beside(path, "\n".join(lines) + "\n")
+
+
+def point_rows(points: PointContact, impulses: Array) -> Array:
+    """Return the columns of `POINT_COLUMNS`, (m, 8); arguments as in `write_points`."""
+    contact = points.system.contact
+    x, y = contact.positions[:, 0], contact.positions[:, 1]
+    found = points.shares, points.deepest, points.impulses(impulses), points.first_touch
+    return np.column_stack([x, y, angles(contact), contact.surfaces, *found])

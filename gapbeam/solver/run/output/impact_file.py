@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from gapbeam.solver.diagnostics.impact_list import ImpactList
+from gapbeam.solver.diagnostics.contact_episodes import ImpactList
 from gapbeam.solver.record_table import IMPACT_COLUMNS, IMPACTS_FILE
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.results_folder import write_beside

@@ -9,9 +9,8 @@ import numpy as np
 from mpi4py import MPI
 
 from gapbeam.solver.case.beam_motions import beam_motions
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, own_law
 from gapbeam.solver.case.computed_defaults import smoothing_window
-from gapbeam.solver.case.placed_support import own_law
 from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.loads.support_walls import face_motions

@@ -307,13 +307,3 @@ def moving_supports_do_not_wear_around(support: AnySupports, load: Loads, wear: 
                 "a base_motion, which moves all supports alike; or leave [wear] out",
                 (("load", number, "type"),),
             )
-
-
-WEAR_CHECKS = (
-    depth_limits_have_an_area,
-    local_growth_has_areas_of_its_own,
-    wear_has_its_coefficients,
-    wear_fits_the_formulation,
-    moving_supports_do_not_wear_around,
-)
-"""The checks of `[wear]` and of the wear of supports."""

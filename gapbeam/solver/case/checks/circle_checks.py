@@ -189,17 +189,3 @@ def circles_rub_without_joints(support: AnySupports, contact: Contact, joint: Jo
                 (key, ("joint",)),
             )
         return
-
-
-CIRCLE_CHECKS = (
-    circles_are_round,
-    circles_leave_play,
-    circles_have_a_midpoint_rule,
-    circles_do_not_yield,
-    circles_do_not_give_way,
-    circles_stay_open,
-    circles_wear_evenly,
-    circles_are_shot_at,
-    circles_rub_without_joints,
-)
-"""The checks of holes that are met as circles."""

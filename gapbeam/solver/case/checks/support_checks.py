@@ -279,14 +279,6 @@ def yield_forces_are_of_whole_supports(support: AnySupports, contact: Contact) -
             )
 
 
-WHOLE_SUPPORT_CHECKS = (
-    figures_are_of_one_kind,
-    whole_supports_follow_the_law,
-    whole_supports_touch_at_once,
-    yield_forces_are_of_whole_supports,
-)
-"""The checks of figures of whole supports."""
-
 DEEPEST = 0.5  # of the thickness: the largest interference
 
 

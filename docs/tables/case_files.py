@@ -28,13 +28,17 @@ from gapbeam.studies.uncertain.uncertain_file import UncertainStudy
 
 REFERENCE = Path(__file__).resolve().parents[1] / "reference"
 FIRST = "case-files.md"
+UNCERTAIN = "uncertain-files.md"
+LIBRARY = "library-files.md"
 PAGES: dict[str, type[BaseModel]] = {
     FIRST: Case,
     "identification-files.md": Identification,
-    "library-files.md": LibraryStudy,
     "scene-files.md": SceneCase,
-    "uncertain-files.md": UncertainStudy,
+    UNCERTAIN: UncertainStudy,
+    LIBRARY: LibraryStudy,
 }
+ASSUMED = ["[gates.warnings]", "[gates.failures]"]
+"""Tables whose keys stand on the page of the assumptions."""
 START, END = "<!-- tables: made by docs/tables/case_files.py -->\n", "<!-- end of tables -->\n"
 SHARED = 4
 """Rows that a table shares with one on the first page are named there, and values that rows share above their table."""
@@ -68,26 +72,57 @@ def sections(root: type[BaseModel]) -> dict[Section, list[str]]:
 
 
 def reference(name: str) -> str:
-    """Return the Markdown of all tables of a page; what the first page has is linked."""
+    """Return the Markdown of all tables of a page; a page before it that has the same is linked."""
     root = PAGES[name]
-    loose = [_row(root, key) for key, field in root.model_fields.items() if not models_in(field.annotation)]
-    there = {} if name == FIRST else sections(PAGES[FIRST])
-    parts = ["### Above all tables", "", *_table([(row, ("",)) for row in loose], ("",)), ""]
+    loose = [(row, ("",)) for row in _loose(root)]
+    # the earliest page that has a section, and its heading there
+    there: dict[Section, tuple[str, list[str]]] = {}
+    for other in list(PAGES)[: list(PAGES).index(name)]:
+        for section, headers in sections(PAGES[other]).items():
+            there.setdefault(section, (other, headers))
+    parts = ["### Above all tables", ""]
+    if name == LIBRARY:
+        parts += _kept(loose, set(_loose(PAGES[UNCERTAIN])), ("",), f"{UNCERTAIN}#above-all-tables", UNCERTAIN)
+    else:
+        parts += [*_table(loose, ("",)), ""]
     for section, headers in sections(root).items():
         parts += [f"### {_heading(headers)}", ""]
         if section in there:
-            heading = _heading(there[section])
-            parts += [f"As [{heading.replace('[', '').replace(']', '')}]({FIRST}#{_anchor(heading)}).", ""]
+            page_there, named = there[section]
+            heading = _heading(named)
+            parts += [f"As [{heading.replace('[', '').replace(']', '')}]({page_there}#{_anchor(heading)}).", ""]
             continue
         kinds = section.purposes
         parts += [f"* `{kind}`: {words}" for kind, words in kinds] if kinds[0][0] else [kinds[0][1]]
-        known = {row for other, named in there.items() if headers[0] in named for row, _ in other.rows}
-        shared = dict.fromkeys(row[0] for row, _ in section.rows if row in known)
-        kept = [row for row in section.rows if len(shared) < SHARED or row[0] not in known]
-        parts += ["", *_table(kept, tuple(kind for kind, _ in kinds)), ""] if kept else [""]
-        if len(shared) >= SHARED:
-            parts += [f"As in [case files]({FIRST}#{_anchor(_heading(headers))}): {', '.join(shared)}.", ""]
+        parts.append("")
+        if headers == ASSUMED:
+            keys = ", ".join(key for (key, _, _), _ in section.rows)
+            parts += [
+                f"What each means, and its limits: [assumptions](../explanation/assumptions.md). Keys: {keys}.",
+                "",
+            ]
+            continue
+        known = {row for other, (_, named) in there.items() if headers[0] in named for row, _ in other.rows}
+        parts += _kept(section.rows, known, tuple(k for k, _ in kinds), f"{FIRST}#{_anchor(_heading(headers))}", FIRST)
     return "\n".join(parts)
+
+
+def _loose(root: type[BaseModel]) -> list[Row]:
+    """Return the rows of keys above all tables."""
+    return [_row(root, key) for key, field in root.model_fields.items() if not models_in(field.annotation)]
+
+
+def _kept(
+    rows: Sequence[tuple[Row, tuple[str, ...]]], known: set[Row], kinds: tuple[str, ...], address: str, page: str
+) -> list[str]:
+    """Return a table without the rows that another page has, and their keys with a link."""
+    shared = dict.fromkeys(row[0] for row, _ in rows if row in known)
+    kept = [row for row in rows if len(shared) < SHARED or row[0] not in known]
+    lines = [*_table(kept, kinds), ""] if kept else []
+    if len(shared) >= SHARED:
+        title = page.removesuffix(".md").replace("-", " ")
+        lines += [f"As in [{title}]({address}): {', '.join(shared)}.", ""]
+    return lines
 
 
 def _heading(headers: Iterable[str]) -> str:

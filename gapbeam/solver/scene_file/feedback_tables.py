@@ -120,7 +120,7 @@ class Controller(_Acting):
     type: Literal["controller"] = Field(description="kind of force")
     sense: Points = Field(description="points that it reads: u has their displacements, then their velocities")
     act: Points = Field(description="points that its forces act on")
-    A: Matrix = Field(default=(), description="1/s; [] without states")
+    A: Matrix = Field(default=(), description="state matrix, 1/s; [] without states")
     B: Matrix = Field(default=(), description="a row for each state")
     C: Matrix = Field(default=(), description="a row for each force")
     D: Matrix = Field(default=(), description="a row for each force, N/m and N s/m; [] is 0")

@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.linear_stability import critical_velocity, eigenvalues, idle_supports, root_locus
     from gapbeam.solver.scene.mesh_structure import from_mesh
     from gapbeam.solver.scene.modal_files import read_modes
+    from gapbeam.solver.scene.orbit_tangents import tangents
     from gapbeam.solver.scene.scene import Scene
     from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, moving_force, weight
     from gapbeam.solver.scene.scene_march import history, march
@@ -105,6 +106,7 @@ _MODULES = {
     "solver.scene.linear_stability": ("critical_velocity", "eigenvalues", "idle_supports", "root_locus"),
     "solver.scene.mesh_structure": ("from_mesh",),
     "solver.scene.modal_files": ("read_modes",),
+    "solver.scene.orbit_tangents": ("tangents",),
     "solver.scene.scene": ("Scene",),
     "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "moving_force", "weight"),
     "solver.scene.scene_march": ("history", "march"),
@@ -238,6 +240,7 @@ __all__ = [
     "span",
     "stability",
     "sweep",
+    "tangents",
     "theta",
     "tradeoff",
     "uncertain",

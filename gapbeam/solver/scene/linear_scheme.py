@@ -23,6 +23,7 @@ import numpy as np
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.touch_kernel import LAST
 from gapbeam.solver.system.operators import Array
 
 Three = tuple[float, float, float]
@@ -340,8 +341,8 @@ def rooms(linear: Linear, contacts: int, lanes: int) -> tuple[Space, SolveRoom]:
     return space, SolveRoom(*whole)
 
 
-def rest(slabs: Slabs, y: Array, h: float = 1.0) -> tuple[Array, Array, Array]:
-    """Ask all contacts for a step of no motion at places y, (motions, lanes).
+def rest(slabs: Slabs, y: Array, h: float = 1.0, end: Array | None = None) -> tuple[Array, Array, Array]:
+    """Ask all contacts for a step at rest at places y, (motions, lanes), or to places `end`.
 
     Returns:
         Forces (motions, lanes); slopes by the new place, of the first lane, (motions, motions); stored energy (lanes,).
@@ -352,7 +353,8 @@ def rest(slabs: Slabs, y: Array, h: float = 1.0) -> tuple[Array, Array, Array]:
     for s, w in enumerate(slabs.work):
         d, motions = slabs.motions[s], slabs.motion[slabs.start[s] : slabs.start[s + 1]]
         for c, o in enumerate(motions):
-            w[:d, c] = w[2 : 2 + d, c] = y[o : o + d]
+            w[:d, c], w[2 : 2 + d, c] = y[o : o + d], (y if end is None else end)[o : o + d]
+            w[LAST : LAST + 2, c] = 0.0  # a slip before
         kind(int(slabs.address[s]))(h, int(lanes * len(motions)), int(slabs.place[s]))
         for c, o in enumerate(motions):
             F[o : o + d], stored = w[4 : 4 + d, c], stored + w[10, c]

@@ -1,0 +1,114 @@
+"""Figures of one period of a march, such as "tip.rms" or "stop.peak_force", and their derivatives by its steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.scene import Scene
+from gapbeam.solver.system.operators import Array
+
+POINT_FIGURES, CONTACT_FIGURES = ("peak", "rms", "harmonic_1"), ("peak_force", "impulse")
+TIED, ALIKE = 1e-9, 1e-6
+"""Relative: difference of two maxima that are one to round-off, and of their derivatives where these are one, too."""
+
+
+@dataclass(frozen=True)
+class OrbitFigure:
+    """A figure of displacements or contact forces of all steps of a period.
+
+    Attributes:
+        name: With its owner.
+        kind: "peak", "rms", "harmonic_3", "peak_force" or "impulse".
+        columns: Of the motions of its owner.
+        harmonic: Number of the harmonic.
+    """
+
+    name: str
+    kind: str
+    columns: slice
+    harmonic: int = 0
+
+    @property
+    def forces(self) -> bool:
+        """True for a figure of contact forces."""
+        return self.kind in CONTACT_FIGURES
+
+    def value(self, series: Array, h: float) -> tuple[float, Array]:
+        """Return the figure and its derivative by each value of its own columns.
+
+        Args:
+            series: Displacements of all points or forces of all contacts, (steps, motions).
+            h: Step, s.
+        """
+        x = series[:, self.columns]
+        size, steps = np.linalg.norm(x, axis=1), len(x)
+        unit: Array = x / np.where(size > 0.0, size, 1.0)[:, None]
+        if self.kind in ("peak", "peak_force"):
+            at = int(np.argmax(size))
+            return float(size[at]), unit * (np.arange(steps) == at)[:, None]
+        if self.kind == "rms":
+            rms = float(np.sqrt(np.mean(size**2)))
+            return rms, np.asarray(x / (steps * rms or 1.0), dtype=float)
+        if self.kind == "impulse":
+            return h * float(size.sum()), h * unit
+        turns = (
+            np.exp(-2j * np.pi * self.harmonic / steps * np.arange(1, steps + 1)) * (2 if self.harmonic else 1) / steps
+        )
+        parts = turns @ x
+        amplitude = float(np.linalg.norm(parts))
+        weight: Array = np.asarray(np.real(np.conj(parts) * turns[:, None]) / (amplitude or 1.0), dtype=float)
+        return amplitude, weight
+
+    def slope(self, series: Array, moves: Array, h: float, growth: float) -> float:
+        """Return the derivative of the figure.
+
+        Args:
+            series: See `value`.
+            moves: Derivative of the series, (steps, motions).
+            h: Step, s.
+            growth: Derivative of the step.
+
+        Raises:
+            UserError: There is none.
+        """
+        x, moves, (value, weight) = series[:, self.columns], moves[:, self.columns], self.value(series, h)
+        if not moves.any():
+            return growth / h * value if self.kind == "impulse" else 0.0
+        size = np.linalg.norm(x, axis=1)
+        if not value > TIED * (h if self.kind == "impulse" else 1.0) * size.max(initial=0.0):
+            raise UserError(f"tangents: {self.name} is 0 within round-off, where it has no derivative")
+        if self.kind in ("peak", "peak_force"):
+            ways = (x * moves).sum(axis=1)[size >= (1.0 - TIED) * value] / value
+            if np.ptp(ways) > ALIKE * np.abs(ways).max():
+                raise UserError(
+                    f"tangents: {self.name} is reached at {len(ways)} steps within round-off, with a derivative each; "
+                    "change a parameter or the start a little"
+                )
+        return float((weight * moves).sum()) + (growth / h * value if self.kind == "impulse" else 0.0)
+
+
+def figure_of(scene: Scene, name: str) -> OrbitFigure:
+    """Return a figure by its name, "owner.kind".
+
+    Raises:
+        UserError: There is none.
+    """
+    owner, _, kind = name.rpartition(".")
+    at, columns = 0, dict[str, slice]()
+    for point, one in scene.point_names.items():
+        columns[point], at = slice(at, at + len(one.rows)), at + len(one.rows)
+    contacts = {
+        one.name: slice(int(first), int(first) + one.motions)
+        for one, first in zip(scene.contacts, scene.first, strict=False)
+    }
+    number = kind.removeprefix("harmonic_")
+    if owner in columns and (kind in ("peak", "rms") or (number != kind and number.isdigit())):
+        return OrbitFigure(name, kind, columns[owner], int(number) if number.isdigit() else 0)
+    if owner in contacts and kind in CONTACT_FIGURES:
+        return OrbitFigure(name, kind, contacts[owner])
+    known = [f"{one}.{kind}" for one in columns for kind in POINT_FIGURES]
+    known += [f"{one}.{kind}" for one in contacts for kind in CONTACT_FIGURES]
+    raise UserError(f"tangents: found figure {name!r}, expected one of {', '.join(known)}")

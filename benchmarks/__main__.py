@@ -12,11 +12,10 @@ from pathlib import Path
 
 from benchmarks.table import options
 
-DEFAULT = ("textbook", "rungs", "getfem_peer", "size", "contact_points", "predictions", "solves", "study_workers")
+DEFAULT = ("textbook", "rungs", "getfem_peer", "size", "contact_points", "predictions", "study_workers")
 LARGE = {
     "predictions": ["--large"],
     "fidelity": [],
-    "solves": ["--large"],
     "tiers": ["--large"],
 }
 PAGE = "README.md"

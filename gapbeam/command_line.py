@@ -27,7 +27,7 @@ from gapbeam.commands.compile_ahead import compile_
 from gapbeam.commands.drawing import export, plot, render, report, view, watch
 from gapbeam.commands.new import new
 from gapbeam.commands.study_choice import STUDIES
-from gapbeam.commands.terminal import closing_rows
+from gapbeam.commands.terminal import CaseArgument, Overrides, closing_rows
 from gapbeam.commands.tradeoff import judged_by, level_within
 from gapbeam.process.failing_ranks import abort_together, first_rank, on_one_rank
 from gapbeam.process.launcher import end_with_launcher, leave
@@ -48,12 +48,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-CaseArgument = Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")]
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated"),
-]
 
 
 def _print_versions(wanted: bool) -> None:

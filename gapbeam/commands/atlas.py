@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.terminal import StudyCommand, progress_bar, screen
+from gapbeam.commands.terminal import Overrides, StudyCommand, print_study, progress_bar
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
-
-WIDTH = 160  # columns of the table where there is no terminal to fit it to
 
 
 def atlas(
@@ -21,9 +19,7 @@ def atlas(
         list[str] | None,
         typer.Option(metavar="KEY=VALUES", help="a key and its values, a,b,c or first:last:count; at most two"),
     ] = None,
-    override: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
-    ] = None,
+    override: Overrides = None,
     starts: Annotated[int, typer.Option(min=1, max=100_000, help="starts at each point")] = 64,
     settle: Annotated[int, typer.Option(min=1, help="periods before responses are looked for")] = 100,
     rounds: Annotated[int, typer.Option(min=1, help="marches of so many periods at most")] = 4,
@@ -49,11 +45,7 @@ def atlas(
             scenes_of(case, override or []), axes, folder, starts=starts, settle=settle, rounds=rounds, orders=orders,
             reach=reach, seed=seed, progress=bar.show,
         )  # fmt: skip
-    console = screen(WIDTH)
-    for table in result.tables():
-        console.print(table)
-    console.print("\n".join(map(str, result.paths)), markup=False)
-    console.print(result.headline(), markup=False)
+    print_study(result.tables(), [*result.paths, result.headline()])
     return result.exit_status
 
 

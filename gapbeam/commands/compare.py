@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.terminal import StudyCommand, screen
+from gapbeam.commands.terminal import StudyCommand, print_study
 from gapbeam.process.usage_errors import BadParameter
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
 
-WIDTH = 120  # columns of the tables where there is no terminal to fit them to
 ResultsFolder = Annotated[Path, typer.Argument(help="results folder of a run")]
 
 
@@ -52,13 +51,8 @@ def compare(
 
     limit = fraction(tolerance)
     result = compare_folders(a, b, output if output is not None else comparison_folder(a, b), limit, after)
-    console = screen(WIDTH)
-    for table in result.tables():
-        console.print(table)
-    for note in result.comparison.notes:
-        console.print(f"note: {note}", markup=False)
-    console.print(f"{result.data}\n{result.picture}", markup=False)
-    console.print(result.headline(), markup=False)
+    notes = [f"note: {note}" for note in result.comparison.notes]
+    print_study(result.tables(), [*notes, result.data, result.picture, result.headline()], width=120)
     return result.exit_status
 
 

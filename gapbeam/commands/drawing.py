@@ -16,7 +16,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from gapbeam.commands.terminal import progress_bar
+from gapbeam.commands.terminal import CaseArgument, Overrides, progress_bar
 from gapbeam.process.terminal_text import harmless, with_options
 from gapbeam.process.usage_errors import BadParameter
 
@@ -156,10 +156,8 @@ def render(
 
 
 def view(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")],
-    override: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
-    ] = None,
+    case: CaseArgument,
+    override: Overrides = None,
     output: Annotated[Path | None, typer.Option(help="picture, *.png; by default results/<case>-view.png")] = None,
     size: Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="in pixels")] = "1600x900",
 ) -> int:

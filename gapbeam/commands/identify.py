@@ -8,26 +8,24 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gapbeam.commands.terminal import (
+    Overrides,
+    Overwrite,
     SchedulerAddress,
     SlurmOptions,
     StudyCommand,
     WorkerCount,
+    print_study,
     progress_bar,
-    screen,
     workers_from,
 )
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
 
-WIDTH = 180  # columns of the tables where there is no terminal to fit them to
-
 
 def identify(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="what is unknown and what was measured (TOML)")],
-    override: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
-    ] = None,
+    override: Overrides = None,
     leave_one_out: Annotated[
         bool, typer.Option("--leave-one-out", help="predict each fitted measurement from the others too")
     ] = False,
@@ -35,7 +33,7 @@ def identify(
     workers: WorkerCount = None,
     scheduler: SchedulerAddress = None,
     slurm: SlurmOptions = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="begin anew")] = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Find unknown keys of a case from measured values, and how well they are known; resumes where it stopped.
 
@@ -57,14 +55,8 @@ def identify(
             overwrite,
             lambda words, done, total: bar.show(done, total, words),
         )
-    console = screen(WIDTH)
-    for part in result.tables():
-        console.print(part, markup=False)
-    if result.paths:
-        console.print("\n".join(map(str, result.paths)), markup=False)
     remark = result.remark()
-    if remark is not None:
-        console.print(remark, markup=False)
+    print_study(result.tables(), [*result.paths, *([] if remark is None else [remark])], width=180)
     return result.exit_status
 
 

@@ -7,16 +7,12 @@ from typing import Annotated
 
 import typer
 
-from gapbeam.commands.terminal import StudyCommand, progress_bar, screen
-
-WIDTH = 160  # columns of the tables where there is no terminal to fit them to
+from gapbeam.commands.terminal import Overrides, StudyCommand, print_study, progress_bar
 
 
 def library(
     study: Annotated[Path, typer.Argument(metavar="STUDY", help="what is unknown, and what is recorded (TOML)")],
-    override: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
-    ] = None,
+    override: Overrides = None,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<study>")] = None,
 ) -> int:
     """March a library of members over unknown values, for `gapbeam estimate`; resumes where it stopped.
@@ -32,11 +28,7 @@ def library(
     with progress_bar("members") as bar:
         one = repeating_scene(study.parent / read.case, settings_of_study(study, read.set, override or []))
         result = run_library(read, one, folder, lambda done: bar.show(done, read.members))
-    console = screen(WIDTH)
-    for table in result.tables():
-        console.print(table)
-    console.print(str(folder), markup=False)
-    console.print(result.headline(), markup=False)
+    print_study(result.tables(), [folder, result.headline()])
     return 0
 
 
@@ -103,17 +95,14 @@ def estimate(
         for path in recordings
     ]  # fmt: skip
     result = series(estimates, times, limits)
-    console = screen(WIDTH)
-    for table in result.tables():
-        console.print(table)
+    print_study(result.tables(), [])
     if output is not None:
         heads, rows = result.rows()
         file = io.StringIO()
         csv.writer(file).writerows([heads, *rows])
         with study_written(output):
             write_beside(output, file.getvalue())
-    for one in [*estimates, *([result] if len(estimates) > 2 else [])]:
-        console.print(one.headline(), markup=False)
+    print_study([], [one.headline() for one in [*estimates, *([result] if len(estimates) > 2 else [])]])
     return result.exit_status
 
 

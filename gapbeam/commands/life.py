@@ -8,20 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.terminal import StudyCommand, progress_bar, screen
+from gapbeam.commands.terminal import Overrides, Overwrite, StudyCommand, print_study, progress_bar
 from gapbeam.process.usage_errors import BadParameter
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
 
-WIDTH = 160  # columns of the table where there is no terminal to fit it to
-
 
 def life(
     case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML) with wear.depth_limit")],
-    override: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
-    ] = None,
+    override: Overrides = None,
     tolerance: Annotated[str, typer.Option(help="error of a block, as a share of its depth")] = "2%",
     at_most: Annotated[
         str | None,
@@ -31,7 +27,7 @@ def life(
     ] = None,
     runs: Annotated[int, typer.Option(min=2, max=10_000, help="most runs that are made")] = 40,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-life")] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="begin anew")] = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Find the time until a support face is worn to wear.depth_limit; resumes where it stopped.
 
@@ -51,11 +47,7 @@ def life(
     share = fraction(tolerance, "--tolerance")
     with progress_bar("runs on worn gaps") as bar:
         result = run_life(case, folder, override or (), share, longest, runs, overwrite, bar.show)
-    console = screen(WIDTH)
-    for table in result.tables():
-        console.print(table)
-    console.print("\n".join(map(str, result.paths)), markup=False)
-    console.print(result.headline(), markup=False)
+    print_study(result.tables(), [*result.paths, result.headline()])
     return result.exit_status
 
 

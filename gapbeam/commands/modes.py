@@ -9,11 +9,10 @@ from typing import Annotated
 
 import typer
 
-from gapbeam.commands.terminal import StudyCommand, screen
+from gapbeam.commands.terminal import CaseArgument, Overrides, StudyCommand, print_study
 from gapbeam.process.usage_errors import BadParameter
 
 COUNT = 4
-WIDTH = 180  # columns of the tables where there is no terminal to fit them to
 UNKNOWN = "-"
 LEAST = 2  # measured frequencies, for two springs
 
@@ -51,10 +50,8 @@ def measured_frequencies(text: str | None, count: int) -> dict[int, float]:
 
 
 def modes(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")],
-    override: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
-    ] = None,
+    case: CaseArgument,
+    override: Overrides = None,
     count: Annotated[int, typer.Option(min=2, help="bending modes")] = COUNT,
     measured: Annotated[
         str | None, typer.Option(metavar="HZ,HZ,...", help="measured frequencies of the modes 1, 2, ...; - for unknown")
@@ -80,13 +77,9 @@ def modes(
     folder = output if output is not None else Path("results") / f"{case.stem}-modes"
     result = find_modes(read, folder, comm, count, given, deviation)
     if comm.rank == 0:
-        console = screen(WIDTH)
-        for table in result.tables():
-            console.print(table)
-        for line in [*result.remarks, *map(str, result.paths)]:
-            console.print(line, markup=False)
-        for name in result.not_reproduced:
-            console.print(f"no end springs reproduce the {name} frequencies within twice {accuracy}", markup=False)
+        words = "no end springs reproduce the {} frequencies within twice {}"
+        missed = [words.format(name, accuracy) for name in result.not_reproduced]
+        print_study(result.tables(), [*result.remarks, *result.paths, *missed], width=180)
     return result.exit_status
 
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gapbeam.commands.terminal import (
+    CaseArgument,
+    Overrides,
     SchedulerAddress,
     SlurmOptions,
     StudyCommand,
@@ -24,14 +26,12 @@ SCHEMES = "discrete-gradient,implicit-midpoint,newmark,hht-alpha,generalized-alp
 
 
 def stability(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")],
+    case: CaseArgument,
     stiffness: Annotated[str, typer.Option(help="contact stiffness, Pa/m: a,b,c or first:last:count")] = STIFFNESSES,
     step: Annotated[str, typer.Option(help="time step, s: a,b,c or first:last:count")] = STEPS,
     scheme: Annotated[str, typer.Option(help="schemes, by name")] = SCHEMES,
     vary: Annotated[list[str] | None, typer.Option(metavar="KEY=VALUES", help="any other key; may be repeated")] = None,
-    override: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
-    ] = None,
+    override: Overrides = None,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-stability")] = None,
     workers: WorkerCount = None,
     scheduler: SchedulerAddress = None,

@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gapbeam.commands.terminal import (
+    CaseArgument,
+    Overrides,
+    Overwrite,
     SchedulerAddress,
     SlurmOptions,
     StudyCommand,
     WorkerCount,
+    print_study,
     progress_bar,
-    screen,
     workers_from,
 )
 from gapbeam.solver.errors import in_one_line
@@ -21,11 +24,9 @@ from gapbeam.solver.errors import in_one_line
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
 
-WIDTH = 160  # columns of the table where there is no terminal to fit it to
-
 
 def sweep(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")],
+    case: CaseArgument,
     keys: Annotated[list[str], typer.Argument(metavar="KEY=VALUES...", help="KEY=a,b,c or KEY=first:last:count[:log]")],
     zipped: Annotated[
         bool, typer.Option("--zip", help="values side by side; by default every one with every other")
@@ -40,11 +41,9 @@ def sweep(
         float | None, typer.Option(min=0.0, help="s before a response counts; by default found in it")
     ] = None,
     tolerance: Annotated[str, typer.Option(help="amplitudes that are the same in the census")] = "2%",
-    override: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
-    ] = None,
+    override: Overrides = None,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-sweep")] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="begin anew")] = False,
+    overwrite: Overwrite = False,
     workers: WorkerCount = None,
     scheduler: SchedulerAddress = None,
     slurm: SlurmOptions = None,
@@ -67,16 +66,11 @@ def sweep(
     folder = output if output is not None else Path("results") / f"{case.stem}-sweep"
     with progress_bar("responses") as bar:
         result = run_sweep(wanted, folder, overwrite, crew, bar.show)
-    console = screen(WIDTH)
-    for table in result.tables():
-        console.print(table)
-    for note, count in result.notes:
-        console.print(f"note ({count} of {len(result.records)}): {note}", markup=False)
+    notes = [f"note ({count} of {len(result.records)}): {note}" for note, count in result.notes]
     for record in result.failed:
         values = ", ".join(f"{key} = {value}" for key, value in record["values"].items())
-        console.print(f"{values}: {record['verdict']}: {in_one_line(record['message'])}", markup=False)
-    console.print("\n".join(map(str, result.paths)), markup=False)
-    console.print(result.headline(), markup=False)
+        notes.append(f"{values}: {record['verdict']}: {in_one_line(record['message'])}")
+    print_study(result.tables(), [*notes, *result.paths, result.headline()])
     return result.exit_status
 
 

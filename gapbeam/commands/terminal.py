@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -31,6 +32,15 @@ def screen(width: int) -> Console:
     if not console.is_terminal:
         console.width = max(console.width, width)
     return console
+
+
+def print_study(tables: Iterable[RenderableType], lines: Iterable[object], width: int = 160) -> None:
+    """Print tables and then lines as they are; without a terminal the tables have so many columns."""
+    console = screen(width)
+    for table in tables:
+        console.print(table, markup=False)
+    for line in lines:
+        console.print(str(line), markup=False)
 
 
 def closing_rows(closing: Mapping[str, Any]) -> Table:
@@ -92,6 +102,11 @@ class StudyCommand:
 
 
 PANEL = "Workers"
+CaseArgument = Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")]
+Overrides = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="begin anew")]
 WorkerCount = Annotated[
     int | None,
     typer.Option("--workers", min=1, help="processes; by default one a core; 1: this one alone", rich_help_panel=PANEL),

@@ -7,24 +7,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.terminal import StudyCommand, screen
+from gapbeam.commands.terminal import CaseArgument, Overrides, StudyCommand, print_study
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
     from gapbeam.solver.run.outcome import Outcome
     from gapbeam.studies.tradeoff.run_tradeoff import Taken
 
-WIDTH = 180  # columns of the table where there is no terminal to fit it to
 MINUTES = 12.0
 
 
 def tradeoff(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")],
+    case: CaseArgument,
     tolerance: Annotated[str, typer.Option(help="largest error of a figure that will do")] = "2%",
     minutes: Annotated[float, typer.Option(min=0.1, help="wall time that the study may take")] = MINUTES,
-    override: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
-    ] = None,
+    override: Overrides = None,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-tradeoff")] = None,
 ) -> int:
     """Measure time, memory and error of models, meshes, steps and schemes of a case; name the cheapest that will do.
@@ -38,18 +35,14 @@ def tradeoff(
 
     folder = output if output is not None else tradeoff_folder(case)
     result = run_tradeoff(case, folder, overrides_as_mapping(override or []), fraction(tolerance), minutes)
-    study, console = result.study, screen(WIDTH)
-    for table in result.tables():
-        console.print(table)
-    console.print("(in brackets: below the uncertainty of the reference; *: the one to take)")
+    study = result.study
+    lines = ["(in brackets: below the uncertainty of the reference; *: the one to take)"]
     if study.full_check is not None:
         words = ", ".join(f"{name} {100 * error:.2g} %" for name, error in study.full_check.items())
         over = f"over the first {study.periods} forcing periods"
-        console.print(f"the reduced model against all DOFs on the mesh of the case, {over}: {words}")
-    for level, seconds in study.skipped:
-        console.print(f"skipped: {level.name}, about {seconds:.0f} s", markup=False)
-    console.print("\n".join(map(str, result.paths)), markup=False)
-    console.print(f"{study.seconds:.0f} s; {result.headline()}", markup=False)
+        lines.append(f"the reduced model against all DOFs on the mesh of the case, {over}: {words}")
+    lines += [f"skipped: {level.name}, about {seconds:.0f} s" for level, seconds in study.skipped]
+    print_study(result.tables(), [*lines, *result.paths, f"{study.seconds:.0f} s; {result.headline()}"], width=180)
     return result.exit_status
 
 

@@ -7,19 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.terminal import StudyCommand, progress_bar, screen
+from gapbeam.commands.terminal import Overrides, StudyCommand, print_study, progress_bar
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
 
-WIDTH = 160  # columns of the tables where there is no terminal to fit them to
-
 
 def uncertain(
     study: Annotated[Path, typer.Argument(metavar="STUDY", help="what is uncertain, and limits (TOML)")],
-    override: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
-    ] = None,
+    override: Overrides = None,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<study>")] = None,
 ) -> int:
     """Find figures as distributions for each response, and probabilities; resumes where it stopped.
@@ -35,11 +31,7 @@ def uncertain(
     with progress_bar("members") as bar:
         one = repeating_scene(study.parent / read.case, settings_of_study(study, read.set, override or []))
         result = run_uncertain(read, one, folder, lambda done: bar.show(done, read.expected))
-    console = screen(WIDTH)
-    for table in result.tables():
-        console.print(table)
-    console.print(str(folder), markup=False)
-    console.print(result.headline(), markup=False)
+    print_study(result.tables(), [folder, result.headline()])
     return result.exit_status
 
 

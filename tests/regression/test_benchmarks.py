@@ -17,7 +17,6 @@ from benchmarks import (
     section_modes,
     section_shear,
     size,
-    solves,
     textbook,
     tiers,
 )
@@ -122,15 +121,6 @@ POINTS = {
 
 @alone
 @pytest.mark.slow
-def test_solves_by_iterations_are_measured() -> None:
-    """The coarsest meshes: a step lands with many points at once."""
-    found = solves.table((1, 2))
-    assert found.figures["largest_solve"] > 0.0
-    assert "points pressed" in str(found.rows[0][5])
-
-
-@alone
-@pytest.mark.slow
 def test_levels_are_compared_with_the_full_model(monkeypatch: pytest.MonkeyPatch) -> None:
     """A coarse slice in a basis with all contact DOFs: within 1e-5 in displacement; the table has every figure."""
     monkeypatch.setattr(model_levels, "TEXTBOOK_STEPS", 1)
@@ -215,6 +205,3 @@ def test_ways_to_solve_are_measured() -> None:
     # its sign is not known: meshes as coarse as these take less than their processes differ by
     exponent = np.log(memory[1] / memory[0]) / np.log(5025 / 3075)
     assert found.figures["factor: exponent of memory"] == pytest.approx(exponent)
-    one = solves.table((1, 2))
-    assert [row[0] for row in one.rows] == [3075, 5025]
-    assert one.figures["largest_solve"] > 0.0

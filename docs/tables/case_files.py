@@ -66,9 +66,24 @@ def sections(root: type[BaseModel]) -> dict[Section, list[str]]:
                 if key != "type":
                     rows.setdefault(_row(table.model, key), []).append(kind)
         purposes = tuple((kind, (inspect.getdoc(t.model) or "").split("\n")[0]) for kind, t in kinds.items())
-        section = Section(purposes, tuple((row, tuple(of)) for row, of in rows.items()))
+        section = Section(purposes, tuple((row, tuple(of)) for row, of in _merged(rows).items()))
         found.setdefault(section, []).append(header)
     return found
+
+
+def _merged(rows: Mapping[Row, list[str]]) -> dict[Row, list[str]]:
+    """Return rows of which those that differ in a text as default alone are one, with all defaults."""
+    defaults: dict[Row, dict[str, None]] = {}
+    types: dict[Row, list[str]] = {}
+    for (key, value, meaning), of in rows.items():
+        default, semicolon, rest = value.partition("; ") if value.startswith('`"') else ("", "", value)
+        row = (key, f"{semicolon}{rest}", meaning)
+        defaults.setdefault(row, {})[default] = None
+        types.setdefault(row, []).extend(of)
+    return {
+        (key, f"{', '.join(texts)}{rest}", meaning): types[key, rest, meaning]
+        for (key, rest, meaning), texts in defaults.items()
+    }
 
 
 def reference(name: str) -> str:
@@ -135,7 +150,7 @@ def _anchor(heading: str) -> str:
 
 def _types(types: tuple[str, ...], kinds: tuple[str, ...]) -> str:
     """Return the types that have a row: all, all with the same beginning, or their names."""
-    if types == kinds:
+    if set(types) == set(kinds):
         return "all"
     first = types[0].partition("_")[0] + "_"
     return (

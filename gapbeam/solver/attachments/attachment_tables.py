@@ -71,14 +71,14 @@ class ClampedJoint(Joint):
 
 
 class PinnedJoint(Joint):
-    """The cross-section rotates about its center, which does not move; there is no twist."""
+    """The cross-section rotates about its fixed center, without twist."""
 
     type: Literal["pinned"] = Field(description="kind of joint")
     holds: ClassVar[tuple[MotionName, ...]] = ("axial", "vertical", "lateral", "twist")
 
 
 class GuidedJoint(Joint):
-    """The cross-section slides up, down and sideways, and does not rotate or move along the beam."""
+    """The cross-section slides across the beam, and does not rotate."""
 
     type: Literal["guided"] = Field(description="kind of joint")
     holds: ClassVar[tuple[MotionName, ...]] = ("axial", "rotation", "lateral_rotation", "twist")

@@ -98,7 +98,7 @@ Components = tuple[Number, Number, Number]
 
 
 class StartMotion(Table):
-    """A rigid motion, added to the state at t = 0: a displacement and a velocity, each with its rotation.
+    """A rigid motion, added to the state at t = 0.
 
     The rotation is small and leaves `point` in its place; [x, y] of a slice, [x, y, z] of a solid or a beam in 3D.
     """

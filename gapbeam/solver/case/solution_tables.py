@@ -122,7 +122,7 @@ class FullModel(_AnyModel):
 
 
 class ReducedModel(_AnyModel):
-    """The finite element mesh in a basis of vibration modes and of shapes that contact and loads give it."""
+    """The finite element mesh in a basis of vibration modes and contact shapes."""
 
     type: Literal["reduced"] = Field(description="name of the model")
     interface: Literal["free", "fixed"] = Field(
@@ -186,7 +186,7 @@ BeamMotion = Literal["bending", "lateral", "axial", "torsion"]
 
 
 class BeamModel(_AnyModel):
-    """Beam elements between the contact faces of the mesh, with the motions that a case asks for."""
+    """Beam elements between the contact faces of the mesh."""
 
     type: Literal["beam"] = Field(description="name of the model")
     elements: Whole = Field(default=102, ge=2, description="number of elements along the beam")
@@ -245,7 +245,7 @@ class BeamModel(_AnyModel):
 
 
 class RigidModel(_AnyModel):
-    """The beam as a rigid body between the contact faces of the mesh: three motions in 2D, six in 3D."""
+    """A rigid body between the contact faces of the mesh."""
 
     type: Literal["rigid"] = Field(description="name of the model")
 
@@ -263,7 +263,7 @@ class RigidModel(_AnyModel):
 
 
 class AutoModel(_AnyModel):
-    """The simplest model that gives what is wanted of the scene; chosen when the case is read."""
+    """The simplest model that gives what is wanted."""
 
     type: Literal["auto"] = Field(description="name of the model")
     wanted: Literal["auto"] | Wanted = Field(

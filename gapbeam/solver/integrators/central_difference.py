@@ -32,7 +32,7 @@ from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDisc
 
 
 class CentralDifference(TimeScheme):
-    """Central difference with a lumped mass matrix: explicit, stable only with tiny steps, which are enforced."""
+    """Central difference with a lumped mass matrix: explicit, tiny steps."""
 
     type: Literal["central-difference"] = Field(description="name of the scheme")
     carries_acceleration: ClassVar[bool] = True

@@ -18,7 +18,7 @@ UNITS = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m", "preload": "N"}
 
 
 class Exciter(HarmonicPointForce):
-    """A harmonic force at a point from a modal exciter: a mass on a spring and a damper, fixed to the beam there.
+    """A harmonic force from a modal exciter: a mass on a spring and a damper, fixed to the beam.
 
     The suspension stands on the frame of the support and carries the weight of the moving mass: gravity does not act on
     it, base motion does. It is relaxed in the undeformed pose of the beam, but for the preload.

@@ -122,7 +122,7 @@ class HarmonicForce(HarmonicPointForce):
 
 
 class ConstantForce(PointLoad):
-    """A constant force at a point, part of the static seat: the beam starts at rest under it."""
+    """A constant force at a point, part of the static seat."""
 
     static: ClassVar[bool] = True
 

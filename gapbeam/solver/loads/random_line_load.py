@@ -200,7 +200,7 @@ class VelocityProfile(Table):
 
 
 class RandomLineLoad(PairedNoiseLoad):
-    """A random force per length along the beam, whose coherence falls with the distance of two places."""
+    """A random force per length, whose coherence falls with distance along the beam."""
 
     of_model: ClassVar[tuple[str, ...]] = (*OF_MODEL, *OF_PATTERNS)
 

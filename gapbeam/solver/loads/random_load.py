@@ -38,7 +38,7 @@ class NoiseLoad(UnrepeatedLoad):
 
     name: Name = Field(
         default="noise",
-        description="unique name; loads of different names are independent",
+        description="unique name",
     )
     seed: Seed = Field(default=0, description="chooses one of many signals of the spectrum")
     spectrum: SpectrumChoice

@@ -62,7 +62,7 @@ FASTEST = 2.0
 
 
 class StepForce(UnrepeatedLoad, PointLoad):
-    """A force at a point from a time on, until another time if one is given; no part of the static seat."""
+    """A force at a point from a time on, or between two times; no part of the static seat."""
 
     settles: ClassVar[bool] = True
 

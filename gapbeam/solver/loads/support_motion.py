@@ -60,7 +60,7 @@ SLOWEST = 1.0e-9  # share of the largest speed that is no jump
 
 
 class HarmonicSupportMotion(HarmonicLoad, MovingSupport):
-    """Harmonic displacement of one support while the others stay where they are."""
+    """Harmonic displacement of one support."""
 
     type: Literal["support_motion"] = Field(description="kind of load")
     name: Name = Field(default="motion", description="unique name")
@@ -98,7 +98,7 @@ class HarmonicSupportMotion(HarmonicLoad, MovingSupport):
 
 
 class RecordedSupportMotion(RecordedLoad, MovingSupport):
-    """Recorded displacement of one support while the others stay where they are, m after scaling."""
+    """Recorded displacement of one support, m after scaling."""
 
     type: Literal["recorded_support_motion"] = Field(description="kind of load")
     name: Name = Field(default="motion", description="unique name")

@@ -21,17 +21,17 @@ FEWEST_CYCLES = 10.0  # in a sweep
 
 
 class SweptSineLoad(PointOrSupportLoad):
-    """A sine of constant amplitude whose frequency goes from one value to another, up or down, and back if asked."""
+    """A sine of constant amplitude whose frequency changes, up or down, and back if asked."""
 
     type: Literal["swept-sine"] = Field(description="kind of load")
     name: Name = Field(default="sweep", description="unique name")
     amplitude: Number = Field(description="amplitude, N or m/s^2", examples=[20.0])
     start_frequency: Positive = Field(description="frequency at t = 0, Hz", examples=[5.0])
     end_frequency: Positive = Field(
-        description="frequency at the end of the sweep, Hz; below start_frequency for a sweep downward",
+        description="frequency at the end of the sweep, Hz",
         examples=[100.0],
     )
-    duration: Positive = Field(description="time in which the frequency goes from one to the other, s", examples=[20.0])
+    duration: Positive = Field(description="duration of the sweep, s", examples=[20.0])
     spacing: Literal["logarithmic", "linear"] = Field(
         default="logarithmic", description="the frequency changes by the same factor, or difference, in equal times"
     )

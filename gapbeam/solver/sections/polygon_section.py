@@ -190,7 +190,7 @@ Corners = Annotated[tuple[tuple[Number, Number], ...], Field(min_length=3, max_l
 
 
 class PolygonSection(SectionTable):
-    """A polygon with holes; thickness and width are its extents, and the axis of the beam is in the middle of these.
+    """A polygon with holes; thickness and width are its extents, around the axis of the beam.
 
     Area and second moments are exact. Torsion constant, shear coefficients and shear center come from finite elements
     on the cross-section, `saint_venant`, within 1e-4.

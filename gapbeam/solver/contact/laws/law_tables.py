@@ -30,7 +30,7 @@ from gapbeam.solver.table import NonNegative, Number, Positive
 
 
 class ElasticPlastic(ChosenLaw):
-    """A linear spring K that yields at a pressure, returns along K and keeps its plastic set, with contact.damping."""
+    """A linear spring K that yields at a pressure, returns along K and keeps its plastic set."""
 
     type: Literal["elastic-plastic"] = Field(description="name of the law")
     yield_pressure: Positive | None = Field(
@@ -117,7 +117,7 @@ class RestitutionLaw(ChosenLaw):
 
 
 class PiecewiseLinear(ChosenLaw):
-    """A linear spring K whose stiffness changes at given depths, with contact.damping: stops that stiffen, buffers."""
+    """A linear spring K whose stiffness changes at given depths: stops that stiffen, buffers."""
 
     type: Literal["piecewise-linear"] = Field(description="name of the law")
     depths: tuple[Positive, ...] = Field(

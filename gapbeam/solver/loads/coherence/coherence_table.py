@@ -243,7 +243,7 @@ class ExponentialCoherence(CoherenceTable):
 
 
 class FullCoherence(CoherenceTable):
-    """1 at all distances: the load is the same at all places, but for its velocity profile."""
+    """1 at all distances."""
 
     type: Literal["full"] = Field(description="kind of coherence")
 

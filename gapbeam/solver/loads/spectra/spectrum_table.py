@@ -83,7 +83,7 @@ MOST = 20_000  # rows
 
 
 class FileSpectrum(SpectrumTable):
-    """Densities at frequencies from the rows of a text file, with power laws in between, none beyond the ends."""
+    """Densities at frequencies from the rows of a text file."""
 
     type: Literal["file"] = Field(description="kind of spectrum")
     file: str = Field(
@@ -208,7 +208,7 @@ Rows = Annotated[tuple[Positive, ...], Field(min_length=2, max_length=TABLE_SPEC
 
 
 class TableSpectrum(SpectrumTable):
-    """Densities at frequencies, straight lines between them where both axes are logarithmic, none beyond the ends."""
+    """Densities at frequencies, power laws in between, none beyond the ends."""
 
     type: Literal["table"] = Field(description="kind of spectrum")
     frequencies: Rows = Field(description="ascending frequencies above 0, Hz", examples=[[20.0, 80.0, 350.0, 2000.0]])

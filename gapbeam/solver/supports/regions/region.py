@@ -103,7 +103,7 @@ class Stop(Region):
 
 
 class Slot(Region):
-    """Two planes with the clearance between them and the beam, half of it on either side of a centered beam."""
+    """Two planes, half of the clearance on either side of a centered beam."""
 
     type: Literal["slot"] = Field(description="one plane below and one above the beam")
 

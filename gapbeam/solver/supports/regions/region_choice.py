@@ -23,7 +23,7 @@ STEEPEST = 0.1  # slope of the wall, up to which the radii of the section stand 
 
 
 class Profile(AroundRegion):
-    """A hole whose radius is given over the angle, linear in between and the same all along the support."""
+    """A hole whose radius is given over the angle, linear in between."""
 
     type: Literal["profile"] = Field(
         description="a hole around a beam of round section that is not round: measured, drawn or worn"
@@ -121,7 +121,7 @@ NEAREST = 15.0  # degrees between two walls, so that contact points of coarse me
 
 
 class Polygon(AroundRegion):
-    """Flat walls, each the clearance away from the round beam in the middle: always convex, closed or open."""
+    """Flat walls, each the clearance away from the round beam in the middle, closed or open."""
 
     type: Literal["polygon"] = Field(description="flat walls around a beam of round section: V-block, bars, hexagon")
     walls: Annotated[tuple[Number, ...], Field(min_length=1, max_length=POLYGON_MOST)] = Field(

@@ -20,7 +20,7 @@ from docs.site.python_interface import interface_page
 DOCS = Path(__file__).parents[1]
 MADE = {"reference/all-commands.md": commands_page, "reference/python-interface.md": interface_page}
 PAPER = DOCS / "joss"  # set by `make joss`
-KEPT = (".md", ".png", ".gif", ".ipynb")
+KEPT = (".md", ".png", ".svg", ".gif", ".ipynb")
 
 
 def copied(target: Path) -> None:

@@ -11,6 +11,7 @@ import typer
 import gapbeam
 from docs.gallery.gallery_page import PAGE, page
 from docs.gallery.gallery_scenes import scenes
+from docs.pictures.frame_drawing import FILE, drawing
 from docs.site.all_commands import commands_page
 from docs.site.contents import contents, with_contents
 from docs.site.notebook_file import TUTORIAL, cells, notebook
@@ -65,6 +66,11 @@ def test_the_gallery_is_what_its_scenes_say() -> None:
     assert max(pictures.values()) <= 60_000
     assert [scene.name for scene in scenes() if len(re.findall(r"\. [A-Z]", scene.text)) > 1] == []
     assert max(len(scene.text.split()) for scene in scenes()) <= 25
+
+
+def test_the_frame_is_what_its_program_draws() -> None:
+    """The drawing of axes, base, gland and clearance is made anew."""
+    assert FILE.read_text(encoding="utf-8") == drawing(), "run: environment/run python3 docs/pictures/frame_drawing.py"
 
 
 def test_the_notebook_is_its_tutorial() -> None:

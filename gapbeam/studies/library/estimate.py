@@ -182,7 +182,7 @@ def series(
     """Follow the values of a series of recordings: rates, and the times at which limits are reached.
 
     v(t) = a + b t by weighted least squares, with the weights of the intervals; errors grow by the scatter of the
-    residuals where that is larger. The interval of the time to a limit holds all t with |a + b t - limit| inside the
+    residuals where that is larger. The interval of the time to a limit holds all t with abs(a + b t - limit) inside the
     error of a + b t.
 
     Args:

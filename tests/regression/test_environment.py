@@ -241,3 +241,9 @@ def test_the_recipe_agrees_with_the_project_and_the_environment():
 
 def test_one_thread_a_rank():
     assert os.environ.get("OMP_NUM_THREADS"), "run the tests through environment/run (make test)"
+
+
+def test_bytecode_is_kept_outside_of_the_sources():
+    assert "PYTHONPYCACHEPREFIX" in os.environ, "run the tests through environment/run (make test)"
+    assert not Path(os.environ["PYTHONPYCACHEPREFIX"]).is_relative_to(project)
+    assert "PYTHONDONTWRITEBYTECODE" not in os.environ

@@ -9,14 +9,14 @@ from scipy.integrate import quad
 from tests.shared.rattlers import STIFFNESS, TEMPERATURE, Rattler, between_stops, in_a_hole, marched, sliding_on_a_stop
 
 SECONDS, SEEDS, MANY = 600.0, 12, 100
-STOPS = {"one stop": between_stops(1), "two stops": between_stops(2)}
-RATTLERS = {**STOPS, "round hole": in_a_hole(), "sliding": sliding_on_a_stop()}
+STOPS = {"one stop": lambda: between_stops(1), "two stops": lambda: between_stops(2)}
+RATTLERS = {**STOPS, "round hole": in_a_hole, "sliding": sliding_on_a_stop}  # made by calls: their integrals take 3 s
 
 
 def test_the_exact_law_of_a_mass_without_stops() -> None:
     """What the integrals are checked by: the law at its known limits, a Gaussian share beyond the gap."""
     soft = quad(lambda x: np.exp(-0.5 * x * x), 1.0, 8.0)[0] / quad(lambda x: np.exp(-0.5 * x * x), -8.0, 8.0)[0]
-    one, two = RATTLERS["one stop"].exact, RATTLERS["two stops"].exact
+    one, two = RATTLERS["one stop"]().exact, RATTLERS["two stops"]().exact
     assert one["face.upper.contact_share"] < soft
     assert two["face.upper.mean_force"] == pytest.approx(two["face.lower.mean_force"], rel=1e-9)
     # the balance of the mean: k E u = - E N (one stop); equipartition: E u dU/du = T (two stops)
@@ -32,7 +32,7 @@ def test_the_exact_law_of_a_mass_without_stops() -> None:
 @pytest.mark.parametrize("name", RATTLERS)
 def test_marches_have_the_exact_figures(name: str) -> None:
     """Means of twelve signals lie within three standard errors and 2 % for the step; most intervals hold."""
-    rattler = RATTLERS[name]
+    rattler = RATTLERS[name]()
     found = [figures(rattler, seed, SECONDS) for seed in range(SEEDS)]
     held = []
     for figure, exact in rattler.exact.items():
@@ -47,7 +47,7 @@ def test_marches_have_the_exact_figures(name: str) -> None:
 @pytest.mark.parametrize("name", [*STOPS, "sliding"])
 def test_intervals_hold_the_exact_figures(name: str) -> None:
     """Of the intervals of 100 signals at least 90 % hold each exact figure, and 92 to 99 % those of all figures."""
-    rattler = RATTLERS[name]
+    rattler = RATTLERS[name]()
     found = [figures(rattler, seed, SECONDS) for seed in range(MANY)]
     shares = {
         figure: np.mean([one[figure][0] <= exact <= one[figure][2] for one in found])

@@ -2,7 +2,7 @@
 
 The start may add a rigid motion to the pose or the velocity, [analysis.motion],
 
-u(X) = t + w x (X - p)
+    u(X) = t + w x (X - p)
 
 with x along the beam, y across the bending plane and z along the bending direction, also where the case is a slice.
 Rotations are small: u is linear in the coordinates.

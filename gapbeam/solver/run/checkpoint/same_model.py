@@ -4,7 +4,7 @@ The fingerprint of a case holds every key but those that do not change the resul
 
 Stored matrices are compared with those of a model set up anew, in another basis of the same motions: the products
 
-b_i (K + s M)^-1 b_j,    b_i (K + s M)^-1 M (K + s M)^-1 b_j    and the same with the restraint instead of M
+    b_i (K + s M)^-1 b_j,    b_i (K + s M)^-1 M (K + s M)^-1 b_j    and the same with the restraint instead of M
 
 do not depend on the basis, where the b are loads, gaps, contact forces and probes, and s is the square of a frequency.
 Of motions that joints hold, which the basis does not have, b is the inertia along the shapes that give their forces.

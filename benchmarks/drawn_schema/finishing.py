@@ -16,8 +16,8 @@ from benchmarks.drawn_schema.tables import Draw
 from gapbeam.solver.case.beam_profile import PlacedSegment, Segment
 from gapbeam.solver.case.case import Beam, Case, Mesh, Probe
 from gapbeam.solver.case.solution_tables import BeamModel, ReducedModel
-from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.law_choice import Law
+from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.integrators.scheme_choice import Scheme
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT, TimeScheme
 from gapbeam.solver.loads.load_choice import Load

@@ -47,7 +47,7 @@ def compare(
 
     Exit status: 0 they agree, 5 they do not, 2 they cannot be compared.
     """
-    from gapbeam.studies.comparison.compare_folders import compare_folders, comparison_folder
+    from gapbeam.studies.compare_folders import compare_folders, comparison_folder
 
     limit = fraction(tolerance)
     result = compare_folders(a, b, output if output is not None else comparison_folder(a, b), limit, after)

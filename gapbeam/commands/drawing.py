@@ -206,7 +206,7 @@ def report(
     Exit status: 0 written, 2 a fault of the input, or no browser for a PDF that was asked for.
     """
     from gapbeam.commands.study_choice import report_kinds
-    from gapbeam.studies.report.write_report import write_report
+    from gapbeam.studies.write_report import write_report
 
     print(*write_report(results, report_kinds(), output, pdf, overwrite, begin, end), sep="\n")
     return 0

@@ -38,7 +38,7 @@ def stability(
     slurm: SlurmOptions = None,
 ) -> int:
     """Run a case over a grid of stiffness, step and scheme, and draw where it can be trusted."""
-    from gapbeam.studies.stability.run_stability import run_stability
+    from gapbeam.studies.run_stability import run_stability
     from gapbeam.studies.trials.axes import read_axis
 
     grid = [f"contact.stiffness={stiffness}", f"time.step={step}", f"time.scheme={scheme}", *(vary or [])]

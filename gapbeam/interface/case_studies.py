@@ -26,7 +26,7 @@ from gapbeam.studies.engine.workers import as_workers
 if TYPE_CHECKING:
     from gapbeam.studies.identification.run_identification import IdentificationResult
     from gapbeam.studies.life.run_life import LifeResult
-    from gapbeam.studies.stability.run_stability import StabilityResult
+    from gapbeam.studies.run_stability import StabilityResult
     from gapbeam.studies.sweep.sweep_tables import SweepResult
     from gapbeam.studies.tradeoff.run_tradeoff import TradeoffResult
 
@@ -129,7 +129,7 @@ def stability(
     """
     refuse_ranks("stability")
     crew = as_workers(workers)
-    from gapbeam.studies.stability.run_stability import run_stability
+    from gapbeam.studies.run_stability import run_stability
 
     grid = {"contact.stiffness": stiffness, "time.step": step, "time.scheme": scheme, **(vary or {})}
     axes = [axis_of(key, one, "log") for key, one in grid.items()]

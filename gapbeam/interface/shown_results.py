@@ -11,7 +11,7 @@ from gapbeam.process.failing_ranks import refuse_ranks
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.results.results import Results
-    from gapbeam.studies.comparison.compare_folders import ComparisonResult
+    from gapbeam.studies.compare_folders import ComparisonResult
 
 
 @runtime_checkable
@@ -63,7 +63,7 @@ def compare(
     """
     refuse_ranks("compare")
     from gapbeam.interface.case_source import check_fraction  # with all that cases are made of
-    from gapbeam.studies.comparison.compare_folders import compare_folders, comparison_folder
+    from gapbeam.studies.compare_folders import compare_folders, comparison_folder
 
     check_fraction("tolerance", tolerance)
     one, other = folder_of(a), folder_of(b)
@@ -266,7 +266,7 @@ def report(
     """
     refuse_ranks("report")
     from gapbeam.commands.study_choice import report_kinds
-    from gapbeam.studies.report.write_report import write_report
+    from gapbeam.studies.write_report import write_report
 
     several = [results] if isinstance(results, str | PathLike | InFolder) else list(results)
     page = None if output is None else Path(output)

@@ -1,15 +1,18 @@
-"""Mesh of a straight beam with named contact faces, made on rank 0 and distributed: layers, or by gmsh."""
+"""Mesh of a straight beam with named contact faces, made on rank 0 and distributed, and figures of mesh and section."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from typing import TypedDict
 
+import basix
 import numpy as np
 import numpy.typing as npt
-from dolfinx.mesh import Mesh, MeshTags
+from dolfinx.mesh import Mesh, MeshTags, entities_to_geometry
 from mpi4py import MPI
 
-from gapbeam.meshes.beam_geometry import BODY, BeamGeometry, groups_of
+from gapbeam.meshes.beam_geometry import BODY, ENDS, BeamGeometry, groups_of
 from gapbeam.meshes.distribution.distributed_mesh import mesh_from_gmsh
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.distribution.slices import slices
@@ -19,6 +22,7 @@ from gapbeam.meshes.layered_mesh import LayeredMesh, layered_mesh
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sizing.expected_size import STRUCTURED, expected_cells
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
 from gapbeam.meshes.versions.mesh_maker import made_mesh
 
 
@@ -150,3 +154,125 @@ def _refuse_too_many(count: float) -> None:
             expected=f"at most {MOST_CELLS}",
             hint="Sizes are in m; the layers multiply.",
         )
+
+
+class Description(TypedDict):
+    """The figures of a mesh; lengths in m."""
+
+    cell: str
+    geometry_order: int
+    cells: int
+    vertices: int
+    facets: dict[str, int]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    smallest_cell: float
+    largest_cell: float
+    mean_contact_facet_length: float
+
+
+def describe(tagged: TaggedMesh) -> Description:
+    """Count and measure a mesh.
+
+    The size of a cell is the largest distance between two of its vertices. The mean contact facet length is
+    the mean extent along x of the facets that face a support.
+
+    Returns:
+        The same figures on all ranks.
+
+    Collective.
+    """
+    mesh, comm = tagged.mesh, tagged.mesh.comm
+    owned = np.arange(mesh.topology.index_map(tagged.dimension).size_local, dtype=np.int32)
+    sizes = mesh.h(tagged.dimension, owned)
+    lengths = np.concatenate([_lengths_along_x(tagged, name) for name in tagged.groups if name not in ENDS])
+    # gathered and summed alike everywhere: a reduction may round differently on different ranks
+    parts = comm.allgather((math.fsum(lengths), len(lengths)))
+    return Description(
+        cell=mesh.topology.cell_name(),
+        geometry_order=geometry_order(mesh),
+        cells=tagged.cell_count,
+        vertices=tagged.vertex_count,
+        facets=dict(tagged.facet_counts),
+        lower=tagged.lower,
+        upper=tagged.upper,
+        smallest_cell=comm.allreduce(float(np.min(sizes, initial=np.inf)), MPI.MIN),
+        largest_cell=comm.allreduce(float(np.max(sizes, initial=0.0)), MPI.MAX),
+        mean_contact_facet_length=math.fsum(part[0] for part in parts) / sum(part[1] for part in parts),
+    )
+
+
+def _lengths_along_x(tagged: TaggedMesh, group: str) -> npt.NDArray[np.float64]:
+    """Extent along x of each facet of a group that this rank owns."""
+    mesh, dimension = tagged.mesh, tagged.dimension
+    facets = tagged.facets_of(group)
+    if len(facets) == 0:  # DOLFINx 0.9 divides by this number
+        return np.empty(0)
+    mesh.topology.create_connectivity(dimension - 1, dimension)
+    x = mesh.geometry.x[entities_to_geometry(mesh, dimension - 1, facets), 0]
+    return np.asarray(np.ptp(x, axis=1), dtype=np.float64)
+
+
+Array = npt.NDArray[np.float64]
+
+DEGREE = 6
+"""Degree of quadrature: exact for the second moment of straight cells, close to it for curved ones."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """Volume and second moment of area of a meshed body.
+
+    Attributes:
+        volume: V = int dV, m^3.
+        area: V / length, m^2.
+        second_moment: int (h - h_m)^2 dV / length about the mean height h_m, m^4; h is measured along the bending axis.
+    """
+
+    volume: float
+    area: float
+    second_moment: float
+
+
+def mean_section(tagged: TaggedMesh, width: float) -> Section:
+    """Integrate over the cells of a mesh.
+
+    Args:
+        tagged: The mesh.
+        width: Factor of all integrals: the width of the beam in 2D, 1 in 3D, m.
+
+    Returns:
+        The same figures on all ranks.
+
+    Collective.
+    """
+    mesh, dimension = tagged.mesh, tagged.dimension
+    cells = mesh.topology.index_map(dimension).size_local
+    nodes = mesh.geometry.x[coordinate_dofs(mesh)[:cells]][:, :, :dimension]
+    cell = mesh.basix_cell()
+    variant = basix.LagrangeVariant.equispaced  # where DOLFINx puts the nodes of a geometry
+    element = basix.create_element(basix.ElementFamily.P, cell, geometry_order(mesh), variant)
+    points, weights = basix.make_quadrature(cell, DEGREE)
+    values = element.tabulate(1, points)[..., 0]
+    moments = np.zeros(3)
+    for value, gradients, weight in zip(values[0], np.moveaxis(values[1:], 1, 0), weights, strict=True):
+        volume = weight * np.abs(determinant(np.einsum("kn,cnd->ckd", gradients, nodes)))
+        height = nodes[:, :, -1] @ value
+        moments += [math.fsum(volume * height**power) for power in range(3)]
+    parts = mesh.comm.allgather(moments)
+    zeroth, first, second = (width * math.fsum(part[power] for part in parts) for power in range(3))
+    length = tagged.upper[0] - tagged.lower[0]
+    return Section(zeroth, zeroth / length, (second - first**2 / zeroth) / length)
+
+
+def determinant(matrices: Array) -> Array:
+    """Return determinants, (...), of (..., n, n), n at most 3: products, whose digits are the same at every size.
+
+    The determinant of NumPy goes through logarithms, which are not.
+    """
+    if matrices.shape[-1] == 1:
+        return np.asarray(matrices[..., 0, 0])
+    first, second = matrices[..., 0, :], matrices[..., 1, :]
+    if matrices.shape[-1] == 2:
+        return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])
+    return np.asarray(np.sum(first * np.cross(second, matrices[..., 2, :]), axis=-1))

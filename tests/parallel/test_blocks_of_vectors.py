@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
+from gapbeam.solver.linear_algebra.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.models.reduction.vibration_modes import lowest_modes

@@ -9,8 +9,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.damper import DampedPoint, Damper, per_area
+from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.jit import compiled_in_order
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import NonNegative

@@ -10,8 +10,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.damper import Damper, per_area
+from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.contact.laws.own_spring import OwnSpring
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import Positive

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 
-from gapbeam.meshes.mesh_figures import describe
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
-from gapbeam.meshes.tagged_mesh import build_beam
+from gapbeam.meshes.tagged_mesh import build_beam, describe
 from tests.unit.test_meshes import CELLS, COMM, POINTS_3D, beam, integral, nearest_vertex
 
 for cell in CELLS:

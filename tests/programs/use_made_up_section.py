@@ -18,7 +18,7 @@ if __name__ == "__main__":
     from mpi4py import MPI
 
     import gapbeam
-    from gapbeam.meshes.section_figures import mean_section
+    from gapbeam.meshes.tagged_mesh import mean_section
     from gapbeam.solver.assembly.case_mesh import mesh_of_case
     from gapbeam.solver.case.json_schema import schema
     from gapbeam.solver.case.reading.case_reader import read_case

@@ -18,9 +18,9 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from gapbeam.solver.contact.laws import law_choice
-from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import Damper
+from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.contact.laws.own_spring import OwnSpring
 from gapbeam.solver.contact.laws.own_spring_law import own_spring_law
 from gapbeam.solver.contact.laws.springs import Spring

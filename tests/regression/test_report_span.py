@@ -16,7 +16,7 @@ from gapbeam.postprocess.report.moving_scene import MovingScene
 from gapbeam.postprocess.results.columns_of_run import impacts_of
 from gapbeam.postprocess.results.run_watch import span_of
 from gapbeam.postprocess.results_errors import OptionError
-from gapbeam.studies.report.write_report import statistics_of_span, wear_of_span, write_report
+from gapbeam.studies.write_report import statistics_of_span, wear_of_span, write_report
 from tests.regression.test_random_statistics_run import CASE, KEYS
 from tests.regression.test_report_command import blocks_of, tables
 from tests.shared.command import called_in_turn

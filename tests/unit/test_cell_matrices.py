@@ -10,7 +10,7 @@ from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 
 from benchmarks.elastic_stress import stress
-from gapbeam.meshes.versions.cell_matrix import cell_matrix
+from gapbeam.meshes.versions.mesh_geometry import cell_matrix
 from gapbeam.solver.assembly.elasticity import elastic_parts
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.models.body import mesh_beam

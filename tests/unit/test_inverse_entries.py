@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix, identity
 
 from gapbeam.solver.contact.solve.condensation import CondensedOperator
 from gapbeam.solver.errors import RunError
-from gapbeam.solver.linear_algebra import inverse_entries
+from gapbeam.solver.linear_algebra import mumps_factor as inverse_entries
 from gapbeam.solver.linear_algebra.mumps_factor import PetscFactor
 from gapbeam.solver.linear_algebra.substructuring.substructured_factor import SubstructuredFactor
 from gapbeam.solver.models.model import build_model

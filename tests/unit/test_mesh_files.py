@@ -15,8 +15,7 @@ from mpi4py import MPI
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.mesh_figures import describe
-from gapbeam.meshes.tagged_mesh import TaggedMesh
+from gapbeam.meshes.tagged_mesh import TaggedMesh, describe
 from gapbeam.meshes.user_mesh import msh_file
 from gapbeam.meshes.user_mesh.user_mesh import read_mesh
 from tests.unit.test_meshes import integral

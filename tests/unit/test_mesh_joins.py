@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.section_figures import mean_section
+from gapbeam.meshes.tagged_mesh import mean_section
 from gapbeam.meshes.user_mesh import user_mesh
 from gapbeam.meshes.user_mesh.user_mesh import read_mesh
 

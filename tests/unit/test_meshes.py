@@ -14,9 +14,8 @@ from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.distribution.slices import owners, slices
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.mesh_figures import describe
 from gapbeam.meshes.sizing.mesh_size import GROWTH, BeamSizing, Cell
-from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam
+from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam, describe
 from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
 from gapbeam.solver.case.reading.case_reader import read_case
 from tests.shared.command import PROJECT

@@ -14,9 +14,8 @@ from mpi4py import MPI
 import gapbeam
 from gapbeam.meshes.cell_curvature import STRAIGHT, bulge, refuse_curved
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.section_figures import mean_section
 from gapbeam.meshes.sizing.expected_size import expected_cells, expected_nodes
-from gapbeam.meshes.tagged_mesh import TaggedMesh
+from gapbeam.meshes.tagged_mesh import TaggedMesh, mean_section
 from gapbeam.solver.assembly.case_mesh import geometry_of, mesh_of_case, sizing_of
 from gapbeam.solver.assembly.section_rows import SectionRows, row_at
 from gapbeam.solver.case.case import Beam, Case

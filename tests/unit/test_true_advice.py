@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.meshes.section_figures import Section
+from gapbeam.meshes.tagged_mesh import Section
 from gapbeam.solver.case.case import Case, Gates
 from gapbeam.solver.case.checks.case_warnings import motion
 from gapbeam.solver.case.computed_defaults import bending_words, overhang_frequency

@@ -9,7 +9,7 @@ import pytest
 
 from gapbeam.postprocess.report.blocks import TableBlock, Words
 from gapbeam.postprocess.report.sections.contact_section import random_loads_section
-from gapbeam.solver.loads.coherence.coherence_table import GaussianCoherence
+from gapbeam.solver.loads.coherence_table import GaussianCoherence
 from gapbeam.solver.loads.random_line_load import RandomLineLoad, bandwidth, compared_coherence
 
 WHITE = {"type": "white", "density": 2.0, "low": 5.0, "high": 105.0}

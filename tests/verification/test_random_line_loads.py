@@ -13,7 +13,7 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.solver.loads.coherence.coherence_table import (
+from gapbeam.solver.loads.coherence_table import (
     ExponentialCoherence,
     FullCoherence,
     GaussianCoherence,

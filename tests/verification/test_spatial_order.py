@@ -15,7 +15,7 @@ from mpi4py import MPI
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import cg
 
-from gapbeam.meshes.versions.cell_matrix import cell_matrix
+from gapbeam.meshes.versions.mesh_geometry import cell_matrix
 from gapbeam.solver.assembly.elasticity import elastic_parts
 from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.case import Beam, Material

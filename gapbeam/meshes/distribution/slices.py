@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gapbeam.meshes.versions.adjacency import Adjacency, adjacency
+from gapbeam.meshes.versions.mesh_geometry import Adjacency, adjacency
 
 Partitioner = Callable[[Any, int, Any, bool], Adjacency]
 Floats = npt.NDArray[np.float64]

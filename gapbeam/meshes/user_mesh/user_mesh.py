@@ -13,8 +13,7 @@ from gapbeam.meshes.distribution.distributed_mesh import mesh_from_gmsh
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors, gmsh_session
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.section_figures import mean_section
-from gapbeam.meshes.tagged_mesh import TaggedMesh
+from gapbeam.meshes.tagged_mesh import TaggedMesh, mean_section
 from gapbeam.meshes.user_mesh.frame_check import TOLERANCE, check_frame
 
 
@@ -71,8 +70,7 @@ def _load(path: Path, geometry: BeamGeometry) -> dict[str, int]:
     import gmsh
 
     from gapbeam.meshes.user_mesh.frame_check import check_facing
-    from gapbeam.meshes.user_mesh.group_check import check_groups
-    from gapbeam.meshes.user_mesh.mesh_check import check_elements, check_surface
+    from gapbeam.meshes.user_mesh.mesh_check import check_elements, check_groups, check_surface
     from gapbeam.meshes.user_mesh.msh_file import load_msh
 
     where = f"mesh file {path}"

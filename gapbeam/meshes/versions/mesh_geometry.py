@@ -1,11 +1,14 @@
-"""The coordinates of a DOLFINx mesh under their names in 0.9 and 0.11."""
+"""Names of DOLFINx 0.9 to 0.11: coordinates of a mesh, lists of lists of partitioners, matrices with room for cells."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from dolfinx import cpp
+from dolfinx.cpp.graph import AdjacencyList_int32
+from dolfinx.cpp.la.petsc import create_matrix
 from dolfinx.mesh import Mesh
 
 
@@ -24,3 +27,34 @@ def coordinate_dofs(mesh: Mesh) -> npt.NDArray[np.int32]:
 def geometry_order(mesh: Mesh) -> int:
     """Polynomial order of the cells' shape."""
     return int(coordinate_element(mesh).degree)
+
+
+Adjacency: TypeAlias = AdjacencyList_int32
+
+
+def adjacency(values: npt.NDArray[np.integer], starts: npt.NDArray[np.integer]) -> Adjacency:
+    """Return a list of lists.
+
+    Args:
+        values: All lists, one after the other.
+        starts: Where each list begins, and the end of the last one, (lists + 1,).
+    """
+    return AdjacencyList_int32(np.ascontiguousarray(values, np.int32), np.ascontiguousarray(starts, np.int32))
+
+
+def cell_matrix(space: Any, cells: Any = None) -> Any:
+    """Return an empty matrix on the DOFs of a space.
+
+    Args:
+        space: Blocked space.
+        cells: The cells whose DOFs meet; None: all that this rank owns.
+
+    Collective.
+    """
+    mesh, dofmap = space.mesh, space.dofmap
+    chosen = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local) if cells is None else np.unique(cells)
+    pattern = cpp.la.SparsityPattern(mesh.comm, [dofmap.index_map] * 2, [dofmap.index_map_bs] * 2)
+    for nodes in dofmap.list[chosen]:
+        pattern.insert(nodes, nodes)
+    pattern.finalize()
+    return create_matrix(mesh.comm, pattern)

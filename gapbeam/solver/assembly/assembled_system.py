@@ -26,13 +26,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gapbeam.solver.attachments.mean_motion import IN_PLANE, OUT_OF_PLANE, Attached, MeanMotion, MotionName
+from gapbeam.solver.attachments.attachment_tables import IN_PLANE, OUT_OF_PLANE, Attached, MeanMotion, MotionName
 from gapbeam.solver.case.beam_motions import is_symmetric, section_motions, twist_restraint
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.solution_tables import BeamModel, FullModel
 from gapbeam.solver.loads.load_choice import Load, load_direction
-from gapbeam.solver.loads.load_parts import patterned
-from gapbeam.solver.loads.places import Attachment, BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
+from gapbeam.solver.loads.places import (
+    Attachment,
+    BodyForce,
+    LineForce,
+    PointForce,
+    SupportAcceleration,
+    SupportWalls,
+    patterned,
+)
 from gapbeam.solver.loads.system_loads import make_loads
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Operators, RankOnes

@@ -20,9 +20,8 @@ import basix
 import numpy as np
 from petsc4py import PETSc
 
-from gapbeam.meshes.section_figures import determinant
-from gapbeam.meshes.versions.cell_matrix import cell_matrix
-from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
+from gapbeam.meshes.tagged_mesh import determinant
+from gapbeam.meshes.versions.mesh_geometry import cell_matrix, coordinate_dofs, geometry_order
 from gapbeam.solver.assembly.face_quadrature import facet_type, lagrange
 from gapbeam.solver.system.operators import Array, Indices
 

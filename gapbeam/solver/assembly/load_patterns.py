@@ -19,8 +19,15 @@ from gapbeam.solver.assembly.point_rows import PointRow
 from gapbeam.solver.assembly.section_rows import MotionRow, SectionRows, row_at
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.load_choice import Load, load_direction
-from gapbeam.solver.loads.load_parts import LoadPart, patterned
-from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
+from gapbeam.solver.loads.places import (
+    BodyForce,
+    LineForce,
+    LoadPart,
+    PointForce,
+    SupportAcceleration,
+    SupportWalls,
+    patterned,
+)
 from gapbeam.solver.system.operators import Array, Operators
 
 

@@ -19,7 +19,7 @@ import basix
 import numpy as np
 from mpi4py import MPI
 
-from gapbeam.meshes.section_figures import determinant
+from gapbeam.meshes.tagged_mesh import determinant
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
 from gapbeam.solver.assembly.face_quadrature import lagrange
 from gapbeam.solver.errors import UserError

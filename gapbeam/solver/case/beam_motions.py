@@ -29,8 +29,17 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from gapbeam.solver.attachments.attachment_tables import Joint, PointMass, bending_rank, holds_motion
-from gapbeam.solver.attachments.mean_motion import IN_PLANE, OUT_OF_PLANE, SIDEWAYS, Attached, MotionName
+from gapbeam.solver.attachments.attachment_tables import (
+    IN_PLANE,
+    OUT_OF_PLANE,
+    SIDEWAYS,
+    Attached,
+    Joint,
+    MotionName,
+    PointMass,
+    bending_rank,
+    holds_motion,
+)
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Case, Contact, Mesh
 from gapbeam.solver.case.computed_defaults import Default, overhang_frequency, support_reaction

@@ -27,8 +27,8 @@ from gapbeam.solver.case.reading.value_words import toml_value
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable, SolverTable, Time
 from gapbeam.solver.case.solution_tables import Gates as Gates
 from gapbeam.solver.contact.formulations.formulation_choice import Formulation, Penalty
-from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.law_choice import KelvinVoigt, Law
+from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.loads.load_choice import NO_LOADS, Load
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import BaseAndGland, OneOfSeveral, OneSupport

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gapbeam.solver.assembly.assembled_system import model_motions
-from gapbeam.solver.attachments.mean_motion import MeanMotion
+from gapbeam.solver.attachments.attachment_tables import MeanMotion
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseWatch
 from gapbeam.solver.diagnostics.energy_ledger import restraint_energy

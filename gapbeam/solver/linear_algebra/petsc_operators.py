@@ -18,7 +18,7 @@ from gapbeam.solver.assembly.cell_stiffness import assembled
 from gapbeam.solver.assembly.elasticity import ElasticParts
 from gapbeam.solver.assembly.mass_matrix import mass_matrix
 from gapbeam.solver.linear_algebra.deflation import Deflation, rigid_body_modes
-from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients, columns_product
+from gapbeam.solver.linear_algebra.iterative_factor import ConjugateGradients, columns_product
 from gapbeam.solver.linear_algebra.mumps_factor import DeflatedFactor
 from gapbeam.solver.linear_algebra.smooth_modes import add_springs, as_matrix, enlarge_by_springs, smooth_modes
 from gapbeam.solver.linear_algebra.solver_choice import FACTORED, LinearSolver

@@ -13,8 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, Strict, TypeAdapter
 
 from gapbeam.solver.errors import Fault, Key
-from gapbeam.solver.loads.load_parts import LoadPart
-from gapbeam.solver.loads.places import Attachment, BodyForce, Place, StaticForce
+from gapbeam.solver.loads.places import Attachment, BodyForce, LoadPart, Place, StaticForce
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, Vector
 

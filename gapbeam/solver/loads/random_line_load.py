@@ -41,11 +41,10 @@ from pydantic import Field
 from scipy.stats import norm
 
 from gapbeam.solver.errors import Fault, Key
-from gapbeam.solver.loads.coherence.coherence_table import CoherenceChoice, CoherenceTable, double_integrals
+from gapbeam.solver.loads.coherence_table import CoherenceChoice, CoherenceTable, double_integrals
 from gapbeam.solver.loads.generated_spectrum import CONFIDENCE
-from gapbeam.solver.loads.load_parts import LoadPart
 from gapbeam.solver.loads.load_table import OF_MODEL, LoadTable
-from gapbeam.solver.loads.places import LineForce
+from gapbeam.solver.loads.places import LineForce, LoadPart
 from gapbeam.solver.loads.random_function import RandomSignal
 from gapbeam.solver.loads.random_load import PEAK, PairedNoiseLoad
 from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum

@@ -13,8 +13,7 @@ import numpy as np
 
 from gapbeam.solver.loads.load_choice import Load as CaseLoad
 from gapbeam.solver.loads.load_choice import load_direction
-from gapbeam.solver.loads.load_parts import LoadPart, patterned
-from gapbeam.solver.loads.places import SupportAcceleration, SupportWalls
+from gapbeam.solver.loads.places import LoadPart, SupportAcceleration, SupportWalls, patterned
 from gapbeam.solver.loads.time_function import constant
 from gapbeam.solver.system.operators import Array, Load
 

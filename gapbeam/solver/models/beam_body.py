@@ -17,7 +17,7 @@ from scipy.sparse import block_diag, csr_matrix, hstack
 from gapbeam.solver.assembly.assembled_system import attached_motions
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.assembly.gauss_rule import gauss_rule
-from gapbeam.solver.attachments.mean_motion import MeanMotion
+from gapbeam.solver.attachments.attachment_tables import MeanMotion
 from gapbeam.solver.case.analysis_table import NAMES
 from gapbeam.solver.case.beam_motions import axial_restraint, beam_motions, lateral_restraint
 from gapbeam.solver.case.case import Case
@@ -25,8 +25,7 @@ from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.solution_tables import BeamModel, BeamMotion
 from gapbeam.solver.contact.formulations.contact_points import StationOperator
 from gapbeam.solver.loads.load_choice import axis_point, load_direction
-from gapbeam.solver.loads.load_parts import patterned
-from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
+from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls, patterned
 from gapbeam.solver.models.body import Body, MeshedBeam, floating_basis, gathered, point_rule
 from gapbeam.solver.models.elastic_rod import ElasticRod
 from gapbeam.solver.models.reduction.contact_lines import points_around

@@ -25,9 +25,7 @@ from mpi4py import MPI
 from scipy.sparse import csr_matrix, vstack
 
 from gapbeam.meshes.cell_curvature import refuse_curved
-from gapbeam.meshes.mesh_figures import describe
-from gapbeam.meshes.section_figures import Section, mean_section
-from gapbeam.meshes.tagged_mesh import TaggedMesh
+from gapbeam.meshes.tagged_mesh import Section, TaggedMesh, describe, mean_section
 from gapbeam.solver.assembly.assembled_system import acting_rows, holding_springs
 from gapbeam.solver.assembly.case_mesh import mesh_of_case
 from gapbeam.solver.assembly.contact_assembly import contact_operator, nitsche_operator

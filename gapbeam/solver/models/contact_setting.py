@@ -23,9 +23,9 @@ from gapbeam.solver.case.computed_defaults import (
 from gapbeam.solver.case.model_choice import line_radii, nominal_area, own_damping, own_stiffness
 from gapbeam.solver.contact.formulations.circle_contact import CircleOperator, circle_contact
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator, whole_contact
-from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.damper import CoulombFriction
+from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.contact.laws.line_law import line_law
 from gapbeam.solver.contact.laws.own_spring_law import LawGroup, mixed_law
 from gapbeam.solver.contact.laws.ramp_law import shaped_law

@@ -16,7 +16,7 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.assembled_system import assembled_system, hold_stiffness, model_motions
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.loads.load_parts import patterned
+from gapbeam.solver.loads.places import patterned
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.expansion import HoldingShapes
 from gapbeam.solver.system.dense_operators import DenseOperators

@@ -11,8 +11,7 @@ import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
-from gapbeam.meshes.section_figures import Section
-from gapbeam.meshes.tagged_mesh import TaggedMesh
+from gapbeam.meshes.tagged_mesh import Section, TaggedMesh
 from gapbeam.solver.assembly.assembled_system import assembled_system
 from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.case.beam_motions import motions_in_words

@@ -14,7 +14,7 @@ from operator import itemgetter
 from gapbeam.solver.case.case import Case, Wear
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import Default, bending_words, lightest_supported, overhang_frequency
-from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
+from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.integrators.stable_step import SAFETY, StableStep
 from gapbeam.solver.loads.load_choice import forcing_frequencies

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from gapbeam.solver.errors import Key
 from gapbeam.solver.record_table import COMPONENTS
 from gapbeam.solver.supports.regions.region import Placement
-from gapbeam.solver.supports.support import Face
-from gapbeam.solver.supports.support_body import SupportBody
+from gapbeam.solver.supports.support import Face, SupportBody
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland, OneSupport
 
 NEAR = 1.0e-7  # of the length of a support: round-off of places along the beam

@@ -1,4 +1,4 @@
-"""The supports: the rigid faces that the beam touches, with their sides, gaps, area and stiffness.
+"""The supports: the rigid faces that the beam touches, with sides, gaps, area and stiffness, and their bodies.
 
 Planes are met along the bending axis e (y in 2D, z in 3D). A contact point at height h = e . x of a face whose plane
 stands at the level z has the gap
@@ -8,6 +8,10 @@ stands at the level z has the gap
 The plane stands the initial gap of the face away from the outermost point of the undeformed beam there; where that gap
 is negative, the undeformed beam reaches into the face. A plane with the tilt t rises along the beam: z + t (x - x_m)
 with x_m its middle. Other faces have a type of their own, such as those of `regions.around_face`.
+
+    m q'' + c q' + k q = f_contact + f_loads
+
+The faces of the support move with q: along the bending axis, and of supports around the beam across it, too.
 """
 
 from __future__ import annotations
@@ -15,10 +19,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from math import pi, sqrt
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
+
+from gapbeam.solver.table import NonNegative, Number, Positive, Table
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.integer]
@@ -203,3 +211,33 @@ class Support:
         if self.face_stiffness is None:
             raise ValueError("the stiffness of the support is known once its contact law is made")
         return self.face_stiffness
+
+
+class SupportBody(Table):
+    """A mass on a spring and a damper that carries a support: along the bending axis, and around the beam across it."""
+
+    mass: Positive = Field(description="mass m that moves with the faces of the support, kg", examples=[0.05])
+    stiffness: Positive = Field(
+        description="stiffness k of the spring to the frame, in both directions of a support around the beam, N/m",
+        examples=[2.0e5],
+    )
+    damping: NonNegative = Field(default=0.0, description="damping c of the damper beside it, N s/m", examples=[10.0])
+    displacement: Literal["rest"] | Number = Field(
+        default=0.0,
+        description='displacement at t = 0, upward, from the seat or from relaxed springs, m; "rest": where '
+        "the body rests without the beam",
+        examples=[-1.0e-3],
+    )
+    velocity: Number = Field(
+        default=0.0, description="velocity at t = 0 along the bending axis, upward, m/s", examples=[0.1]
+    )
+
+    @property
+    def moved(self) -> bool:
+        """True where the body has a start of its own."""
+        return self.displacement != 0.0 or self.velocity != 0.0
+
+    @property
+    def frequency(self) -> float:
+        """Frequency of the mass on its spring, without the beam, Hz."""
+        return sqrt(self.stiffness / self.mass) / (2.0 * pi)

@@ -32,10 +32,9 @@ from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.worker_memory import worker_memory
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.identification.conclusion import Conclusion, MeasurementRow, conclude
-from gapbeam.studies.identification.evaluations import LOG_FILE, Evaluations, Record, prepare
+from gapbeam.studies.identification.evaluations import LOG_FILE, Evaluations, Record, prepare, unit_of, words_of
 from gapbeam.studies.identification.identifiability import WIDE, combination_words
 from gapbeam.studies.identification.identification_file import Problem, unit_of_key
-from gapbeam.studies.identification.measured_figures import unit_of, words_of
 from gapbeam.studies.identification.misfit import Misfit, search
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder

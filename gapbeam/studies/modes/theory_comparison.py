@@ -17,7 +17,7 @@ import numpy as np
 from rich.table import Table
 from scipy.optimize import linear_sum_assignment
 
-from gapbeam.meshes.section_figures import Section
+from gapbeam.meshes.tagged_mesh import Section
 from gapbeam.solver.beam_theory.beam_frequencies import SpringBeam
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam

@@ -12,8 +12,8 @@ from gapbeam.solver.case.case import Beam, Contact, Mesh, Output, advised_scheme
 from gapbeam.solver.case.checks.place_checks import Segments
 from gapbeam.solver.case.computed_defaults import PATCH_SHARE
 from gapbeam.solver.case.solution_tables import Time
-from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.law_choice import LAWS
+from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.integrators.scheme_choice import scheme_names
 from gapbeam.solver.supports.layout import Layout, keyed

@@ -7,8 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from gapbeam.solver.attachments.attachment_tables import Joint, PointMass
-from gapbeam.solver.attachments.mean_motion import MotionName
+from gapbeam.solver.attachments.attachment_tables import Joint, MotionName, PointMass
 from gapbeam.solver.case.analysis_table import Analysis, RigidMotion, Transient, centered_pose, centering_faults
 from gapbeam.solver.case.beam_motions import motions_of_tables
 from gapbeam.solver.case.case import Beam, Contact, Damping, Mesh, Output, advised_scheme

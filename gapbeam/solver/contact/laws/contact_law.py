@@ -17,10 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.damper import NO_DAMPER, CoulombFriction, Damper, per_area
 from gapbeam.solver.contact.laws.law_choice import FORMULAS, LAWS, UNDAMPED
-from gapbeam.solver.contact.laws.law_tables import IMPLICIT, MEAN
+from gapbeam.solver.contact.laws.law_tables import IMPLICIT, MEAN, ChosenLaw
 from gapbeam.solver.contact.laws.point_law import (
     LawNumbers,
     LawTable,

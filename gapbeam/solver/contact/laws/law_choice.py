@@ -39,9 +39,14 @@ from pydantic import Field
 from scipy.optimize import brentq
 
 from gapbeam.solver.contact.formulations.formulation_choice import ChosenFormulation
-from gapbeam.solver.contact.laws.chosen_law import ChosenLaw, ComputedDamping
 from gapbeam.solver.contact.laws.damper import DampedPoint, Damper, per_area
-from gapbeam.solver.contact.laws.law_tables import ElasticPlastic, PiecewiseLinear, RestitutionLaw
+from gapbeam.solver.contact.laws.law_tables import (
+    ChosenLaw,
+    ComputedDamping,
+    ElasticPlastic,
+    PiecewiseLinear,
+    RestitutionLaw,
+)
 from gapbeam.solver.contact.laws.springs import power, spring_potential, spring_pressure, spring_slope
 from gapbeam.solver.errors import Fault
 from gapbeam.solver.jit import compiled_in_order

@@ -22,9 +22,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
 from gapbeam.solver.contact.laws.damper import per_area
+from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.contact.laws.own_spring_law import own_spring_law
 from gapbeam.solver.contact.laws.point_law import LawTable
 from gapbeam.solver.contact.laws.springs import Spring

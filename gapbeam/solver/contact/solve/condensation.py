@@ -6,7 +6,7 @@ back-substitution per step. Friction adds T^T h to the right side, and T A^-1 [H
 
 A^-1 is kept on columns that span H^T and T^T: the interface DOFs, or the contact points where these are fewer. Where
 memory has no room for the columns, or few steps are taken, only their part on the interface is computed and kept, for
-a fraction of what the columns take (`linear_algebra.inverse_entries`): a step takes a second back-substitution.
+a fraction of what the columns take (`linear_algebra.mumps_factor`): a step takes a second back-substitution.
 
 Iterative solvers have no factor: products with the Delassus operator are solves, and none is kept.
 

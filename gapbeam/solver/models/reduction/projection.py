@@ -38,7 +38,7 @@ from gapbeam.solver.case.beam_motions import is_symmetric
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.linear_algebra.deflation import rigid_body_modes
-from gapbeam.solver.loads.load_parts import patterned
+from gapbeam.solver.loads.places import patterned
 from gapbeam.solver.models.body import Body, ProbeRow
 from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
 from gapbeam.solver.models.reduction.line_points import gathered_points

@@ -17,7 +17,7 @@ from scipy.linalg import eigh
 from slepc4py import SLEPc
 
 from gapbeam.solver.errors import RunError
-from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
+from gapbeam.solver.linear_algebra.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.reduction.lobpcg import lowest_shapes
 from gapbeam.solver.system.operators import Array, Factor

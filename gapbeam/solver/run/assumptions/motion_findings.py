@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gapbeam.solver.attachments.mean_motion import MotionName
+from gapbeam.solver.attachments.attachment_tables import MotionName
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import squeezed_stiffness

@@ -27,7 +27,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve, eigh
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.assembly.assembled_system import attached_rows
 from gapbeam.solver.case.case import Case, with_checksums
-from gapbeam.solver.loads.load_parts import patterned
+from gapbeam.solver.loads.places import patterned
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.models.reduction.projection import DenseRow

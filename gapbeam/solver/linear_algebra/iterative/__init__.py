@@ -1,1 +1,0 @@
-"""Conjugate gradients with multigrid, for operators whose factor does not fit in memory."""

@@ -1,1 +1,0 @@
-"""Coherence of a distributed random load between two places of its length."""

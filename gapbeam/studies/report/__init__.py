@@ -1,1 +1,0 @@
-"""The report on results folders of any kind."""

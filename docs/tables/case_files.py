@@ -100,8 +100,14 @@ def reference(name: str) -> str:
         parts += _kept(loose, set(_loose(PAGES[UNCERTAIN])), ("",), f"{UNCERTAIN}#above-all-tables", UNCERTAIN)
     else:
         parts += [*_table(loose, ("",)), ""]
+    same: dict[tuple[Row, ...], str] = {}  # keys of a table without their units, and its heading
     for section, headers in sections(root).items():
         parts += [f"### {_heading(headers)}", ""]
+        keys = tuple((key, value, meaning.rpartition(", ")[0]) for (key, value, meaning), _ in section.rows)
+        if same.setdefault(keys, _heading(headers)) != _heading(headers) and len(keys) >= SHARED:
+            units = dict.fromkeys(meaning.rpartition(", ")[2] for (_, _, meaning), _ in section.rows)
+            parts += [f"{section.purposes[0][1]} As {same[keys]}, in {either(units)}.", ""]
+            continue
         if section in there:
             page_there, named = there[section]
             heading = _heading(named)
@@ -111,11 +117,8 @@ def reference(name: str) -> str:
         parts += [f"* `{kind}`: {words}" for kind, words in kinds] if kinds[0][0] else [kinds[0][1]]
         parts.append("")
         if headers == ASSUMED:
-            keys = ", ".join(key for (key, _, _), _ in section.rows)
-            parts += [
-                f"What each means, and its limits: [assumptions](../explanation/assumptions.md). Keys: {keys}.",
-                "",
-            ]
+            named = ", ".join(key for key, _, _ in keys)
+            parts += [f"Meanings and limits: [assumptions](../explanation/assumptions.md). Keys: {named}.", ""]
             continue
         known = {row for other, (_, named) in there.items() if headers[0] in named for row, _ in other.rows}
         parts += _kept(section.rows, known, tuple(k for k, _ in kinds), f"{FIRST}#{_anchor(_heading(headers))}", FIRST)

@@ -312,14 +312,14 @@ PlacedFluid = placed_along(
     "PlacedFluid",
     "the fluid",
     (0.1, 0.5),
-    "Still fluid around the beam from x = from to x = to, in the frame of the supports.",
+    "Still fluid around the beam, in the frame of the supports.",
 )
 
 ROTATIONS: tuple[MotionName, ...] = ("rotation", "lateral_rotation")
 
 
 class PointMass(Table):
-    """A mass that moves with the cross-section of the beam at a place; gravity and base motion act on the mass."""
+    """A mass on the beam; gravity and base motion act on the mass."""
 
     name: Name = Field(description="unique name", examples=["head"])
     point: Number = Field(description="x on the beam axis, m", examples=[0.51])

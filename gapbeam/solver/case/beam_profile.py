@@ -196,7 +196,7 @@ PlacedSegment = placed_along(
     "PlacedSegment",
     "the segment",
     (0.2, 0.5),
-    "A part of the beam, from x = from to x = to, with another outer size, section or material.",
+    "A part of the beam with another outer size, section or material.",
 )
 
 ROUNDING = 1.0e-12  # of the length of the beam

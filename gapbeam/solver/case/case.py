@@ -209,7 +209,7 @@ PlacedSupport = placed_along(
     "PlacedSupport",
     "the support",
     (0.2, 0.22),
-    "A support along the beam, from x = from to x = to; the beam touches the faces of its region.",
+    "A support along the beam; the beam touches the faces of its region.",
 )
 
 
@@ -323,7 +323,7 @@ class Output(Table):
     fields_interval: Positive | None = Field(default=None, description="time between XDMF fields, s; default end/100")
     stress: Switch = Field(
         default=False,
-        description="write axial and von Mises stress among the fields, at the corners of the cells",
+        description="write axial and von Mises stress among the fields",
     )
     points: Switch = Field(
         default=False,

@@ -407,7 +407,7 @@ class AssumptionLimits(Table):
 
 
 class Gates(Table):
-    """Limits on the energy that the algorithm creates or loses, on memory, and on the assumptions of the equations."""
+    """Limits on energy that the algorithm creates or loses, on memory, and on assumptions."""
 
     impact_loss: NonNegative = Field(default=0.008, description="largest algorithmic loss in one impact, no unit")
     impact_growth: NonNegative = Field(default=0.0025, description="largest algorithmic growth in one impact, no unit")

@@ -57,7 +57,7 @@ class MeshMaterial(Table):
 
 
 class MeshFile(Table):
-    """Solids of a mesh file, whose path is relative to the case file."""
+    """Solids of a mesh file, relative to the case file."""
 
     type: Literal["mesh"] = Field(description="kind of model")
     file: FileName = Field(

@@ -14,7 +14,7 @@ from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive,
 
 
 class ImportedMatrices(Table):
-    """Matrices that another program wrote: K, M and C in files, their paths relative to the case file."""
+    """Matrices that another program wrote, in files relative to the case file."""
 
     type: Literal["matrices"] = Field(description="kind of model")
     stiffness: FileName = Field(description="file of K: .mtx, .npz, .npy, .sti, .pch, .op4", examples=["rack.sti"])
@@ -34,7 +34,7 @@ class ImportedMatrices(Table):
 
 
 class ModesOfFile(Table):
-    """Modes in a CSV file: a line for each, with columns frequency (Hz), damping, frame and one for each point."""
+    """Modes in a CSV file, with columns frequency (Hz), damping, frame and one for each point."""
 
     type: Literal["modes"] = Field(description="kind of model")
     file: FileName = Field(description="the file; its columns are the points", examples=["arm.csv"])
@@ -92,9 +92,7 @@ class ElementFrame(_Profile):
         description="flexibility factor of all bends, no unit; default 1.65 r^2 / (t R), 1 at least, for tubes of mean "
         "radius r and wall t, and 1 for other sections",
     )
-    up: Direction = Field(
-        default=(0.0, 0.0, 1.0), description="direction of the thickness of a section that is not as stiff both ways"
-    )
+    up: Direction = Field(default=(0.0, 0.0, 1.0), description="direction of the thickness")
     elements: Whole | None = Field(
         default=None, ge=1, le=10_000, description="about so many elements along straight legs; default 40"
     )
@@ -175,13 +173,13 @@ class BodyTable(Table):
 
 
 class PointTable(Table):
-    """A point of a beam, a frame, a rigid bar, matrices or a mesh: where something touches, acts or is read."""
+    """A point of a structure where something touches, acts or is read."""
 
     name: Name = Field(description="name, unique in its structure", examples=["tip"])
     structure: Name = Field(description="name of its structure", examples=["rack"])
     at: NonNegative | None = Field(
         default=None,
-        description="x from the start of a beam or bar, length along the axis of a frame, m",
+        description="x of a beam or bar, length along the axis of a frame, m",
         examples=[0.5],
     )
     node: Annotated[Whole, Field(ge=1)] | None = Field(
@@ -211,9 +209,7 @@ class PointTable(Table):
     )
 
 
-AT: Any = Field(
-    default=None, description="x from the start of a beam, length along the axis of a frame, m", examples=[0.0]
-)
+AT: Any = Field(default=None, description="x of a beam, length along the axis of a frame, m", examples=[0.0])
 NEAREST: Any = Field(default=None, description="coordinates of which the nearest place of a frame is taken, m")
 
 
@@ -261,7 +257,7 @@ class SpringJoint(Table):
 
 
 class SnubberJoint(Table):
-    """A support that is free while its point moves slowly, and locks as a spring and damper beyond a limit."""
+    """Free while its point moves slowly; locks as a spring and damper beyond a limit."""
 
     type: Literal["snubber"] = Field(description="kind of joint")
     name: Name = Field(description="unique name, also among pairs", examples=["lock"])

@@ -71,9 +71,7 @@ class ForceFigure(Table):
 
     type: Literal["force"] = Field(description="kind of figure", examples=["force"])
     name: Name = Field(description="unique name, in measurements and results", examples=["blow"])
-    face: Name = Field(
-        description="face of a support: base, gland, or NAME_below and NAME_above of a [[support]]", examples=["gland"]
-    )
+    face: Name = Field(description="face: base, gland, NAME_below or NAME_above", examples=["gland"])
     statistic: Literal["maximum", "impulse"] = Field(
         default="maximum", description="largest force on record in a window, or the impulse in a forcing period"
     )
@@ -83,12 +81,12 @@ class ForceFigure(Table):
 
 
 class FrequencyFigure(Table):
-    """A natural frequency of small vibrations about a state of contact; nothing is marched for it."""
+    """A natural frequency of small vibrations about a state of contact."""
 
     type: Literal["frequency"] = Field(description="kind of figure", examples=["frequency"])
     name: Name = Field(description="unique name, in measurements and results", examples=["first"])
     held: Literal["seated", "free", "closed"] = Field(
-        default="seated", description="contact points that are closed: those of the static seat, none, or all"
+        default="seated", description="closed contact points: of the seat, none, or all"
     )
     mode: Whole = Field(default=1, ge=1, le=100, description="number of the bending mode, rigid motions left out")
 
@@ -120,9 +118,7 @@ class Search(Table):
     residual: Literal["log10", "relative", "absolute"] = Field(
         default="log10", description="residual to minimize: log10(computed/measured), or the difference"
     )
-    budget: Whole = Field(
-        default=1000, ge=1, le=10_000_000, description="largest number of sets of values that the search tries"
-    )
+    budget: Whole = Field(default=1000, ge=1, le=10_000_000, description="most sets of values tried")
     seed: Whole = Field(default=0, ge=0, description="of everything random")
     starts: Whole = Field(
         default=1, ge=1, le=10_000, description="least-squares: starts; the first is from the file, the rest spread"
@@ -132,7 +128,7 @@ class Search(Table):
     )
     tolerance: Positive | None = Field(
         default=None,
-        description="largest rms of the residuals of the fit, or the exit status is 5; default none asked for",
+        description="largest rms of the residuals, else exit status 5; default none asked for",
         examples=[0.06],
     )
     confidence: Number = Field(default=0.95, gt=0, lt=1, description="of the intervals, no unit")

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from gapbeam.commands.terminal import Overrides, StudyCommand, print_study, progress_bar
-
-if TYPE_CHECKING:
-    from gapbeam.postprocess.report.folder_report import Kind
+from gapbeam.commands.terminal import Overrides, StudyCommand, print_study, progress_bar, shipped_kind
 
 
 def atlas(
@@ -49,11 +46,4 @@ def atlas(
     return result.exit_status
 
 
-def _kind() -> Kind:
-    from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.atlas_section import ATLAS_FILE, atlas_sections
-
-    return Kind("atlas", "Atlas", (ATLAS_FILE,), atlas_sections)
-
-
-STUDY = StudyCommand(atlas, _kind)
+STUDY = StudyCommand(atlas, shipped_kind("atlas"))

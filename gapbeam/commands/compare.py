@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from gapbeam.commands.terminal import StudyCommand, print_study
+from gapbeam.commands.terminal import StudyCommand, print_study, shipped_kind
 from gapbeam.process.usage_errors import BadParameter
-
-if TYPE_CHECKING:
-    from gapbeam.postprocess.report.folder_report import Kind
 
 ResultsFolder = Annotated[Path, typer.Argument(help="results folder of a run")]
 
@@ -56,11 +53,4 @@ def compare(
     return result.exit_status
 
 
-def _kind() -> Kind:
-    from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.curve_section import COMPARISON_FILE, comparison_sections
-
-    return Kind("comparison", "Comparison", (COMPARISON_FILE,), comparison_sections)
-
-
-STUDY = StudyCommand(compare, _kind)
+STUDY = StudyCommand(compare, shipped_kind("comparison"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -16,11 +16,9 @@ from gapbeam.commands.terminal import (
     WorkerCount,
     print_study,
     progress_bar,
+    shipped_kind,
     workers_from,
 )
-
-if TYPE_CHECKING:
-    from gapbeam.postprocess.report.folder_report import Kind
 
 
 def identify(
@@ -60,11 +58,4 @@ def identify(
     return result.exit_status
 
 
-def _kind() -> Kind:
-    from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.tradeoff_section import IDENTIFICATION_FILE, identification_blocks
-
-    return Kind("identification", "Identification", (IDENTIFICATION_FILE,), identification_blocks)
-
-
-STUDY = StudyCommand(identify, _kind)
+STUDY = StudyCommand(identify, shipped_kind("identification"))

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from gapbeam.commands.terminal import Overrides, Overwrite, StudyCommand, print_study, progress_bar
+from gapbeam.commands.terminal import Overrides, Overwrite, StudyCommand, print_study, progress_bar, shipped_kind
 from gapbeam.process.usage_errors import BadParameter
-
-if TYPE_CHECKING:
-    from gapbeam.postprocess.report.folder_report import Kind
 
 
 def life(
@@ -51,11 +48,4 @@ def life(
     return result.exit_status
 
 
-def _kind() -> Kind:
-    from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.curve_section import LIFE_FILE, life_sections
-
-    return Kind("life", "Life", (LIFE_FILE,), life_sections)
-
-
-STUDY = StudyCommand(life, _kind)
+STUDY = StudyCommand(life, shipped_kind("life"))

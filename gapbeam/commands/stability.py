@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -15,11 +15,9 @@ from gapbeam.commands.terminal import (
     StudyCommand,
     WorkerCount,
     progress_bar,
+    shipped_kind,
     workers_from,
 )
-
-if TYPE_CHECKING:
-    from gapbeam.postprocess.report.folder_report import Kind
 
 STIFFNESSES, STEPS = "1e10:1e16:4", "1e-5:1e-3:3"
 SCHEMES = "discrete-gradient,implicit-midpoint,newmark,hht-alpha,generalized-alpha"
@@ -50,11 +48,4 @@ def stability(
     return 0
 
 
-def _kind() -> Kind:
-    from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.tradeoff_section import STABILITY_FILE, stability_sections
-
-    return Kind("stability", "Stability", (STABILITY_FILE,), stability_sections)
-
-
-STUDY = StudyCommand(stability, _kind)
+STUDY = StudyCommand(stability, shipped_kind("stability"))

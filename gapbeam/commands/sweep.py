@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -17,12 +17,10 @@ from gapbeam.commands.terminal import (
     WorkerCount,
     print_study,
     progress_bar,
+    shipped_kind,
     workers_from,
 )
 from gapbeam.solver.errors import in_one_line
-
-if TYPE_CHECKING:
-    from gapbeam.postprocess.report.folder_report import Kind
 
 
 def sweep(
@@ -74,11 +72,4 @@ def sweep(
     return result.exit_status
 
 
-def _kind() -> Kind:
-    from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.sweep_section import SWEEP_FILE, sweep_sections
-
-    return Kind("sweep", "Sweep", (SWEEP_FILE,), sweep_sections)
-
-
-STUDY = StudyCommand(sweep, _kind)
+STUDY = StudyCommand(sweep, shipped_kind("sweep"))

@@ -101,6 +101,17 @@ class StudyCommand:
     collective: bool = False
 
 
+def shipped_kind(name: str) -> Callable[[], Kind]:
+    """Return a function that imports and returns a kind of `study_kinds`."""
+
+    def kind() -> Kind:
+        from gapbeam.postprocess.report.study_kinds import KINDS
+
+        return KINDS[name]
+
+    return kind
+
+
 PANEL = "Workers"
 CaseArgument = Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")]
 Overrides = Annotated[

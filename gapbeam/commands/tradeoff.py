@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.terminal import CaseArgument, Overrides, StudyCommand, print_study
+from gapbeam.commands.terminal import CaseArgument, Overrides, StudyCommand, print_study, shipped_kind
 
 if TYPE_CHECKING:
-    from gapbeam.postprocess.report.folder_report import Kind
     from gapbeam.solver.run.outcome import Outcome
     from gapbeam.studies.tradeoff.run_tradeoff import Taken
 
@@ -88,11 +87,4 @@ def judged_by(outcome: Outcome, taken: Taken) -> Outcome:
     return with_promise(outcome, taken, MPI.COMM_WORLD)
 
 
-def _kind() -> Kind:
-    from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.tradeoff_section import TRADEOFF_FILE, tradeoff_sections
-
-    return Kind("tradeoff", "Trade-off", (TRADEOFF_FILE,), tradeoff_sections)
-
-
-STUDY = StudyCommand(tradeoff, _kind)
+STUDY = StudyCommand(tradeoff, shipped_kind("tradeoff"))

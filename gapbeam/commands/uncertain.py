@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from gapbeam.commands.terminal import Overrides, StudyCommand, print_study, progress_bar
-
-if TYPE_CHECKING:
-    from gapbeam.postprocess.report.folder_report import Kind
+from gapbeam.commands.terminal import Overrides, StudyCommand, print_study, progress_bar, shipped_kind
 
 
 def uncertain(
@@ -35,11 +32,4 @@ def uncertain(
     return result.exit_status
 
 
-def _kind() -> Kind:
-    from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, uncertain_sections
-
-    return Kind("uncertain", "Uncertain values", (UNCERTAIN_FILE,), uncertain_sections)
-
-
-STUDY = StudyCommand(uncertain, _kind)
+STUDY = StudyCommand(uncertain, shipped_kind("uncertain"))

@@ -31,14 +31,7 @@ def export(
 ) -> Path:
     """Write records of a run as columns over time, or another of its tables.
 
-    Args:
-        results: Results folder.
-        output: The file; its suffix, .csv, .mat or .parquet, says the format.
-        records: Names of records; empty: all.
-        begin: First time, s; None: from the start.
-        end: Last time, s; None: to the end.
-        every: One record of so many.
-        table: "history", or "points", "wear" or "impacts", which have rows that are no times.
+    Arguments are those of `gapbeam.export`, where they are described.
 
     Returns:
         The file.

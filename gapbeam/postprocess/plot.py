@@ -107,29 +107,7 @@ def plot(
 
     Power densities, shock response spectra and cycles also become CSV files, named as their pictures.
 
-    Args:
-        folder: The results folder of a run.
-        output: Where to write; default `figures` in the results folder.
-        formats: Of the figures: "png", "pdf", "svg".
-        probe: Name of the probe; default the first.
-        component: "x", "y" or "z"; default the bending direction.
-        acceleration: "absolute" or "relative" to the support.
-        rate: Sampling rate in Hz for the smoothed acceleration; default points over `output.smoothing_window`.
-        points: Points of its moving average.
-        sampling: "mean" over the sampling interval, or "pick" the value at its end.
-        periods: Forcing periods in the spectra; default the most of 12, 24, ... after the transient.
-        window: "rectangular", "hann", "flattop" or "blackman"; default rectangular over whole periods.
-        harmonics: Highest harmonic in figures and tables.
-        tolerance: Of the periodicity, as a fraction of the range.
-        zoom: Forcing periods in the enlarged panels.
-        begin: First time that is looked at, s; None: from the start.
-        end: Last time, s; None: to the end.
-        psd: Names of records to draw the power spectral density of, such as "contact_force".
-        resolution: Of these densities, Hz; None: from the length of the record.
-        shock: Names of records to draw the shock response spectrum of, accelerations or forces.
-        damping: Of the oscillators, as a part of critical damping.
-        rainflow: Names of records to count the cycles of.
-        sn_curve: Exponent, range, Pa, and cycles at this range of the S-N curve for damage; None: none is asked for.
+    Arguments are those of `gapbeam.plot`, where they are described.
 
     Returns:
         The files written: figures, CSV files, `tables.txt`, `figures.json`.

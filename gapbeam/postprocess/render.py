@@ -39,17 +39,8 @@ def render(
     In every view displacement and clearance are enlarged by the same factor, which is written on the picture:
     faces meet in the picture where they meet in the computation.
 
-    Args:
-        folder: The results folder of a run.
-        output: Where to write; default `pictures` in the results folder.
-        scale: One factor for both views, or "auto" for a round one each: one that shows the motion of the
-            whole beam, one that shows the gap in the support.
-        film: Also make a film.
-        frames: At most so many frames, the last ones of the run; default 300.
-        size: Width and height in pixels.
-        frames_per_second: Speed of the film.
-        progress: Called with the number of frames drawn and to draw.
-        stress: Color the beam by this stress; None: by the contact pressure on its faces.
+    Arguments are those of `gapbeam.render`, where they are described; "auto" takes a round factor for each view: one
+    that shows the motion of the whole beam, one that shows the gap in the support.
 
     Returns:
         The files written: two pictures, and the film (mp4, or GIF where there is no ffmpeg).

@@ -117,14 +117,8 @@ def write_report(
 ) -> list[Path]:
     """Write a report on results: one page that works offline, and a PDF.
 
-    Args:
-        results: Folders of runs or studies.
-        kinds: Kinds of results folders that studies write, the most particular first.
-        page: Page to write, *.html; None: report.html in the folder, or in one for all of them.
-        pdf: Whether to print the page too; None: where a browser is found.
-        overwrite: Replace an earlier report.
-        begin: First time of a run that is looked at, s; None: from the start.
-        end: Last time, s; None: to the end.
+    Arguments are those of `gapbeam.report`, where they are described, and the kinds of folders that studies write,
+    the most particular first.
 
     Returns:
         The page and, where there is one, its PDF.

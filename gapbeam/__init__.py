@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.frame_structure import SpaceSection, frame, space_section
     from gapbeam.solver.scene.lagged_force import aerodynamic_lag, measured, unsteady
     from gapbeam.solver.scene.lane_ensemble import ensemble
+    from gapbeam.solver.scene.least_figure import optimize
     from gapbeam.solver.scene.limit_cycle import limit_cycle, periodic
     from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, midpoint, newmark, theta
     from gapbeam.solver.scene.linear_stability import critical_velocity, eigenvalues, idle_supports, root_locus
@@ -101,6 +102,7 @@ _MODULES = {
     "solver.scene.frame_structure": ("SpaceSection", "frame", "space_section"),
     "solver.scene.lagged_force": ("aerodynamic_lag", "measured", "unsteady"),
     "solver.scene.lane_ensemble": ("ensemble",),
+    "solver.scene.least_figure": ("optimize",),
     "solver.scene.limit_cycle": ("limit_cycle", "periodic"),
     "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "midpoint", "newmark", "theta"),
     "solver.scene.linear_stability": ("critical_velocity", "eigenvalues", "idle_supports", "root_locus"),
@@ -216,6 +218,7 @@ __all__ = [
     "moving_force",
     "newmark",
     "open_results",
+    "optimize",
     "orthotropic",
     "periodic",
     "plot",

@@ -59,7 +59,7 @@ def test_slopes_obey_the_identities_of_their_dimensions() -> None:
     }  # fmt: skip
     figures = {
         "at.peak": (1, 0, 0), "at.rms": (1, 0, 0), "at.harmonic_2": (1, 0, 0), "stop.peak_force": (1, -2, 1),
-        "stop.impulse": (1, -1, 1),
+        "stop.impulse": (1, -1, 1), "stop.work": (2, -2, 1),
     }  # fmt: skip
 
     def make(p: dict[str, float]) -> gb.Scene:
@@ -73,7 +73,9 @@ def test_slopes_obey_the_identities_of_their_dimensions() -> None:
     period = 2.0 * pi / at["load.frequency"]
     start = settled(make(at), period)
     found = gb.tangents(make, list(figures), at, period=period, steps=STEPS, start=start)
-    assert found.values["stop.impulse"] > 0.0
+    many = gb.ensemble(make(at), members=1, step=period / STEPS, end=period, start=found.state)
+    for kind in ("peak_force", "impulse", "work"):
+        assert found.values[f"stop.{kind}"] == pytest.approx(getattr(many, kind)["stop"][0], rel=1e-10)
     for name, own in figures.items():
         for unit in range(3):
             parts = [exponents[path][unit] * value * found.slopes[name][path] for path, value in at.items()]
@@ -110,12 +112,17 @@ def drawn(seed: int) -> tuple[gb.Scene, dict[str, float], list[str]]:
         offset = g * r.uniform(-0.3, 0.3, 2 if kind == "round" else None)
         contacts.append(gb.Contact(body[name], region, law, name=f"c{i}", offset=offset, **rough))
         if i == 0:
-            over |= {"c0.clearance": region.values[0], **({"c0.friction": 0.2} if rough else {"c0.offset": offset})}
+            over |= {
+                "c0.clearance": region.values[region.kind.names.index("clearance")],
+                **({"c0.friction": 0.2} if rough else {"c0.offset": offset}),
+            }
     amplitude, frequency = w * w * g * 10.0 ** r.uniform(0, 0.7), w * r.uniform(0.4, 1.6)
     along = {"direction": [1.0, 0.4]} if kind == "round" else {}
     load = gb.Force(body[at], wave, name="load", amplitude=amplitude, frequency=frequency, **along)
     over |= {"load.amplitude": amplitude, "load.frequency": frequency, "body.damping_factor": 1.0}
     figures = [f"{at}.peak", f"{at}.rms", f"{at}.harmonic_1", "c0.peak_force", "c0.impulse"]
+    if kind != "tube" and (kind == "round" or law_kind not in ("elastic", "cubic")):
+        figures.append("c0.work")
     return gb.Scene(body, contacts=contacts, loads=[load]), over, figures
 
 
@@ -127,6 +134,9 @@ def figures_of(scene: gb.Scene, x: Any, period: float, figures: list[str]) -> tu
     values = []
     for name in figures:
         owner, _, kind = name.partition(".")
+        if kind == "work":
+            values.append(found.last.energy["law"] + found.last.energy["friction"])
+            continue
         series = (found.force if kind in ("peak_force", "impulse") else found.displacement)[owner].reshape(STEPS, -1)
         size = np.linalg.norm(series, axis=1)
         if kind == "harmonic_1":
@@ -181,7 +191,7 @@ def compare(seed: int) -> str:
 
 @pytest.mark.parametrize("seed", [11])
 def test_slopes_of_a_drawn_orbit_are_those_of_orbits_that_converge_anew(seed: int) -> None:
-    """Five figures by all parameters, to 1e-7 of the larger of slope and figure over parameter."""
+    """Five figures and the work by all parameters, to 1e-7 of the larger of slope and figure over parameter."""
     assert compare(seed) == ""
 
 

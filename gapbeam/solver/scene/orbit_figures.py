@@ -10,7 +10,7 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.system.operators import Array
 
-POINT_FIGURES, CONTACT_FIGURES = ("peak", "rms", "harmonic_1"), ("peak_force", "impulse")
+POINT_FIGURES, CONTACT_FIGURES = ("peak", "rms", "harmonic_1"), ("peak_force", "impulse", "work")
 TIED, ALIKE = 1e-9, 1e-6
 """Relative: difference of two maxima that are one to round-off, and of their derivatives where these are one, too."""
 
@@ -21,14 +21,14 @@ class OrbitFigure:
 
     Attributes:
         name: With its owner.
-        kind: "peak", "rms", "harmonic_3", "peak_force" or "impulse".
-        columns: Of the motions of its owner.
+        kind: "peak", "rms", "harmonic_3", "peak_force", "impulse" or "work".
+        columns: Of the motions of its owner; for the work those of forces, then those of moves.
         harmonic: Number of the harmonic.
     """
 
     name: str
     kind: str
-    columns: slice
+    columns: list[int]
     harmonic: int = 0
 
     @property
@@ -40,7 +40,8 @@ class OrbitFigure:
         """Return the figure and its derivative by each value of its own columns.
 
         Args:
-            series: Displacements of all points or forces of all contacts, (steps, motions).
+            series: Displacements of all points, (steps, motions), or forces of all contacts, then their moves in each
+                step.
             h: Step, s.
         """
         x = series[:, self.columns]
@@ -49,6 +50,9 @@ class OrbitFigure:
         if self.kind in ("peak", "peak_force"):
             at = int(np.argmax(size))
             return float(size[at]), unit * (np.arange(steps) == at)[:, None]
+        if self.kind == "work":
+            F, way = np.split(x, 2, axis=1)
+            return -float((F * way).sum()), -np.hstack([way, F])
         if self.kind == "rms":
             rms = float(np.sqrt(np.mean(size**2)))
             return rms, np.asarray(x / (steps * rms or 1.0), dtype=float)
@@ -75,10 +79,11 @@ class OrbitFigure:
             UserError: There is none.
         """
         x, moves, (value, weight) = series[:, self.columns], moves[:, self.columns], self.value(series, h)
-        if not moves.any():
+        if not (moves * weight if self.kind == "work" else moves).any():
             return growth / h * value if self.kind == "impulse" else 0.0
         size = np.linalg.norm(x, axis=1)
-        if not value > TIED * (h if self.kind == "impulse" else 1.0) * size.max(initial=0.0):
+        most = {"impulse": h * size.max(), "work": 0.5 * np.abs(x * weight).sum()}.get(self.kind, size.max())
+        if not value > TIED * most:
             raise UserError(f"tangents: {self.name} is 0 within round-off, where it has no derivative")
         if self.kind in ("peak", "peak_force"):
             ways = (x * moves).sum(axis=1)[size >= (1.0 - TIED) * value] / value
@@ -97,18 +102,19 @@ def figure_of(scene: Scene, name: str) -> OrbitFigure:
         UserError: There is none.
     """
     owner, _, kind = name.rpartition(".")
-    at, columns = 0, dict[str, slice]()
+    at, columns = 0, dict[str, list[int]]()
     for point, one in scene.point_names.items():
-        columns[point], at = slice(at, at + len(one.rows)), at + len(one.rows)
+        columns[point], at = list(range(at, at + len(one.rows))), at + len(one.rows)
     contacts = {
-        one.name: slice(int(first), int(first) + one.motions)
+        one.name: list(range(int(first), int(first) + one.motions))
         for one, first in zip(scene.contacts, scene.first, strict=False)
     }
     number = kind.removeprefix("harmonic_")
     if owner in columns and (kind in ("peak", "rms") or (number != kind and number.isdigit())):
         return OrbitFigure(name, kind, columns[owner], int(number) if number.isdigit() else 0)
     if owner in contacts and kind in CONTACT_FIGURES:
-        return OrbitFigure(name, kind, contacts[owner])
+        moves = [scene.motions + k for k in contacts[owner]] if kind == "work" else []
+        return OrbitFigure(name, kind, contacts[owner] + moves)
     known = [f"{one}.{kind}" for one in columns for kind in POINT_FIGURES]
     known += [f"{one}.{kind}" for one in contacts for kind in CONTACT_FIGURES]
     raise UserError(f"tangents: found figure {name!r}, expected one of {', '.join(known)}")

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     )
     from gapbeam.interface.shown_results import compare, open_results, plot, render, report
     from gapbeam.interface.single_case import check, model, modes, run, scene
+    from gapbeam.solver.case.figure_table import figure
     from gapbeam.solver.scene.beam_structure import CrossSection, beam, material, section
     from gapbeam.solver.scene.contact_pair import Contact
     from gapbeam.solver.scene.convex_region import Disc, HalfPlane, Polar, Polygon, Slot, region
@@ -112,6 +113,7 @@ _MODULES = {
     "solver.scene.scene": ("Scene",),
     "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "moving_force", "weight"),
     "solver.scene.scene_march": ("history", "march"),
+    "solver.case.figure_table": ("figure",),
     "solver.scene.scene_seat": ("NoSeat", "seat"),
     "solver.scene.shipped_laws": ("Adhesive", "Cubic", "ElastoGap", "HuntCrossley", "KelvinVoigt"),
     "solver.scene.snubber": ("snubber",),
@@ -193,6 +195,7 @@ __all__ = [
     "estimate",
     "euler",
     "export",
+    "figure",
     "frame",
     "from_mesh",
     "from_modes",

@@ -48,7 +48,7 @@ def names() -> list[str]:
 
 def interface() -> dict[str, Definition]:
     """Return the functions and classes that `import gapbeam` brings, functions first."""
-    folders = ("interface", "solver/scene", "studies/atlas", "studies/library", "studies/uncertain")
+    folders = ("interface", "solver/scene", "studies/atlas", "studies/library", "studies/uncertain", "solver/case")
     files = [path for folder in folders for path in sorted((GAPBEAM / folder).glob("[!_]*.py"))]
     modules = [".".join(("gapbeam", *path.relative_to(GAPBEAM).with_suffix("").parts)) for path in files]
     found: dict[str, Definition] = {}

@@ -60,7 +60,7 @@ def run(
             `every`, steps from one record to the next; `scheme`; `gates`, as the table [gates] of case files;
             `observers`, functions of the step after each record, which may set loads; `period` of the forcing, s;
             `title`; `checkpoint`, wall time between checkpoints, s; `errors=False` estimates no errors; `penalty`,
-            names of contacts whose stiffness stands for rigid contact.
+            names of contacts whose stiffness stands for rigid contact; `figures`, of one's own, see `figure`.
 
     Returns:
         The outcome: folder, exit status, message, summary. A run that created energy or did not converge is

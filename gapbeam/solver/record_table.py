@@ -108,6 +108,12 @@ HISTORY: tuple[HistoryVariable, ...] = (
         _FROM_SUPPORTS,
         "acceleration relative to this line, likewise, mean over the interval that ends at t",
     ),
+    HistoryVariable(
+        "rotation",
+        "rad",
+        ("time", "turned_probe"),
+        "rotation of the cross-section in the bending plane; positive with the slope of the axis",
+    ),
     HistoryVariable("axial_stress", "Pa", _GAUGE, "stress along the beam at the point, positive in tension"),
     HistoryVariable("von_mises_stress", "Pa", _GAUGE, "von Mises stress at the point"),
     HistoryVariable("joint_force", "N", ("time", "joint", "translation"), "force of the joint on the beam, by motion"),

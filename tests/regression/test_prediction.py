@@ -90,6 +90,7 @@ def test_check_reports_the_cost() -> None:
     rows = {line.split("  ")[0]: line for line in done.stdout.splitlines()}
     assert re.search(r"measured now: \d+ steps from the seat", rows["step"])
     assert rows["field"].rstrip().endswith("21 of them")
+    assert rows["errors"].rstrip().endswith("4 comparison runs")
     assert "GB" in rows["memory"]
     for part in ("model", "seat", "factorization", "delassus"):
         assert f"{part} " in rows["set-up"]

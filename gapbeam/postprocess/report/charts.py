@@ -36,6 +36,7 @@ class ChartCurve:
         dashed: Whether the line is dashed, as for unstable branches and references.
         texts: Text of each point, shown when it is pointed at, (n,); empty: its coordinates only.
         times: Of its points, (n,), s, increasing: a dot on the curve follows the time of the page; empty: none does.
+        bars: Half heights of error bars, (n,); empty: none.
         like: Name of the curve whose color it shares, such as that whose points it marks; empty: a color of its own.
 
     Raises:
@@ -51,6 +52,7 @@ class ChartCurve:
     texts: Sequence[str] = ()
     like: str = ""
     times: FloatArray | Sequence[float] = ()
+    bars: FloatArray | Sequence[float] = ()
 
     def __post_init__(self) -> None:
         shapes = np.shape(self.x), np.shape(self.y)
@@ -58,6 +60,8 @@ class ChartCurve:
             raise BlockError(f"{self.name}: x has shape {shapes[0]} and y {shapes[1]}; expected (n,) twice")
         if self.texts and len(self.texts) != len(self.x):
             raise BlockError(f"{self.name}: {len(self.texts)} texts for {len(self.x)} points")
+        if len(self.bars) not in (0, len(self.x)):
+            raise BlockError(f"{self.name}: {len(self.bars)} error bars for {len(self.x)} points")
         if len(self.times) not in (0, len(self.x)):
             raise BlockError(f"{self.name}: {len(self.times)} times for {len(self.x)} points")
 
@@ -252,6 +256,8 @@ def _traces(curve: ChartCurve, place: int, chart: Chart) -> list[go.Scatter | go
         shared |= {"text": texts, "hovertemplate": f"%{{text}}<extra>{name}</extra>"}
     if len(curve.times):
         shared["customdata"] = _single(curve.times)
+    if len(curve.bars):
+        shared["error_y"] = {"array": _single(curve.bars), "thickness": 1.0, "width": 3}
     if curve.mode == "bars":
         return [go.Bar(x=x, y=y, marker={"color": color}, **shared)]
     mark: dict[str, Any] = {"color": color, "symbol": SYMBOLS[place % len(SYMBOLS)], "size": 7}

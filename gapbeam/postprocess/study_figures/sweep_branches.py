@@ -39,7 +39,19 @@ Record = Mapping[str, Any]
 CREEPING = "not settled"
 CYCLE, WILD, RANDOM = "period ", "no cycle", "random"
 AMPLITUDES = (" displacement", " smoothed acceleration")
+START_KEYS = "analysis."
+"""Keys of a sweep that begin so say where responses start: points that differ in them only are one point."""
 DECIDING = ("rms", "lateral_rms", "contact_share")  # statistics whose intervals are compared
+
+
+def start_words(record: Record) -> str:
+    """Return start, direction and keys of the start of a record, but for a key that says the same as the start."""
+    keys = [
+        f"{key} = {value}"
+        for key, value in record["values"].items()
+        if key.startswith(START_KEYS) and value != record["start"]
+    ]
+    return " ".join(filter(None, (record["start"], record["direction"], *keys)))
 
 
 @dataclass(frozen=True)
@@ -80,7 +92,7 @@ class Branch:
     @property
     def reached_from(self) -> list[str]:
         """Starts and directions that led to it."""
-        return [" ".join(filter(None, (member["start"], member["direction"]))) for member in self.members]
+        return [start_words(member) for member in self.members]
 
 
 @dataclass(frozen=True)
@@ -126,7 +138,8 @@ def census(records: Sequence[Record], tolerance: float) -> list[SweepPoint]:
     """
     places: dict[tuple[tuple[str, str], ...], list[Record]] = {}
     for record in records:
-        places.setdefault(tuple(record["values"].items()), []).append(record)
+        values = tuple((key, value) for key, value in record["values"].items() if not key.startswith(START_KEYS))
+        places.setdefault(values or (("case", "as written"),), []).append(record)
     points = []
     for values, there in places.items():
         good = [record for record in there if record["verdict"] == "passed" and record.get("figures")]
@@ -183,8 +196,8 @@ def _same(one: Record, other: Record, tolerance: float) -> bool:
 
 def _intervals(one: Record, other: Record) -> list[tuple[Record, Record]]:
     """Return the deciding figures of two responses that both know with an interval."""
-    names = [name for name in one["figures"] if name.rpartition(".")[2] in DECIDING and name in other["figures"]]
-    pairs = [(one["figures"][name], other["figures"][name]) for name in names]
+    names = [name for name in one["figures"] if "." in name and name.rpartition(".")[2] in DECIDING]
+    pairs = [(one["figures"][name], other["figures"][name]) for name in names if name in other["figures"]]
     return [(a, b) for a, b in pairs if "low" in a and "low" in b]
 
 
@@ -243,15 +256,15 @@ def draw_branches(points: Sequence[SweepPoint], path: Path, quantities: Sequence
     Args:
         points: The census.
         path: File to write; its suffix gives the format.
-        quantities: Names of figures; by default the 2.5 ms mean acceleration, peak to peak, of every probe, or what
-            else there is of its motion; the rms where all responses have it, as random ones do.
+        quantities: Names of figures; by default those of one's own, else the 2.5 ms mean acceleration, peak to peak, of
+            every probe, or what else there is of its motion; the rms where all responses have it, as random ones do.
     """
     values = [point.values for point in points]
     along = key_along(values)
     groups: dict[str, list[SweepPoint]] = {}
     for point, column_title in zip(points, columns_of(values), strict=True):
         groups.setdefault(column_title, []).append(point)
-    names = list(quantities) if quantities else _quantities(points)
+    names = list(quantities) if quantities else drawn_figures(points)
     texts = list(dict.fromkeys(point.values[along] for point in points))
     numbers = [_number(text) for text in texts]
     axis, factor = shown("m") if along.endswith(LENGTHS) and None not in numbers else ("", 1.0)
@@ -307,7 +320,11 @@ def _axis_words(points: Sequence[SweepPoint], along: str, unit: str) -> str:
     return "\n".join([name, *(f"with {words}" for words in beside)])
 
 
-def _quantities(points: Sequence[SweepPoint]) -> list[str]:
+def drawn_figures(points: Sequence[SweepPoint]) -> list[str]:
+    """Return the names of the figures that pictures of a sweep show: those of one's own, else of the motion."""
+    members = [member["figures"] for point in points for branch in point.branches for member in branch.members]
+    if own := list(dict.fromkeys(name for figures in members for name, one in figures.items() if one.get("own"))):
+        return own
     names = list(dict.fromkeys(name for point in points for branch in point.branches for name in branch.figures))
     everywhere = [name for name in names if all(name in b.figures for point in points for b in point.branches)]
     if found := [name for name in everywhere if name.endswith(".rms")]:

@@ -102,6 +102,14 @@ class SectionRows:
         rows = [self._owned(MeanMotion(x, one, offset), name) for one in names]
         return MotionRow(rows[0][0], np.stack([factors for _, factors in rows]))
 
+    def of_turn(self, x: float, name: str) -> MotionRow:
+        """Return the row of the rotation of the section at x in the bending plane, as its last component, rad.
+
+        Args and errors as in `of_axis`. Collective.
+        """
+        nodes, factors = self._owned(MeanMotion(x, "rotation"), name)
+        return MotionRow(nodes, np.stack([*np.zeros((factors.shape[1] - 1, *factors.shape)), factors]))
+
     def _cut(self, x: float, name: str) -> SectionCut:
         if x not in self.cuts:
             self.cuts[x] = self.cutter.cut(x, name)

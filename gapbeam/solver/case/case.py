@@ -23,6 +23,7 @@ from gapbeam.solver.case.analysis_table import Analysis, Transient
 from gapbeam.solver.case.beam_profile import Beam as Beam
 from gapbeam.solver.case.beam_profile import BeamProfile, PlacedSegment
 from gapbeam.solver.case.beam_profile import Material as Material
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.value_words import toml_value
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable, SolverTable, Time
 from gapbeam.solver.case.solution_tables import Gates as Gates
@@ -314,6 +315,9 @@ class Probe(Table):
     stress: Switch = Field(
         default=False, description="record axial and von Mises stress at the point, which is in the material"
     )
+    rotation: Switch = Field(
+        default=False, description="record the rotation of the cross-section at the point, in the bending plane"
+    )
 
 
 class Output(Table):
@@ -392,6 +396,7 @@ class Case(Table):
     )
     load: tuple[Load, ...] = Field(default=NO_LOADS, description="loads acting together")
     probe: tuple[Probe, ...] = Field(default=(), description="points whose motion is recorded")
+    figure: tuple[Figure, ...] = Field(default=(), description="results of one's own")
     time: Time
     analysis: Analysis = Transient()
     solver: SolverTable = SolverTable()

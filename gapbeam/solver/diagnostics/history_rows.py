@@ -253,6 +253,7 @@ class Recorder:
         return {
             "probe": tuple(model.probes),
             "moved_probe": tuple(model.probes) if supports_move(model.case) else (),
+            "turned_probe": tuple(model.turned_probes),
             "component": COMPONENTS[model.case.mesh.dimension],
             "face": model.system.contact.face_names,
             "worn_face": model.system.contact.face_names if model.system.contact.measures_sliding else (),
@@ -313,6 +314,10 @@ class Recorder:
             found["work_by_mode"] = instants.work_by_mode
         if self.model.probes:
             found |= self._probe_rows(instants)
+        if turned := self.model.turned_probes.values():
+            found["rotation"] = np.stack(
+                [row.evaluate(instants.u, self.model.system.operators)[..., -1] for row in turned], axis=1
+            )
         if self.labels["across"]:
             assert instants.contact_resultant is not None
             found["contact_resultant"] = instants.contact_resultant
@@ -336,6 +341,7 @@ class Recorder:
             seen = {"approach_speeds": instants.approach, "force_square": instants.force_square}
             if instants.point_work is not None:
                 seen["point_work"] = instants.point_work
+            self.statistics.labels = self.labels
             self.statistics.see(found | seen)
         return found
 

@@ -26,7 +26,7 @@ from gapbeam.solver.case.solution_tables import BeamModel, BeamMotion
 from gapbeam.solver.contact.formulations.contact_points import StationOperator
 from gapbeam.solver.loads.load_choice import axis_point, load_direction
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls, patterned
-from gapbeam.solver.models.body import Body, MeshedBeam, floating_basis, gathered, point_rule
+from gapbeam.solver.models.body import TURNED, Body, MeshedBeam, floating_basis, gathered, point_rule
 from gapbeam.solver.models.elastic_rod import ElasticRod
 from gapbeam.solver.models.reduction.contact_lines import points_around
 from gapbeam.solver.models.reduction.line_points import gathered_points
@@ -120,6 +120,11 @@ class BeamOfParts:
             found = found + arm * self._section_motion(part)
         return found
 
+    def turn(self, x: float, dimension: int) -> Array:
+        """Return the rotation of the section at x in the bending plane, the last of so many rows, (dimension, n)."""
+        row = self.mean_motion(MeanMotion(x, "rotation"))
+        return np.vstack([np.zeros((dimension - 1, len(row))), row])
+
     def _section_motion(self, motion: MeanMotion) -> Array:
         found = [part.section_motion(motion.x, motion.name) for part in self.parts]
         pairs = zip(self.parts, found, strict=True)
@@ -180,7 +185,12 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
         operators,
         contact,
         tuple(patterns),
-        {probe.name: DenseRow(beam.displacement(axis_point(probe.point)[None]).toarray()) for probe in case.probe},
+        {probe.name: DenseRow(beam.displacement(axis_point(probe.point)[None]).toarray()) for probe in case.probe}
+        | {
+            f"{probe.name}{TURNED}": DenseRow(beam.turn(float(axis_point(probe.point)[0]), case.mesh.dimension))
+            for probe in case.probe
+            if probe.rotation
+        },
         np.stack([operators.apply_mass(motion) for motion in beam.rigid_motions()]),
         patch=patch,
         expansion=beam.displacement(places),

@@ -44,6 +44,7 @@ from gapbeam.solver.case.solution_tables import FullModel, RigidModel
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator, whole_contact
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
+from gapbeam.solver.loads.load_choice import axis_point
 from gapbeam.solver.memory.memory_estimate import free_memory, memory_needs
 from gapbeam.solver.models.bending_stiffness import BendingStiffness, bending_stiffness, rigid_motions
 from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
@@ -85,6 +86,10 @@ class MeshedBeam:
     seconds: float
 
 
+TURNED = " rotation"
+"""Ending of the names of rows of rotations, behind the name of the probe, which has no space."""
+
+
 @dataclass(frozen=True)
 class Body:
     """A meshed and assembled case, without what is cheap to change.
@@ -95,7 +100,7 @@ class Body:
         operators: M and K.
         contact: G, H, w and g0 with the clearance of that case.
         patterns: Forces of each load per unit factor, (n,), N, and after them the rows of `attached_motions`.
-        probes: Rows of the probes, by name.
+        probes: Rows of the probes, by name, and of their rotations, NAME and TURNED.
         rigid: M times the six `gapbeam.solver.case.analysis_table.unit_motions`, (6, n), N s^2 of each; 0 of those that
             the model has not.
         gamma: Nitsche's parameter at each point, (m,), Pa/m; None for other formulations.
@@ -205,7 +210,12 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
         operators,
         contact,
         patterns,
-        {probe.name: row_at(sections, probe.point, f"[[probe]] {probe.name}") for probe in case.probe},
+        {probe.name: row_at(sections, probe.point, f"[[probe]] {probe.name}") for probe in case.probe}
+        | {
+            f"{probe.name}{TURNED}": sections.of_turn(float(axis_point(probe.point)[0]), f"[[probe]] {probe.name}")
+            for probe in case.probe
+            if probe.rotation
+        },
         rigid,
         gamma,
         patch,

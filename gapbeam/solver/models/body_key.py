@@ -24,6 +24,7 @@ def body_key(case: Case) -> Case:
             "contact": _contact(case.contact),
             "wear": None if case.wear is None else Wear(),
             "load": tuple(load.without_cheap_keys() for load in case.load),
+            "figure": (),
             "time": _time(case.time),
             "analysis": case.analysis.for_body,
             "model": case.model.model_copy(update={"reasons": ()}),

@@ -31,7 +31,7 @@ from gapbeam.solver.loads.support_walls import walls_of
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
 from gapbeam.solver.models.beam_body import beam_body
 from gapbeam.solver.models.bending_stiffness import refuse_poor_bending
-from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
+from gapbeam.solver.models.body import TURNED, Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
 from gapbeam.solver.models.contact_setting import (
     contact_setting,
     friction_of,
@@ -103,7 +103,13 @@ class Model:
     @property
     def probes(self) -> Mapping[str, ProbeRow]:
         """Rows that evaluate the motion of each probe, by name."""
-        return self.body.probes
+        return {name: row for name, row in self.body.probes.items() if not name.endswith(TURNED)}
+
+    @property
+    def turned_probes(self) -> Mapping[str, ProbeRow]:
+        """Rows whose last component is the rotation of the cross-section of a probe, by the name of the probe."""
+        turned = {name: row for name, row in self.body.probes.items() if name.endswith(TURNED)}
+        return {name.removesuffix(TURNED): row for name, row in turned.items()}
 
     @property
     def seconds(self) -> dict[str, float]:

@@ -254,6 +254,21 @@ def contact_names(scene: Scene) -> tuple[str, ...]:
     return tuple(one.name or f"contact {number}" for number, one in enumerate(scene.contacts, 1))
 
 
+def motions_of_points(scene: Scene) -> int:
+    """Return the components of the records of points: 2 where all have two motions, else 1."""
+    return 2 if {len(point.rows) for point in scene.point_names.values()} == {2} else 1
+
+
+def probe_names(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the points of a scene in its records."""
+    width = motions_of_points(scene)
+    return tuple(
+        name if width == len(point.rows) else f"{name} {number}"
+        for name, point in scene.point_names.items()
+        for number in range(1, len(point.rows) // width + 1)
+    )
+
+
 class SceneRecords:
     """Turns blocks of steps into records.
 
@@ -268,13 +283,7 @@ class SceneRecords:
     def __init__(self, marcher: Marcher, every: int) -> None:
         scene = marcher.scene
         self.scene, self.every, self.h = scene, every, marcher.h
-        counts = [len(point.rows) for point in scene.point_names.values()]
-        self.width = 2 if set(counts) == {2} else 1
-        self.probes = tuple(
-            name if self.width == count else f"{name} {number}"
-            for name, count in zip(scene.point_names, counts, strict=True)
-            for number in range(1, count // self.width + 1)
-        )
+        self.width, self.probes = motions_of_points(scene), probe_names(scene)
         self.frame = self._frame()
         rough = any(one.is_rough for one in scene.contacts)
         named = [(one.name, [some]) for one, some in self._forces() if one.name]

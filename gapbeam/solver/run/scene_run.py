@@ -18,6 +18,7 @@ from pydantic import ValidationError
 
 from gapbeam.meshes.versions.installed_versions import python_versions
 from gapbeam.solver.case.computed_defaults import SHARE
+from gapbeam.solver.case.figure_table import Figure, figure_faults
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
@@ -25,12 +26,20 @@ from gapbeam.solver.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE
 from gapbeam.solver.run.interruption import Signals, Wish
 from gapbeam.solver.run.outcome import Outcome, wear_words
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
-from gapbeam.solver.run.output.history_file import HistoryWriter
+from gapbeam.solver.run.output.history_file import HistoryWriter, recorded_figures
 from gapbeam.solver.run.output.impact_file import write_impacts
 from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import check_folder, clear, locked, prepare_folder, write_summary
 from gapbeam.solver.run.scene_checkpoint import SceneCheckpoint, fingerprint, refuse_other
-from gapbeam.solver.run.scene_records import Rows, SceneAccounts, SceneRecords, contacts_of, promises_balance
+from gapbeam.solver.run.scene_records import (
+    Rows,
+    SceneAccounts,
+    SceneRecords,
+    contact_names,
+    contacts_of,
+    probe_names,
+    promises_balance,
+)
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of, wear_of
 from gapbeam.solver.scene.argument_checks import check_fields
 from gapbeam.solver.scene.flow_force import Flow
@@ -65,6 +74,7 @@ class SceneRun:
         errors: Whether the errors of the figures are estimated, by the same scene at half the step.
         penalty: Contacts, by name with stars, whose stiffness stands for rigid contact: their errors include what a
             rigid contact would change, by the same scene with twice the stiffness.
+        figures: Figures of one's own, of what is recorded at points ("probe") and contacts ("face").
         wear: Archard's coefficient, 1/Pa, and the worn area of each contact, m^2: {"coefficient": 1e-14, "area": 1e-5}.
     """
 
@@ -82,6 +92,7 @@ class SceneRun:
     errors: bool = True
     penalty: Sequence[str] = ()
     wear: Mapping[str, float | None] | None = None
+    figures: Sequence[Figure] = ()
 
     @property
     def limits(self) -> Gates:
@@ -113,6 +124,11 @@ class SceneRun:
         for one in self.observers:
             if not callable(one):
                 raise UserError(f"run: found the observer {one!r}, expected a function of the step")
+        places = {"probe": probe_names(self.scene), "face": contact_names(self.scene), "turned_probe": (), "gauge": ()}
+        begin = 0.0 if self.start is None else self.start.t
+        for fault in figure_faults(dict(enumerate(self.figures)), places, max(self.end, begin)):
+            name = self.figures[int(fault.key[1])].name
+            raise UserError(f"run: figure {name}: {fault.key[-1]}: found {fault.found}; expected {fault.expected}")
         self.stiffer()
 
     def stiffer(self) -> Scene | None:
@@ -195,6 +211,8 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
                         write_summary(folder, summary)
                     raise
                 march.describe(summary)
+                if asked.figures:
+                    summary["figures"] = recorded_figures(asked.figures, folder, march.records.labels)
                 summary["wall_time"]["total"] = time.perf_counter() - signals.started
                 _close(folder, summary)
     return Outcome(folder, summary["exit_status"], summary["message"], summary)

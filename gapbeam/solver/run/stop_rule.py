@@ -169,9 +169,9 @@ def has_statistics(case: Case) -> bool:
 def names_of(case: Case) -> list[str]:
     """Return the names of the statistics of a case."""
     probes = tuple(probe.name for probe in case.probe)
-    return figure_names(
-        tuple(face.name for face in case.layout.faces), probes, bends_in_two_planes(case), case.wear is not None
-    )
+    faces = tuple(face.name for face in case.layout.faces)
+    own = [one.name for one in case.figure if one.averages]
+    return [*figure_names(faces, probes, bends_in_two_planes(case), case.wear is not None), *own]
 
 
 def decay_time(case: Case) -> float:
@@ -208,7 +208,8 @@ def gathered_statistics(model: Model, every: int, decay: float = 0.0) -> RunStat
     case = model.case
     faces, probes = tuple(model.system.contact.face_names), tuple(model.probes)
     slides = model.system.contact.measures_sliding
-    figures = faces, probes, bends_in_two_planes(case), every * model.step, decay, slides
+    own = tuple(one for one in case.figure if one.averages)
+    figures = faces, probes, bends_in_two_planes(case), every * model.step, decay, slides, own
     if not model.system.contact.maps_sliding:
         return RunStatistics(*figures)
     return PointStatistics(*figures, points=model.system.contact.size, most_blocks=FEW)

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.assumptions.assumption import (
@@ -59,6 +60,7 @@ from gapbeam.solver.record_table import SLIP_MODES
 from gapbeam.solver.run.assumptions.frequency_findings import of_frequencies, recorded_content
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose, of_restraint
 from gapbeam.solver.run.outcome import BOUNDS, all_rates, times_rate, wear_words, work_rate
+from gapbeam.solver.run.output.history_file import recorded_figures
 from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.run.stop_rule import has_statistics
@@ -374,6 +376,9 @@ def describe_march(
     if generated := [found for load in model.case.load if (found := load.generated(end, model.case.load)) is not None]:
         summary["random_loads"] = generated
     statistics, rule = consumers.recorder.statistics, consumers.rule
+    if own := model.case.figure:
+        labels = consumers.recorder.labels
+        summary["figures"] = on_rank_zero(comm, lambda: recorded_figures(own, folder, labels))
     doubts = doubts_of(model, accounts)
     if statistics is not None:
         summary["statistics"] = statistics.describe(doubts)

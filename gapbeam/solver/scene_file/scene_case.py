@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.loads.scene_load_choice import SceneLoad
 from gapbeam.solver.scene import linear_scheme
@@ -120,6 +121,7 @@ class SceneCase(Table):
     pair: tuple[PairTable, ...] = Field(default=(), description="pairs that may touch")
     load: tuple[SceneLoad, ...] = Field(default=(), description="loads acting together")
     feedback: tuple[FeedbackTable, ...] = Field(default=(), description="linear forces that follow the motion")
+    figure: tuple[Figure, ...] = Field(default=(), description="results of one's own, of points and contacts")
     time: SceneTime
     start: SceneStart = SceneStart()
     wear: SceneWear | None = None

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gapbeam.solver.case.checks.run_checks import run_has_steps, step_follows_the_forcing
+from gapbeam.solver.case.figure_table import figure_faults
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.scene_load_choice import point_of, structure_of
 from gapbeam.solver.scene_file.feedback_checks import feedback_faults
@@ -56,6 +57,7 @@ def scene_faults(tables: Mapping[str, Any]) -> list[Fault]:
     time = tables.get("time")
     if time is not None:
         faults += [*run_has_steps(time), *step_follows_the_forcing(time, tables.get("load", {}))]
+        faults += figure_faults(tables.get("figure", {}), {}, time.end)
     return faults
 
 
@@ -75,7 +77,7 @@ def _points(by_name: Mapping[str, BodyTable], points: Any) -> dict[str, set[str]
 def _names(tables: Mapping[str, Any]) -> Iterator[Fault]:
     """Names are given once."""
     seen: dict[str, Key] = {}
-    for array in ("structure", "pair", "load", "feedback", "joint"):
+    for array in ("structure", "pair", "load", "feedback", "joint", "figure"):
         for number, one in tables.get(array, {}).items():
             if array == "joint" and not isinstance(one, SnubberJoint):
                 continue

@@ -50,6 +50,7 @@ class ReadScene:
             "gates": self.case.gates.model_dump(exclude_unset=True),
             "period": self.period,
             "title": self.case.title,
+            "figures": self.case.figure,
             "wear": None if self.case.wear is None else self.case.wear.model_dump(),
         }
 

@@ -50,7 +50,7 @@ class ClosingTable(NamedTuple):
 def closing_table(
     figures: Sequence[FigureError], reached: float, whole: bool, statistics: Mapping[str, Any] | None = None
 ) -> ClosingTable:
-    """Return the main figures of a run: statistics under noise, displacements and stresses, the largest forces.
+    """Return the main figures of a run: own ones, all of them, statistics under noise, motions, the largest forces.
 
     Args:
         figures: Of all parts of a run, with their errors.
@@ -58,21 +58,22 @@ def closing_table(
         whole: Whether that is the end of the run.
         statistics: Those of the summary of a run under random loads.
     """
-    averaged = [
-        _statistic(one) for one in (statistics or {}).get("figures", ()) if one["name"].endswith(SHOWN_STATISTICS)
-    ]
-    known = [one for one in figures if one.error is not None]
+    described = (statistics or {}).get("figures", ())
+    counted = {one["name"]: one for one in described}
+    own = [_statistic(counted[one.name]) if one.name in counted else _row(one) for one in figures if one.own]
+    averaged = [_statistic(one) for one in described if one["name"].endswith(SHOWN_STATISTICS)]
+    known = [one for one in figures if one.error is not None and not one.own]
     span = next((name for name in SHOWN_SPANS if any(one.span == name for one in known)), None)
     shown = [one for one in known if one.span == span and one.name.endswith(SHOWN_FIGURES)]
+    rows = [*own, *averaged[:MOST_STATISTICS]]
     forces = sorted((one for one in shown if one.name.endswith(FORCES)), key=lambda one: -abs(one.value))
-    smaller = [one for one in forces[MOST_FORCES:] if one.value or one.error]
-    kept = [one for one in shown if one not in forces[MOST_FORCES:]]
-    rows = averaged[:MOST_STATISTICS]
-    room = MOST_ROWS - len(rows) - len(forces[:MOST_FORCES])
-    motions = [one for one in kept if not one.name.endswith(FORCES)]
-    rows += [_row(one) for one in kept if one in motions[:room] or one.name.endswith(FORCES)]
+    largest = forces[: max(min(MOST_FORCES, MOST_ROWS - len(rows)), 0)]
+    motions = [one for one in shown if not one.name.endswith(FORCES)]
+    room = max(MOST_ROWS - len(rows) - len(largest), 0)
+    rows += [_row(one) for one in shown if one in motions[:room] or one in largest]
     until = "" if whole else f", up to t = {reached:.3g} s"
-    others = len(averaged[MOST_STATISTICS:]) + len(motions[max(room, 0) :]) + len(smaller)
+    smaller = [one for one in forces if one not in largest and (one.value or one.error)]
+    others = len(averaged[MOST_STATISTICS:]) + len(motions[room:]) + len(smaller)
     return ClosingTable(f"{span}{until}" if span else "", tuple(rows), others)
 
 
@@ -82,6 +83,8 @@ def _row(one: FigureError) -> ClosingRow:
     verdict = usable(one.relative)
     if one.name.endswith(FORCES) and one.value == 0.0 == one.error:
         verdict = NO_CONTACT
+    elif one.own and one.value == 0.0 == one.error:
+        verdict = USE
     return ClosingRow(one.name, with_unit(one.value, one.unit), plus_minus(one), verdict)
 
 
@@ -95,8 +98,10 @@ def _statistic(one: Mapping[str, Any]) -> ClosingRow:
 
 def plus_minus(one: FigureError) -> str:
     """Return an error in per cent of its figure, or in the unit of the figure where it is larger than that."""
+    if one.error is None:
+        return "not known"
     if one.relative is None:
-        return f"+- {with_unit(one.error or 0.0, one.unit, 2)}"
+        return f"+- {with_unit(one.error, one.unit, 2)}"
     percent = 100.0 * one.relative
     if percent < LEAST_SHOWN:
         return f"+- less than {LEAST_SHOWN:g} %"
@@ -107,4 +112,4 @@ def with_unit(value: float, unit: str, digits: int = 3) -> str:
     """Return a value with its unit; lengths in mm."""
     if unit == "m" and abs(value) < 1.0:
         return f"{1e3 * value:.{digits}g} mm"
-    return f"{value:.{digits}g} {unit}"
+    return f"{value:.{digits}g} {unit}".removesuffix(" 1")

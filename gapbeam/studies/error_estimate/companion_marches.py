@@ -39,6 +39,7 @@ class CompanionMotion:
         step: s.
         steps: Number of marched steps.
         seconds: Wall time, s.
+        march: That of its steps alone, s.
         failure: Why it was refused, found no seat or did not converge; "": it was not.
     """
 
@@ -48,6 +49,7 @@ class CompanionMotion:
     step: float = 0.0
     steps: int = 0
     seconds: float = 0.0
+    march: float = 0.0
     failure: str = ""
 
 
@@ -88,14 +90,15 @@ def companion_motions(
             continue
         limit = None if longest is None else longest * companion.steps / whole
         response = respond(model, start, round(reached / model.step), interval, limit)
-        seconds = time.perf_counter() - clock
+        costs = model.dofs, model.step, response.steps, time.perf_counter() - clock, response.seconds
         if response.verdict != "passed" or len(response.history["time"]) < FEWEST_RECORDS:
             failure = response.message or f"too slow for the {limit or 0.0:.3g} s that it may take"
-            yield CompanionMotion(companion.name, None, model.dofs, model.step, response.steps, seconds, failure)
+            yield CompanionMotion(companion.name, None, *costs, failure)
             continue
-        motion = MotionRecord.of_history(as_history(response.history, response.labels), bends_in_two_planes(case))
+        history = as_history(response.history, response.labels)
+        motion = MotionRecord.of_history(history, bends_in_two_planes(case), case.figure)
         reached = min(reached, motion.end)
-        yield CompanionMotion(companion.name, motion, model.dofs, model.step, response.steps, seconds)
+        yield CompanionMotion(companion.name, motion, *costs)
 
 
 @contextmanager

@@ -37,7 +37,7 @@ compares them. A motion is predictable until it parts from its companions.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -50,11 +50,13 @@ from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.companions import COARSER, FINEST, FOURFOLD, HALF_STEP, STIFFER
 from gapbeam.studies.error_estimate.force_peaks import (
+    BEYOND_HORIZON,
     FEWEST_WINDOWS,
     HARMONIC,
     OF_MOTION,
     UP_TO_HORIZON,
     Averages,
+    FigureSpan,
     Span,
     key_figures,
 )
@@ -87,6 +89,7 @@ class FigureError:
         standard_error: Of the mean over windows.
         window: Width of the mean that the figure is, s; None: it is none.
         rests: Whether it is the displacement of a point that does not move.
+        own: Whether it is a figure of one's own.
     """
 
     name: str
@@ -98,6 +101,7 @@ class FigureError:
     standard_error: float
     window: float | None = None
     rests: bool = False
+    own: bool = False
 
     @property
     def relative(self) -> float | None:
@@ -157,6 +161,9 @@ def figure_errors(
     farthest = run.farthest or float(np.abs(run.displacement).max(initial=0.0))
     found = []
     for name, figure in reported.items():
+        if any(name not in one for one in (mine, same, *theirs.values())):
+            found.append(FigureError(name, figure.unit, span.name, figure.mean, None, {}, 0.0, own=True))
+            continue
         usual = same[name].mean
         ratio = OF_A_SOLID * _ratio(mine[name].mean, usual) if in_plane else 1.0
         parts = {
@@ -187,9 +194,31 @@ def figure_errors(
                 figure.uncertainty,
                 averages.width_of(name),
                 rests=figure.unit == "m" and _rests(abs(figure.mean), error, farthest),
+                own=isinstance(span, FigureSpan),
             )
         )
     return found
+
+
+def figure_spans(
+    run: MotionRecord, reached: float, horizon: float | None, settled: Span | None
+) -> Iterator[FigureSpan]:
+    """Yield the parts of a run that figures of one's own are taken over, where companions have reached their end.
+
+    Args:
+        run: The motion of the run.
+        reached: Up to where companions went, s.
+        horizon: Up to where the motion is predictable, s; None: up to the end.
+        settled: The settled part, where it is periodic and so predictable; None: it is not.
+    """
+    for number, figure in enumerate(run.figures):
+        end = run.end if figure.last is None else figure.last
+        begin = min(figure.start, end)
+        if end > reached + run.interval:
+            continue
+        known = horizon is None or end <= horizon or (settled is not None and begin >= settled.start)
+        words = f"t = {end:.6g} s" if figure.statistic == "value" else f"{begin:.6g} s to {end:.6g} s"
+        yield FigureSpan(words if known else BEYOND_HORIZON, begin, end - begin, 1, None, figure, number)
 
 
 def _rests(moved: float, error: float | None, farthest: float) -> bool:
@@ -199,6 +228,9 @@ def _rests(moved: float, error: float | None, farthest: float) -> bool:
 
 def _lost_of(name: str, faces: Iterable[str], lost: Mapping[str, float], span: Span) -> float:
     """Return the share of a figure that short contacts falsify: of faces, and of all statistics of a motion."""
+    if isinstance(span, FigureSpan):
+        assert span.figure is not None
+        return lost.get(span.figure.place or OF_MOTION, 0.0)
     for face in faces:
         if name.startswith(f"{face} "):
             return lost.get(face, 0.0)

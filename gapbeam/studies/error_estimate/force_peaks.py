@@ -32,6 +32,7 @@ from gapbeam.postprocess.signals.figure_names import (
 )
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.system.operators import Array
@@ -80,6 +81,27 @@ class Span:
         for number in range(self.count):
             begin = self.start + number * self.width
             yield motion.between(begin, begin + self.width)
+
+
+@dataclass(frozen=True)
+class FigureSpan(Span):
+    """Part of a run that a figure of one's own is taken over, in one window.
+
+    Attributes:
+        figure: The figure.
+        number: Among those of the motion.
+    """
+
+    figure: Figure | None = None
+    number: int = 0
+
+    def value(self, motion: MotionRecord) -> dict[str, WindowFigure]:
+        """Return the figure of a motion by its name; empty where the motion has none."""
+        assert self.figure is not None
+        found = self.figure.value(motion.times, motion.own[:, self.number]).value
+        if found is None or not np.isfinite(found):
+            return {}
+        return {self.figure.name: WindowFigure(self.figure.unit, np.array([found]))}
 
 
 def spans_of(case: Case, end: float, interval: float, horizon: float | None, repeats: bool = False) -> list[Span]:
@@ -324,6 +346,8 @@ def key_figures(motion: MotionRecord, span: Span, averages: Averages) -> dict[st
         span: Part of the run.
         averages: Widths of the means.
     """
+    if isinstance(span, FigureSpan):
+        return span.value(motion)
     found: dict[str, list[tuple[str, float]]] = {}
     for window in span.windows(motion):
         for name, unit, value in _figures(window, span.frequency, averages):

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
 
+from gapbeam.solver.case.figure_table import Figure, labels_of
+from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
 
 STRESSES = ("axial_stress", "von_mises_stress")
@@ -29,6 +33,8 @@ class MotionRecord:
         stress: Axial and von Mises stress, (n, 2, gauges), Pa.
         active: Contact points under pressure, (n, faces); without columns where that was not recorded.
         farthest: Largest displacement of a probe along any axis, m; None: that of `displacement`.
+        figures: Figures of one's own.
+        own: Quantities of those figures, (n, figures), SI; not a number where the motion has no such record.
     """
 
     times: Array
@@ -43,14 +49,17 @@ class MotionRecord:
     stress: Array = field(default_factory=lambda: np.zeros((0, 2, 0)))
     active: Array = field(default_factory=lambda: np.zeros((0, 0)))
     farthest: float | None = None
+    figures: tuple[Figure, ...] = ()
+    own: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @classmethod
-    def of_history(cls, history: xr.Dataset, in_space: bool = False) -> MotionRecord:
+    def of_history(cls, history: xr.Dataset, in_space: bool = False, figures: Sequence[Figure] = ()) -> MotionRecord:
         """Return the motion in the records of a run, up to the last whole interval.
 
         Args:
             history: The records.
             in_space: Whether the motion across the bending plane counts, too.
+            figures: Figures of one's own.
         """
         times = np.asarray(history["time"].values, dtype=float)
         even = len(times)
@@ -82,7 +91,7 @@ class MotionRecord:
         return cls(
             times[:even], probes, displacement[:even], gained[:even], faces, force[:even], impulse[:even], in_space,
             gauges, stress[:even], np.asarray(active, dtype=float).reshape(count, -1)[:even],
-            farthest,
+            farthest, tuple(figures), _own(history, figures, count)[:even],
         )  # fmt: skip
 
     @property
@@ -123,8 +132,19 @@ class MotionRecord:
         return self if factor == 1 else self._records(slice(None, None, factor))
 
     def _records(self, part: slice) -> MotionRecord:
-        series = ("times", "displacement", "velocity_gained", "force", "impulse", "stress", "active")
+        series = ("times", "displacement", "velocity_gained", "force", "impulse", "stress", "active", "own")
         return replace(self, **{name: getattr(self, name)[part] for name in series})
+
+
+def _own(history: xr.Dataset, figures: Sequence[Figure], count: int) -> Array:
+    """Return the quantity of each figure, (n, figures)."""
+    found = np.full((count, len(figures)), np.nan)
+    for number, figure in enumerate(figures):
+        if figure.quantity in history:
+            records = {figure.quantity: history[figure.quantity].values}
+            with suppress(UserError):  # a companion in the plane has no motion across it
+                found[:, number] = figure.series(records, labels_of(history))
+    return found
 
 
 def _acceleration_in(history: xr.Dataset) -> str:

@@ -35,6 +35,7 @@ from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, 
 from gapbeam.studies.error_estimate.figure_errors import (
     FigureError,
     figure_errors,
+    figure_spans,
     horizon_of,
     repeats,
 )
@@ -180,7 +181,8 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
             raise EstimateError("a periodic response has its residual")
         if case.analysis.state is not None:
             raise EstimateError("companions cannot start from the state of another run, which is one of its model")
-        run = MotionRecord.of_history(open_results(outcome.folder).history, bends_in_two_planes(case))
+        history = open_results(outcome.folder).history
+        run = MotionRecord.of_history(history, bends_in_two_planes(case), case.figure)
         if len(run.times) < FEWEST_RECORDS:
             raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS} are the fewest")
         errors["force_peaks"] = force_peaks(run, spans_of(case, run.end, run.interval, None))
@@ -276,15 +278,25 @@ def estimate(case: Case, run: MotionRecord, summary: Mapping[str, Any], body: Bo
         EstimateError: No companion has a motion, there are too few records for one, or there is no time.
     """
     computed = {default["key"]: default["value"] for default in summary["defaults"]}
-    step = computed.get("time.step", case.time.step)
-    automatic = case.contact.stiffness == "auto"
-    stiff = computed.get("contact.stiffness", None if automatic else case.contact.stiffness)
-    plan = companions_of(case, step, stiff, automatic, "thorough" in (_asked(), case.output.errors))
+    plan, step = plan_of(case, computed), computed.get("time.step", case.time.step)
     interval = plan.records * run.interval
     if len(run.times) < FEWEST_RECORDS * plan.records:
         raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS * plan.records} are the fewest")
     marches = companion_motions(case, plan.companions, run.end, interval, _time_left(case, summary), body)
     return errors_of(case, run, {one.name: one for one in marches}, plan, step)
+
+
+def plan_of(case: Case, computed: Mapping[str, Any]) -> CompanionPlan:
+    """Return the companions of a run.
+
+    Args:
+        case: The case of the run.
+        computed: Its computed defaults by key.
+    """
+    automatic = case.contact.stiffness == "auto"
+    stiff = computed.get("contact.stiffness", None if automatic else case.contact.stiffness)
+    step = computed.get("time.step", case.time.step)
+    return companions_of(case, step, stiff, automatic, "thorough" in (_asked(), case.output.errors))
 
 
 def errors_of(
@@ -322,6 +334,10 @@ def errors_of(
         spanned = part.between(span.start, span.end)
         averages, lost = Averages(smoothing, contact_windows(spanned)), lost_in_steps(spanned, step or run.interval)
         figures += figure_errors(part, motions, reference, span, plan.in_plane, averages, plan.records, meshed, lost)
+    lost, averages = lost_in_steps(part, step or run.interval), Averages(smoothing)
+    repeating = next((one for one in spans if one.name == SETTLED), None) if settled else None
+    for own in figure_spans(run, reached, horizon, repeating):
+        figures += figure_errors(run, motions, reference, own, plan.in_plane, averages, plan.records, meshed, lost)
     if not whole:
         grown = run.force.max(axis=0) > part.force.max(axis=0)
         later = tuple(np.array(run.faces)[grown].tolist())

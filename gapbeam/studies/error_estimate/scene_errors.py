@@ -15,7 +15,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -23,6 +23,7 @@ import numpy as np
 
 from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.results.results import open_results
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.errors import Interrupted, RunError, in_one_line
 from gapbeam.solver.run.interruption import Signals
@@ -37,6 +38,7 @@ from gapbeam.studies.error_estimate.figure_errors import (
     FACTORS,
     FigureError,
     figure_errors,
+    figure_spans,
     horizon_of,
     repeats,
 )
@@ -98,7 +100,7 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
         return none("observers may set loads, and are not called again")
     history = open_results(outcome.folder).history
     begin = float(history["time"][0])
-    run = _motion(history)
+    run = _motion(history, asked.figures)
     if len(run.times) < FEWEST_RECORDS:
         return none(f"there are {len(run.times)} records, and {FEWEST_RECORDS} are the fewest")
     motions, failed = dict[str, MotionRecord](), dict[str, str]()
@@ -128,13 +130,15 @@ def marched(asked: SceneRun, signals: Signals) -> MotionRecord:
     march = SceneMarch(asked, marcher, steps_to(asked.end, marcher.t, marcher.h), limits, signals)
     parts = [rows for rows in march.rows() if rows is not None]
     records = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return _motion(as_history(records, march.records.labels))
+    return _motion(as_history(records, march.records.labels), asked.figures)
 
 
-def _motion(history: Any) -> MotionRecord:
-    """Return the motion in records, with times from 0 on."""
-    moved = history.assign_coords(time=history["time"] - history["time"][0])
-    return MotionRecord.of_history(moved, "component" in history.coords and history.sizes["component"] > 1)
+def _motion(history: Any, figures: Sequence[Figure]) -> MotionRecord:
+    """Return the motion in records, with times from 0 on, also those of figures of one's own."""
+    begin = float(history["time"][0])
+    moved = history.assign_coords(time=history["time"] - begin)
+    in_space = "component" in history.coords and history.sizes["component"] > 1
+    return MotionRecord.of_history(moved, in_space, [one.earlier(begin) for one in figures])
 
 
 def _errors(
@@ -155,6 +159,10 @@ def _errors(
         averages = Averages(smoothing, contact_windows(part))
         lost = lost_in_steps(part, asked.step)
         figures += figure_errors(run, motions, None, span, False, averages, lost=lost, factors=FIRST_ORDER)
+    settled = next((one for one in spans if one.name == SETTLED), None) if again else None
+    averages, lost = Averages(smoothing), lost_in_steps(run, asked.step)
+    for own in figure_spans(run, run.end, horizon, settled):
+        figures += figure_errors(run, motions, None, own, False, averages, lost=lost, factors=FIRST_ORDER)
     warnings = list(doubtful_peaks(peaks, run.interval))
     if horizon is not None:
         beyond = "its settled part repeats" if again else "only its statistics have errors"

@@ -112,6 +112,7 @@ def _cost_rows(cost: Prediction) -> list[Row]:
         ("step", f"{1e3 * cost.per_step:.3g} ms", "with its records; " + cost.basis),
         ("field", f"{1e3 * cost.per_field:.3g} ms", f"{cost.fields} of them"),
         ("march", _duration(cost.march), "predicted from these"),
+        *([("errors", _duration(cost.errors), f"{cost.companions} comparison runs")] if cost.companions else []),
         ("wall time", _duration(cost.total), f"{certainty}; without pictures"),
         ("memory", f"{cost.memory / GIGABYTE:.2f} GB", "peak of all ranks together"),
     ]

@@ -1,6 +1,6 @@
 """Prediction of the cost of a run, from a trial of it on this machine.
 
-    total = set-up + seat + once + steps * per_step + fields * per_field
+    total = set-up + seat + once + steps * per_step + fields * per_field + errors
 
 Everything that a run does before its march is done and timed, then a few steps are marched with all their output, from
 the seat with the loads at their full amplitude, so that contact opens and closes as it will. Nothing is kept for the
@@ -41,6 +41,7 @@ from gapbeam.solver.run.output.run_summary import peak_memory
 from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.system.semi_discrete import Snapshots
+from gapbeam.studies.prediction.error_cost import cost_of_errors
 
 LOG = logging.getLogger("gapbeam")
 FIELDS = 3  # written for the time that one takes
@@ -67,6 +68,8 @@ class Prediction:
         memory: Peak of resident memory over all ranks together, bytes.
         basis: Basis of the figures, in words.
         scaled: Whether they are those of coarser meshes, scaled.
+        errors: Wall time of the error estimate after the run, s.
+        companions: Number of comparison runs in it.
     """
 
     setup: dict[str, float]
@@ -79,6 +82,8 @@ class Prediction:
     memory: float
     basis: str
     scaled: bool = False
+    errors: float = 0.0
+    companions: int = 0
 
     @property
     def march(self) -> float:
@@ -87,8 +92,8 @@ class Prediction:
 
     @property
     def total(self) -> float:
-        """Time of the run, s."""
-        return sum(self.setup.values()) + self.march
+        """Time of the run and its error estimate, s."""
+        return sum(self.setup.values()) + self.march + self.errors
 
 
 def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
@@ -127,6 +132,9 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
             done = trials.march(comm.bcast(wanted))
     finally:
         on_rank_zero(comm, lambda: shutil.rmtree(folder, ignore_errors=True))
+    if comm.rank == 0:
+        LOG.info("sets up the comparison runs of its error estimate")
+    errors, companions = cost_of_errors(model, comm)
     return Prediction(
         setup,
         min(max(0.0, first.steps * (first.per_step - done.per_step)), LOADED),
@@ -137,6 +145,8 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
         done.per_field,
         float(sum(peak_memory(comm))),
         done.words,
+        errors=errors,
+        companions=companions,
     )
 
 
@@ -256,6 +266,7 @@ def predict_large(case: Case, dofs: int, comm: MPI.Comm) -> Prediction:
         per_step=scaled(small.per_step, large.per_step),
         back_substitution=scaled(small.back_substitution, large.back_substitution),
         per_field=scaled(small.per_field, large.per_field),
+        errors=scaled(small.errors, large.errors),
         memory=idle + scaled(small.memory - idle, large.memory - idle),
         basis=f"scaled from coarser meshes of {sizes[0]} and {sizes[1]} DOFs, which were tried out: "
         f"more than {LARGEST} DOFs are too many for that",

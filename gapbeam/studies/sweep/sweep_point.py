@@ -13,6 +13,7 @@ import json
 import math
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from gapbeam.postprocess.study_figures.sweep_branches import RANDOM
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import smoothing_window
+from gapbeam.solver.case.figure_table import figure_values
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
@@ -119,6 +121,7 @@ def with_intervals(data: dict[str, Any], found: Mapping[str, Any]) -> dict[str, 
 
 SAME = 1e-6  # of the range of the gaps: the same basis gives the same gaps
 ROUND_OFF = 1e-11  # of the largest gap
+FEWEST_RECORDS = 8  # of a response that did not pass, for figures of it
 _End = tuple[State, Case]
 BODY = KeptBody()  # of this process
 
@@ -192,6 +195,7 @@ def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, 
     record |= {name: getattr(response, name) for name in ("created", "residual", "penetration", "peak_force")}
     record |= _watched(response.findings, record["notes"])
     record |= _classified(model, response, frequency, begin, sweep.transient, record["notes"], 0.5 * sweep.tolerance)
+    record |= _own(model, response, record)
     record["seconds"] = {"set_up": set_up, "march": response.seconds}
     end = response.end if response.verdict == "passed" else None
     if end is None or not sweep.carry:
@@ -219,6 +223,26 @@ def _watched(findings: Sequence[Finding], notes: list[str]) -> dict[str, Any]:
     """Return the distances of a response from the limits of the assumptions; those that it passed become notes."""
     notes += [f"{one.assumption.name}: {one.assumption.meaning}" for one in findings if one.verdict == WARNING]
     return {"assumptions": [one.as_data() for one in findings]}
+
+
+def _own(model: Model, response: TrialResponse, record: dict[str, Any]) -> dict[str, Any]:
+    """Return the figures of a response with those of one's own, and of one that did not pass those of its records."""
+    found, history = dict(record.get("figures") or {}), response.history
+    if response.verdict != "passed" and len(history.get("time", ())) >= FEWEST_RECORDS:
+        with suppress(SignalError):
+            found = as_data(figures_of_record(as_history(history, response.labels))[0])
+    if not model.case.figure or not len(history.get("time", ())):
+        return {"figures": found} if found else {}
+    for name, one in figure_values(model.case.figure, history, response.labels).items():
+        if one["value"] is None:
+            record["notes"].append(f"no {name}: {one['reason']}")
+        elif name not in found:
+            ends = {key: one[key] for key in ("low", "high") if key in one}
+            scatter = 0.5 * (one["high"] - one["low"]) if ends else 0.0
+            found[name] = {"unit": one["unit"], "mean": one["value"], "scatter": scatter, "unsettled": 0.0, "own": True}
+            found[name] |= ends
+    unnamed = response.verdict == "passed" and "response" not in record
+    return {"figures": found} | ({"response": WORD, "windows": 1} if unnamed else {})
 
 
 def _classified(

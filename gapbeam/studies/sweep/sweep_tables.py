@@ -9,7 +9,7 @@ import csv
 import json
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,10 +17,17 @@ from typing import Any
 from rich.table import Table
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.report.sections.sweep_section import ENSEMBLES_FILE
+from gapbeam.postprocess.report.sections.sweep_section import ENSEMBLES_FILE, MAP_FILE, shown_figures
 from gapbeam.postprocess.results.bounded_files import as_written
-from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
-from gapbeam.postprocess.study_figures.sweep_branches import Branch, SweepPoint, census, census_words, draw_branches
+from gapbeam.postprocess.study_figures.sweep_branches import (
+    Branch,
+    SweepPoint,
+    census,
+    census_words,
+    draw_branches,
+    start_words,
+)
+from gapbeam.postprocess.study_figures.sweep_map import draw_map
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.studies.engine.study_engine import Engine
@@ -48,6 +55,8 @@ FIGURES = ("periods_in_a_window", "created", "residual", "penetration", "peak_fo
 def write_tables(folder: Path, records: Sequence[Mapping[str, Any]], points: Sequence[SweepPoint]) -> list[Path]:
     """Write sweep.csv (a row a response), sweep.json (all that is known of it), census.json and sweep.png.
 
+    A sweep over a grid of two keys has a map, sweep-map.png, too.
+
     Where points differ in the seeds of noise only, ensembles.json has their pooled statistics.
 
     Returns:
@@ -70,7 +79,8 @@ def write_tables(folder: Path, records: Sequence[Mapping[str, Any]], points: Seq
     more = [pooled] if ensembles else []
     if any(point.branches for point in points):
         draw_branches(points, paths[3])
-        return [*paths, *more]
+        drawn = draw_map(points, folder / MAP_FILE)
+        return [*paths, *more, *([drawn] if drawn else [])]
     return [*paths[:3], *more]
 
 
@@ -86,6 +96,10 @@ def _row(record: Mapping[str, Any]) -> dict[str, Any]:
             row |= {f"{name} {end} ({figure['unit']})": figure[end] for end in ("low", "high")}
         if "mean_in_g" in figure:
             row[f"{name} (g)"] = figure["mean_in_g"]
+    for one in (record.get("statistics") or {}).get("figures", ()):
+        unit = f"({one['unit']})"
+        row |= {f"{one['name']} {unit}": one["value"], f"{one['name']} verdict": one["verdict"]}
+        row |= {f"{one['name']} {end} {unit}": one[end] for end in ("low", "high")}
     return row | {"message": record["message"], "notes": "; ".join(record["notes"])}
 
 
@@ -105,7 +119,7 @@ def _as_data(point: SweepPoint) -> dict[str, Any]:
             for branch in point.branches
         ],
         "did_not_pass": [
-            {name: record.get(name) for name in ("start", "direction", "verdict", "message", "notes")}
+            {name: record.get(name) for name in ("start", "direction", "verdict", "message", "notes", "figures")}
             for record in point.failures
         ],
     }
@@ -135,7 +149,7 @@ def ensemble_table(one: Ensemble) -> Table:
 
 def census_table(points: Sequence[SweepPoint]) -> Table:
     """Return the census for the terminal: a row a response of a point."""
-    names = _amplitudes(branch for point in points for branch in point.branches)
+    names = shown_figures(points)
     heads = [f"{name}, {shown(unit)[0]}" for name, unit in names.items()]
     table = Table(*points[0].values, "response", "reached", *heads, box=None, title="Responses", title_justify="left")
     for point in points:
@@ -145,19 +159,11 @@ def census_table(points: Sequence[SweepPoint]) -> Table:
             table.add_row(*point.values.values(), branch.word, f"{branch.count} ({ways})", *cells)
         for record in point.failures:
             words = record["verdict"] if record["verdict"] != "passed" else "no figures"
-            start = " ".join(filter(None, (record["start"], record["direction"])))
-            table.add_row(*point.values.values(), words, f"from {start}" if start else "", *("" for _ in names))
+            start, found = start_words(record), record.get("figures") or {}
+            known = {name: shown(unit)[1] * found[name]["mean"] for name, unit in names.items() if name in found}
+            cells = [f"{known[name]:.4g}" if name in known else "" for name in names]
+            table.add_row(*point.values.values(), words, f"from {start}" if start else "", *cells)
     return table
-
-
-def _amplitudes(branches: Iterable[Branch]) -> dict[str, str]:
-    """Return names and units of what the terminal shows."""
-    names: dict[str, str] = {}
-    for branch in branches:
-        for name, (_, _, unit) in branch.figures.items():
-            if name.endswith((" smoothed acceleration", " displacement", f" {LARGEST_FORCE}", ".rms")):
-                names.setdefault(name, unit)
-    return names
 
 
 def _cell(branch: Branch, name: str) -> str:

@@ -28,7 +28,7 @@ from gapbeam.postprocess.report.blocks import (
     picture_section,
     warnings_of,
 )
-from gapbeam.postprocess.report.charts import Chart, ChartCurve
+from gapbeam.postprocess.report.charts import Chart, ChartCurve, Mode
 from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.study_figures.sweep_branches import (
@@ -40,7 +40,9 @@ from gapbeam.postprocess.study_figures.sweep_branches import (
     columns_of,
     key_along,
     other_values,
+    start_words,
 )
+from gapbeam.postprocess.study_figures.sweep_map import grid_of
 
 
 @dataclass(frozen=True)
@@ -138,6 +140,7 @@ def _span(values: Sequence[str]) -> str:
 
 
 SWEEP_FILE, PLAN_FILE, PICTURE = "sweep.json", "plan.json", "sweep.png"
+MAP_FILE = "sweep-map.png"
 ENSEMBLES_FILE = "ensembles.json"
 ENSEMBLE_HEADER = ("figure", "value", "unit", "95 % interval", "independent samples", "judged", "s for 2 %")
 SHOWN = (".rms", " smoothed acceleration", " displacement", f" {LARGEST_FORCE}")
@@ -164,6 +167,8 @@ def sweep_sections(folder: Path, command: str) -> list[ReportSection]:
     curves = _response_curves(points, command)
     if not curves and (folder / PICTURE).is_file():
         curves = [Picture(folder / PICTURE, "Responses over the last key of the sweep.")]
+    if (folder / MAP_FILE).is_file():
+        curves.insert(0, Picture(folder / MAP_FILE, _map_words(points)))
     if curves:
         sections.append(ReportSection("Response curves", "response-curves", curves))
     harmonics = _harmonics(points, command)
@@ -220,50 +225,71 @@ def _summary(records: Sequence[dict[str, Any]], points: Sequence[SweepPoint]) ->
     return [*blocks, *warnings_of([f"{note} ({count} of {len(records)})" for note, count in notes.most_common(10)])]
 
 
+def shown_figures(points: Sequence[SweepPoint]) -> dict[str, str]:
+    """Return the figures of a sweep that its report shows, with their units: those of one's own, and the usual ones."""
+    found: dict[str, str] = {}
+    for record in (member for point in points for branch in point.branches for member in branch.members):
+        found |= {name: str(one["unit"]) for name, one in record["figures"].items() if one.get("own")}
+    for branch in (branch for point in points for branch in point.branches):
+        usual = {name: unit for name, (_, _, unit) in branch.figures.items() if name.endswith(SHOWN)}
+        found |= {name: usual[name] for name in usual if name not in found}
+    return found
+
+
 def _response_curves(points: Sequence[SweepPoint], command: str) -> list[Block]:
     """Return a chart of every figure over the last key, with a button for each value of the other keys."""
-    names = dict.fromkeys(name for point in points for branch in point.branches for name in branch.figures)
     along = axis_of([point.values for point in points])
-    blocks: list[Block] = []
-    for ending in SHOWN:
-        for name in (name for name in names if name.endswith(ending)):
-            chart = _response_curve(points, name, along, command)
-            if chart is not None:
-                blocks.append(chart)
-    return blocks
+    return [_response_curve(points, name, unit, along, command) for name, unit in shown_figures(points).items()]
 
 
-def _response_curve(points: Sequence[SweepPoint], name: str, along: StudyAxis, command: str) -> Chart | None:
-    parts: dict[tuple[str, str | None], list[tuple[float, float, str]]] = {}
-    unit = ""
+def _response_curve(points: Sequence[SweepPoint], name: str, unit: str, along: StudyAxis, command: str) -> Chart:
+    parts: dict[tuple[str, str | None], list[tuple[float, float, float, str]]] = {}
+    label, factor = shown(unit)
     for point in points:
         for branch in point.branches:
             if name not in branch.figures:
                 continue
-            mean, scatter, unit = branch.figures[name]
-            factor = shown(unit)[1]
-            text = _point_words(point, branch, name, factor * mean, factor * scatter, shown(unit)[0])
+            mean, scatter = (factor * value for value in branch.figures[name][:2])
+            text = _point_words(point, branch, name, mean, scatter, label)
             for direction in dict.fromkeys(str(member["direction"]) for member in branch.members):
-                label = ", ".join(filter(None, (branch.word, _WAYS.get(direction, direction))))
-                place = (along.place(point.values), factor * mean, text)
-                parts.setdefault((label, along.others(point.values)), []).append(place)
-    if not parts:
-        return None
+                words = ", ".join(filter(None, (branch.word, _WAYS.get(direction, direction))))
+                place = (along.place(point.values), mean, scatter, text)
+                parts.setdefault((words, along.others(point.values)), []).append(place)
     curves = []
-    for (label, others), found in sorted(parts.items(), key=lambda entry: entry[0][0]):
+    for (words, others), found in sorted(parts.items(), key=lambda entry: entry[0][0]):
         found.sort()
-        x, y, texts = zip(*found, strict=True)
-        curves.append(ChartCurve(label, x, y, "markers", others, texts=texts))
+        x, y, bars, texts = zip(*found, strict=True)
+        mode: Mode = "lines+markers" if len(set(x)) == len(x) else "markers"
+        curves.append(ChartCurve(words, x, y, mode, others, texts=texts, bars=bars if any(bars) else ()))
+    ends = [value for curve in curves for value in curve.y]
     return Chart(
-        f"Every response over `{along.key}`: {name}. Point at a mark for its scatter and how often it was reached."
-        f"{along.legend}",
+        f"Every response over `{along.key}`: {name}, {number(min(ends))} to {number(max(ends))} {_unit(label)}over "
+        f"{along.texts[0]} to {along.texts[-1]}. Bars are the scatter over windows and starts, of statistics the 95 % "
+        f"interval.{along.legend}",
         along.title,
-        f"{name} ({shown(unit)[0]})",
+        f"{name} ({label})",
         curves,
         command,
         choices=[choice for choice in along.choices if choice in {curve.choice for curve in curves}],
         choice="",
     )
+
+
+def _map_words(points: Sequence[SweepPoint]) -> str:
+    """Return the caption of the map: its keys and figures with their ranges."""
+    found = grid_of(points)
+    if found is None:
+        return "Figures over the two keys of the sweep."
+    keys, *axes = found
+    ranges = [f"`{key}` {number(axis[0])} to {number(axis[-1])}" for key, axis in zip(keys, axes, strict=True)]
+    return (
+        f"Figures over {' and '.join(ranges)}, of the response that most starts reached. Crosses: a response did not "
+        "pass; rings: responses coexist."
+    )
+
+
+def _unit(label: str) -> str:
+    return "" if label == "1" else f"{label} "
 
 
 def _point_words(point: SweepPoint, branch: Branch, name: str, mean: float, scatter: float, unit: str) -> str:
@@ -300,22 +326,21 @@ def _harmonics(points: Sequence[SweepPoint], command: str) -> Chart | None:
 
 def _census_table(points: Sequence[SweepPoint]) -> TableBlock:
     keys = list(points[0].values)
-    names: dict[str, str] = {}
-    for point in points:
-        for branch in point.branches:
-            names |= {name: unit for name, (_, _, unit) in branch.figures.items() if name.endswith(SHOWN)}
+    names = shown_figures(points)
     rows: list[tuple[Cell, ...]] = []
     for point in points:
         for branch in point.branches:
             ways = ", ".join(dict.fromkeys(branch.reached_from))
             cells: list[Cell] = []
             for name, unit in names.items():
-                found = branch.figures.get(name)
-                cells.append(None if found is None else shown(unit)[1] * found[0])
+                value = branch.figures.get(name)
+                cells.append(None if value is None else shown(unit)[1] * value[0])
             rows.append((*point.values.values(), branch.word, branch.count, ways, *cells))
         for record in point.failures:
             outcome = record["verdict"] if record["verdict"] != "passed" else "no figures"
-            rows.append((*point.values.values(), outcome, None, str(record["start"]), *(None for _ in names)))
+            found = record.get("figures") or {}
+            cells = [shown(unit)[1] * found[name]["mean"] if name in found else None for name, unit in names.items()]
+            rows.append((*point.values.values(), outcome, None, start_words(record), *cells))
     heads = (*keys, "response", "reached", "from", *(f"{name} ({shown(unit)[0]})" for name, unit in names.items()))
     return TableBlock("Every response of every point, peak to peak over its windows", heads, rows)
 

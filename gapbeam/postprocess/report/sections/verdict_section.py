@@ -80,8 +80,24 @@ def opening_section(results: Results, scene: Sequence[Block] = (), anchor: str =
     found = run_verdicts(results)
     first = [one for one in found if one.level == "error"] or found[:1]
     table = support_table(results.summary)
-    blocks: list[Block] = [*first, *([table] if table else []), *things_to_do(results.summary), *scene]
+    tables = [one for one in (own_table(results.summary), table) if one is not None]
+    blocks: list[Block] = [*first, *tables, *things_to_do(results.summary), *scene]
     return ReportSection("Summary", anchor, blocks)
+
+
+def own_table(summary: Mapping[str, Any]) -> TableBlock | None:
+    """Return the figures of one's own with their errors or intervals; None where there are none."""
+    errors = {one["name"]: one["error"] for one in (summary.get("errors") or {}).get("figures") or ()}
+    intervals = {one["name"]: one for one in (summary.get("statistics") or {}).get("figures") or ()}
+    rows: list[Row] = []
+    for name, one in (summary.get("figures") or {}).items():
+        error, ends = errors.get(name), one if "low" in one else intervals.get(name)
+        words = "not known" if error is None else f"± {number(error, 2)}"
+        if ends is not None:
+            words = f"{number(ends['low'])} to {number(ends['high'])} (95 %)"
+        words = one["reason"] if one["value"] is None else words
+        rows.append((name, one["value"], "" if one["unit"] == "1" else one["unit"], words))
+    return TableBlock("Figures of the case", (*FIGURE_HEADS, "error or interval"), rows) if rows else None
 
 
 def figures_section(results: Results, peaks: Sequence[Row] = (), anchor: str = "all-figures") -> ReportSection | None:

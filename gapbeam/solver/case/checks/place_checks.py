@@ -10,8 +10,11 @@ from types import MappingProxyType
 from typing import Protocol
 
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
+from gapbeam.solver.attachments.attachment_tables import JointChoice
 from gapbeam.solver.case.beam_profile import Segment, beam_at
 from gapbeam.solver.case.case import Beam, Mesh, Probe
+from gapbeam.solver.case.figure_table import Figure, figure_faults
+from gapbeam.solver.case.solution_tables import Time
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import Layout, keyed
@@ -22,6 +25,8 @@ from gapbeam.solver.wording.short_words import apart, exceeds
 Loads = Mapping[int, Load]
 """Loads by their number in the case file, from 0, without those that have faults of their own."""
 Probes = Mapping[int, Probe]
+Figures = Mapping[int, Figure]
+Joints = Mapping[int, JointChoice]
 Segments = Mapping[int, Segment]
 """Segments by their number in the case file, from 0, without those that have faults of their own."""
 
@@ -199,6 +204,29 @@ def load_names_differ(load: Loads) -> Iterator[Fault]:
 def probe_names_differ(probe: Probes) -> Iterator[Fault]:
     """Probes are distinguished by their names."""
     yield from namesakes("probe", probe)
+
+
+def figures_are_recorded(
+    support: AnySupports, joint: Joints, load: Loads, probe: Probes, time: Time, figure: Figures
+) -> Iterator[Fault]:
+    """A figure is one of what the run records, at a place of the case."""
+    yield from namesakes("figure", figure)
+    layout = Layout.of(support)
+    probes = [one.name for one in probe.values()]
+    faces = [face.name for face in layout.faces]
+    places = {
+        "probe": probes,
+        "turned_probe": [one.name for one in probe.values() if one.rotation],
+        "gauge": [one.name for one in probe.values() if one.stress],
+        "face": faces,
+        "support": [one.name for one in layout.supports if any(f.startswith(f"{one.name}_") for f in faces)],
+        "joint": [one.name for one in joint.values()],
+        "load": [one.name for one in load.values()],
+    }
+    yield from figure_faults(figure, places, time.end)
+    for number, one in probe.items():
+        if one.rotation and isinstance(one.point, tuple) and any(one.point[1:]):
+            yield Fault(("probe", number, "rotation"), "true, at a point off the axis", "a point on the axis, x alone")
 
 
 class Named(Protocol):

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.diagnostics.statistics.batch_interval import (
     BATCHES,
     CONFIDENCE,
@@ -26,6 +27,7 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import (
     StatisticFigure,
     face_series,
     may_be_asked,
+    own_series,
     probe_series,
 )
 from gapbeam.solver.record_table import SLIP_MODES
@@ -34,7 +36,7 @@ Array = np.ndarray
 
 EVEN = 1.0e-6  # of the interval, by which records may be unevenly spaced
 SUMMED = ("contact_time", "impulse", "closings", "approach_speeds", "force_square")
-PER_PROBE = 3
+PER_PROBE, PER_OWN = 3, 2
 ORDER = ("no event", "good", "not resolved", "biased", "too short", "not settled")
 
 
@@ -50,6 +52,8 @@ class RunStatistics:
         decay: Time in which the damping of the beam takes 1 - 1/e of the energy of its slowest vibration, s; 0: not
             known. A record that is short beside it has not seen how far the motion strays, and cannot show that.
         slides: Whether the work of sliding and its parts are recorded.
+        own: Figures of one's own that are means over the run.
+        labels: Names along the dimensions of the records, for those.
         blocks: Means over blocks of records.
     """
 
@@ -59,12 +63,15 @@ class RunStatistics:
     interval: float
     decay: float = 0.0
     slides: bool = False
+    own: tuple[Figure, ...] = ()
+    labels: Mapping[str, Sequence[str]] = field(default_factory=dict)
     blocks: BlockMeans = field(init=False)
     _time: float | None = None
     _sums: Array | None = None
 
     def __post_init__(self) -> None:
-        self.blocks = BlockMeans(self._columns * len(self.faces) + PER_PROBE * len(self.directions) * len(self.probes))
+        of_probes = PER_PROBE * len(self.directions) * len(self.probes)
+        self.blocks = BlockMeans(self._columns * len(self.faces) + of_probes + PER_OWN * len(self.own))
 
     @property
     def _summed(self) -> tuple[str, ...]:
@@ -102,6 +109,9 @@ class RunStatistics:
         if self.probes:
             place, shake = (self._by_direction(rows[name]) for name in ("displacement", "acceleration_absolute"))
             columns.append(np.stack([place, place**2, shake**2], axis=-1).reshape(len(times), -1))
+        for one in self.own:
+            x = one.indicator(one.series(rows, self.labels))
+            columns.append(np.stack([x, x**2], axis=-1))
         self.blocks.add(np.concatenate(columns, axis=1)[even])
 
     def series(self) -> list[AveragedSeries]:
@@ -177,6 +187,9 @@ class RunStatistics:
             for direction in self.directions:
                 found += probe_series(probe, means[:, first : first + PER_PROBE], ends[:, first], direction)
                 first += PER_PROBE
+        for one in self.own:
+            found.append(own_series(one.name, one.unit, means[:, first : first + PER_OWN], one.statistic))
+            first += PER_OWN
         return found
 
     def _slowest_of(self, series: Sequence[AveragedSeries]) -> float:

@@ -368,6 +368,22 @@ def probe_series(probe: str, means: Array, ends: Array, direction: str = "") -> 
     ]
 
 
+def own_series(name: str, unit: str, means: Array, statistic: str) -> AveragedSeries:
+    """Return the series behind a figure of one's own.
+
+    Args:
+        name: Of the figure.
+        unit: Of the figure.
+        means: Of its quantity, of a share of 1 above the limit and 0 below, and of the square, (blocks, 2).
+        statistic: "mean", "rms" or "share".
+    """
+    x = means[:, 0]
+    if statistic != "rms":
+        return AveragedSeries(name, unit, x, positive=statistic == "share", rare=statistic == "share")
+    middle = x.mean()
+    return AveragedSeries(name, unit, means[:, 1] - 2.0 * middle * x + middle * middle, positive=True, root=True)
+
+
 def figure_names(faces: tuple[str, ...], probes: tuple[str, ...], in_space: bool, slides: bool = False) -> list[str]:
     """Return the names of all figures of a run.
 

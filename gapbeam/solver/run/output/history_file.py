@@ -13,13 +13,15 @@ the impulses of a face that was pressed between records only, or that yields.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 
+from gapbeam.solver.case.figure_table import Figure, figure_values
 from gapbeam.solver.diagnostics.point_contact import PointContact
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.record_table import (
@@ -312,3 +314,22 @@ def point_rows(points: PointContact, impulses: Array) -> Array:
     x, y = contact.positions[:, 0], contact.positions[:, 1]
     found = points.shares, points.deepest, points.impulses(impulses), points.first_touch
     return np.column_stack([x, y, angles(contact), contact.surfaces, *found])
+
+
+def recorded_figures(
+    figures: Sequence[Figure], folder: Path, labels: Mapping[str, tuple[str, ...]]
+) -> dict[str, dict[str, Any]]:
+    """Return figures of one's own by name, of the history in a results folder; errors as they say.
+
+    Args:
+        figures: Which.
+        folder: The results folder, its history closed.
+        labels: Names along the dimensions of the history.
+    """
+    wanted = {"time", *(one.quantity for one in figures)}
+    try:
+        with h5py.File(folder / HISTORY_FILE, "r") as file:
+            records = {name: np.asarray(file[name]) for name in wanted & set(file)}
+    except OSError:
+        return {}  # a history that cannot be read is reported by what reads it
+    return figure_values(figures, records, labels) if "time" in records and len(records["time"]) else {}

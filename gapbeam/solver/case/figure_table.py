@@ -1,0 +1,299 @@
+"""A figure of one's own: one statistic of a recorded quantity at a place, over a part of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from math import inf
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field, ValidationError
+
+from gapbeam.solver.case.figure_value import FigureValue, deviation, extreme, mean, probability, share_above
+from gapbeam.solver.errors import Fault, Key, UserError
+from gapbeam.solver.record_table import HISTORY
+from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, faults_in
+from gapbeam.solver.wording.short_words import apart, either, near
+
+Array = np.ndarray
+RECORDED = {one.name: one for one in HISTORY}
+SUMS = ("contact_force", "contact_area", "impulse", "active_points", "sliding_work")
+"""Quantities of which a support has the sum over its faces; of a penetration it has the largest."""
+PLACED = ("probe", "moved_probe", "turned_probe", "gauge", "face", "worn_face", "joint", "load", "moving",
+          "support_body")  # fmt: skip
+"""Dimensions along which records have a place; others are components."""
+OF_FACES = ("face", "worn_face")
+Statistic = Literal[
+    "value", "maximum", "minimum", "peak-to-peak", "mean", "rms", "quantile", "share", "probability", "time-of-maximum",
+    "time-of-minimum",
+]  # fmt: skip
+EXTRA = {"value": ("time",), "quantile": ("level",), "share": ("limit",), "probability": ("limit", "duration")}
+"""Keys that a statistic asks for, and no other takes."""
+SCALELESS = ("share", "probability")
+LATE = 1.0e-9  # of the end of the records, by which a time may lie after it
+
+
+class Figure(Table):
+    """A result of one's own: a statistic of a recorded quantity at a place, over a part of the run."""
+
+    name: Name = Field(description="name in results, different for every figure", examples=["knock"])
+    quantity: str = Field(
+        min_length=1,
+        max_length=60,
+        description="recorded quantity, as history.h5 names it: displacement, velocity, acceleration_absolute, "
+        "rotation, contact_force, penetration, impulse, von_mises_stress, joint_force, kinetic_energy ...",
+        examples=["contact_force"],
+    )
+    place: str | None = Field(
+        default=None,
+        min_length=1,
+        max_length=81,
+        description="name of the probe, face, joint, load or support body; a whole support has the sum over its "
+        "faces, or the largest penetration; default none: the quantity has no place",
+        examples=["gland"],
+    )
+    component: str | None = Field(
+        default=None,
+        min_length=1,
+        max_length=40,
+        description="component, such as x, y or z; default the last one, of a motion the bending direction",
+    )
+    magnitude: Switch = Field(default=False, description="take the absolute value of the quantity first")
+    statistic: Statistic = Field(
+        default="maximum",
+        description="what is taken of it; rms is about the mean, share the part of the time above `limit`, probability "
+        "that of being above `limit` within `duration`",
+    )
+    time: NonNegative | None = Field(default=None, description="value: when, s")
+    level: Number | None = Field(
+        default=None, gt=0, lt=1, description="quantile: part of the records below it, no unit", examples=[0.95]
+    )
+    limit: Number | None = Field(default=None, description="share, probability: limit, SI, in the unit of the key")
+    duration: Positive | None = Field(default=None, description="probability: time within which the limit counts, s")
+    start: NonNegative = Field(default=0.0, description="time from which records count, s")
+    end: Positive | None = Field(default=None, description="time up to which they count, s; default the end of the run")
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        if self.statistic in SCALELESS:
+            return "1"
+        return "s" if self.statistic.startswith("time-of") else RECORDED[self.quantity].unit
+
+    @property
+    def last(self) -> float | None:
+        """Time after which records do not count, s; None: all do."""
+        return self.time if self.statistic == "value" else self.end
+
+    @property
+    def averages(self) -> bool:
+        """True where the figure is the mean of something over the whole run: blocks of records have intervals then."""
+        return self.statistic in ("mean", "rms", "share") and self.start == 0.0 and self.end is None
+
+    def earlier(self, by: float) -> Figure:
+        """Return the figure on records whose times are less by so many s."""
+        moved = {key: max(getattr(self, key) - by, 0.0) for key in ("start", "end", "time") if getattr(self, key)}
+        return self.model_copy(update=moved) if by else self
+
+    def series(self, records: Mapping[str, Array], labels: Mapping[str, Sequence[str]]) -> Array:
+        """Return the quantity at the records, (times,).
+
+        Args:
+            records: By name, (times, ...).
+            labels: Names along their dimensions.
+
+        Raises:
+            UserError: The quantity is not recorded, or not at the place.
+        """
+        if self.quantity not in records:
+            self._refuse("quantity", self.quantity, [name for name in records if name in RECORDED])
+        found, dims = np.asarray(records[self.quantity], dtype=float), RECORDED[self.quantity].dims[1:]
+        for dim in dims:
+            names = [str(one) for one in labels.get(dim, ())]
+            if dim in PLACED:
+                found = self._at_place(found, names, dim)
+                continue
+            wanted = names[-1] if self.component is None and names else self.component
+            if wanted not in names:
+                self._refuse("component", wanted, names)
+            found = found[:, names.index(str(wanted))]
+        return np.abs(found) if self.magnitude else found
+
+    def of(self, history: Any) -> FigureValue:
+        """Return the figure of the history of a run: an xarray dataset as `open_results(folder).history`.
+
+        Raises:
+            UserError: As `series`.
+        """
+        records = {str(name): values.values for name, values in history.data_vars.items()}
+        labels = labels_of(history)
+        return self.value(np.asarray(history["time"].values, dtype=float), self.series(records, labels))
+
+    def value(self, times: Array, series: Array) -> FigureValue:
+        """Return the figure of a quantity.
+
+        Args:
+            times: Of the records, s, (n,).
+            series: Their values, (n,).
+        """
+        blank = FigureValue(self.name, self.unit, None)
+        until = times[-1] if self.last is None else self.last
+        begin = until if self.statistic == "value" else max(self.start, times[0])
+        if until > times[-1] * (1.0 + LATE) or not times[0] <= begin <= times[-1]:
+            return replace(blank, reason=f"the records go from t = {times[0]:.6g} s to {times[-1]:.6g} s")
+        inside = (times > begin) & (times < until)
+        t = np.concatenate([[begin], times[inside], [until]])
+        x = np.interp(t, times, series)
+        match self.statistic:
+            case "value":
+                found = float(x[-1])
+            case "maximum" | "time-of-maximum":
+                return extreme(blank, t, x, int(np.argmax(x)), self.statistic != "maximum")
+            case "minimum" | "time-of-minimum":
+                return extreme(blank, t, x, int(np.argmin(x)), self.statistic != "minimum")
+            case "probability":
+                return probability(blank, t, x, self.limit or 0.0, self.duration or 0.0)
+            case "peak-to-peak":
+                found = float(np.ptp(x))
+            case "mean":
+                found = mean(t, x)
+            case "rms":
+                found = deviation(t, x)
+            case "quantile":
+                found = float(np.quantile(x, self.level or 0.0))
+            case "share":
+                found = share_above(t, x, self.limit or 0.0)
+        return replace(blank, value=found)
+
+    def indicator(self, series: Array) -> Array:
+        """Return the averaged quantity, of a share 1 above the limit and 0 below."""
+        return np.asarray(series > self.limit, dtype=float) if self.statistic == "share" else series
+
+    def _at_place(self, found: Array, names: Sequence[str], dim: str) -> Array:
+        mine = [number for number, name in enumerate(names) if name == self.place]
+        if dim in OF_FACES and not mine:
+            mine = [number for number, name in enumerate(names) if name.startswith(f"{self.place}_")]
+            whole = self.quantity in SUMS or self.quantity == "penetration"
+            if mine and not whole:
+                self._refuse("place", self.place, [names[number] for number in mine])
+        if not mine:
+            self._refuse("place", self.place, names)
+        if len(mine) == 1:
+            return np.asarray(found[:, mine[0]])
+        part = found[:, mine]
+        return np.asarray(part.max(axis=1) if self.quantity == "penetration" else part.sum(axis=1))
+
+    def _refuse(self, key: str, found: str | None, known: Sequence[str]) -> None:
+        close = near(found, known) if found else None
+        words = f"one of {', '.join(dict.fromkeys(known))}" if known else "none: nothing of the kind is recorded"
+        raise UserError(
+            f"figure {self.name}: {key} = {found!r}; expected {words}{f'; did you mean {close}?' if close else ''}"
+        )
+
+
+def figure(name: str, quantity: str, place: str | None = None, **keys: Any) -> Figure:
+    """Return a figure of one's own, of the history of a run (`figure(...).of(history)`) or for `run(scene, figures=)`.
+
+    Args:
+        name: In results.
+        quantity: As history.h5 names it, such as "contact_force".
+        place: Probe, face, joint, load, support body or support; of a scene a point or contact.
+        keys: Others of the table [[figure]] of case files: statistic, component, limit, level, time, start, end ...
+
+    Raises:
+        UserError: A key is unknown, or does not fit the others.
+    """
+    try:
+        found = Figure.model_validate({"name": name, "quantity": quantity, "place": place, **keys})
+    except ValidationError as error:
+        raise UserError(f"figure: {faults_in(error)}") from None
+    for fault in figure_faults({0: found}, {}, inf):
+        raise UserError(f"figure: {fault.key[-1]}: found {fault.found}; expected {fault.expected}")
+    return found
+
+
+def labels_of(history: Any) -> dict[str, list[str]]:
+    """Return the names along each dimension of a history, an xarray dataset."""
+    return {str(dim): [str(one) for one in history[dim].values] for dim in history.dims if dim in history.coords}
+
+
+def figure_values(
+    figures: Sequence[Figure], records: Mapping[str, Array], labels: Mapping[str, Sequence[str]]
+) -> dict[str, dict[str, Any]]:
+    """Return figures by name, as JSON has them; one that cannot be taken has its reason.
+
+    Args:
+        figures: Which.
+        records: By name, (times, ...), and "time".
+        labels: Names along their dimensions.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for one in figures:
+        try:
+            value = one.value(records["time"], one.series(records, labels))
+        except UserError as error:
+            value = FigureValue(one.name, one.unit, None, reason=str(error))
+        found[one.name] = value.as_data()
+    return found
+
+
+def figure_faults(figures: Mapping[int, Figure], places: Mapping[str, Sequence[str]], end: float) -> Iterator[Fault]:
+    """Yield the faults of figures, by number.
+
+    Args:
+        figures: By number.
+        places: Names along each dimension that has places; "support" has whole supports. Others are not checked.
+        end: Of the run, s.
+    """
+    for number, one in figures.items():
+        key: Key = ("figure", number)
+        if one.quantity not in RECORDED:
+            close = near(one.quantity, RECORDED)
+            hint = f'"{close}"' if close else ""
+            yield Fault((*key, "quantity"), f'"{one.quantity}"', f"one of {', '.join(RECORDED)}", hint)
+            continue
+        yield from _key_faults(one, key)
+        yield from _place_faults(one, key, places)
+        for name, value in (("start", one.start), ("end", one.end), ("time", one.time)):
+            if value is not None and value > end:
+                words, limit = apart(value, end)
+                yield Fault((*key, name), f"{words} s", f"at most time.end = {limit} s")
+        if one.end is not None and one.end <= one.start:
+            yield Fault((*key, "end"), f"{one.end:g} s", f"more than start = {one.start:g} s")
+
+
+def _key_faults(one: Figure, key: Key) -> Iterator[Fault]:
+    wanted = EXTRA.get(one.statistic, ())
+    for name in ("time", "level", "limit", "duration"):
+        given = getattr(one, name) is not None
+        if given and name not in wanted:
+            others = [statistic for statistic, keys in EXTRA.items() if name in keys]
+            yield Fault((*key, name), f'{name} with statistic = "{one.statistic}"', f"statistic = {either(others)}")
+        elif name in wanted and not given:
+            yield Fault((*key, "statistic"), f'"{one.statistic}" without {name}', f"the key {name}")
+    if one.statistic == "value" and (one.end is not None or one.start):
+        yield Fault((*key, "statistic"), '"value" with start or end', "time alone")
+
+
+def _place_faults(one: Figure, key: Key, places: Mapping[str, Sequence[str]]) -> Iterator[Fault]:
+    dims = [dim for dim in RECORDED[one.quantity].dims if dim in PLACED]
+    if not dims:
+        if one.place is not None:
+            yield Fault((*key, "place"), f'"{one.place}"', f"no place: {one.quantity} is one of the whole system")
+        return
+    dim = dims[0]
+    if dim not in places:
+        return
+    known = [*places[dim]]
+    if dim in OF_FACES and (one.quantity in SUMS or one.quantity == "penetration"):
+        known += places.get("support", ())
+    if one.place in known:
+        return
+    close = near(one.place, known) if one.place else None
+    asks = {"gauge": "a [[probe]] with stress = true", "turned_probe": "a [[probe]] with rotation = true"}
+    expected = either([f'"{name}"' for name in dict.fromkeys(known)]) if known else asks.get(dim, f"a [[{dim}]]")
+    yield Fault(
+        (*key, "place"), "no place" if one.place is None else f'"{one.place}"', f"{expected}, for {one.quantity}",
+        f'did you mean "{close}"?' if close else asks.get(dim, "") if known else "",
+    )  # fmt: skip

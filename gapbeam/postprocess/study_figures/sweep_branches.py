@@ -184,8 +184,9 @@ def _same(one: Record, other: Record, tolerance: float) -> bool:
     pairs = _intervals(one, other)
     if pairs:
         return all(a["low"] <= b["high"] and b["low"] <= a["high"] for a, b in pairs)
-    for name in one["figures"]:
-        if name.endswith(AMPLITUDES) and name in other["figures"]:
+    compared = [name for name in one["figures"] if name.endswith(AMPLITUDES)]
+    for name in compared or [name for name, figure in one["figures"].items() if figure.get("own")]:
+        if name in other["figures"]:
             a, b = one["figures"][name], other["figures"][name]
             allowed = tolerance * max(abs(a["mean"]), abs(b["mean"])) + a["scatter"] + b["scatter"]
             allowed += a.get("unsettled", 0.0) + b.get("unsettled", 0.0)

@@ -415,7 +415,8 @@ def test_responses_are_watched_as_runs_are(tmp_path: Path) -> None:
     usual, absurd = (json.loads(point_file(tmp_path, task).read_text(encoding="utf-8")) for task in tasks)
     assert (absurd["verdict"], absurd["exit_status"]) == ("assumption broken", 4)
     assert "small rotation: largest rotation" in absurd["message"]
-    assert "figures" not in absurd
+    assert absurd["figures"]  # up to where it came
+    assert census([absurd], 0.02)[0].failures == (absurd,)
     assert (usual["verdict"], usual["exit_status"]) == ("passed", 0)
     verdicts = {one["name"]: one["verdict"] for one in usual["assumptions"]}
     assert verdicts["small rotation"] == "holds"

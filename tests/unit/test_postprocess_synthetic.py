@@ -73,6 +73,7 @@ def write_results(
         "worn_face": (),
         "slip_mode": (),
         "moved_probe": (),
+        "turned_probe": (),
         "support_body": (),
         "support_axis": (),
         "joint": (),

@@ -135,6 +135,7 @@ def test_results_of_one_period(shot: Outcome) -> None:
     results = open_results(shot.folder)
     history = results.history
     seldom = {"tangent", "gauge", "across", "moving", "joint", "support_body", "worn_face", "slip_mode", "moved_probe"}
+    seldom |= {"turned_probe"}
     always = {one.name for one in HISTORY if one.name != "friction_dissipation" and not seldom & set(one.dims)}
     assert always <= set(history.variables)
     time = history["time"].values

@@ -221,6 +221,7 @@ def test_history_is_labeled(history: xr.Dataset) -> None:
             "worn_face",
             "slip_mode",
             "moved_probe",
+            "turned_probe",
         }
         if seldom & set(record.dims):
             continue

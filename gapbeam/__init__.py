@@ -22,6 +22,7 @@ find_extra_packages()  # before anything imports one
 one_thread_by_default()  # before anything loads a numerical library
 
 if TYPE_CHECKING:
+    from gapbeam.interface.case_fmu import fmu
     from gapbeam.interface.case_picture import view
     from gapbeam.interface.case_source import read_case
     from gapbeam.interface.case_studies import Workers, identify, life, stability, sweep, tradeoff
@@ -68,7 +69,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.modal_files import read_modes
     from gapbeam.solver.scene.orbit_tangents import tangents
     from gapbeam.solver.scene.scene import Scene
-    from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, moving_force, weight
+    from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, moving_force, sine, weight
     from gapbeam.solver.scene.scene_march import history, march
     from gapbeam.solver.scene.scene_seat import NoSeat, seat
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, ElastoGap, HuntCrossley, KelvinVoigt
@@ -88,6 +89,7 @@ if TYPE_CHECKING:
     __version__: str
 
 _MODULES = {
+    "interface.case_fmu": ("fmu",),
     "interface.case_picture": ("view",),
     "interface.case_source": ("read_case",),
     "interface.case_studies": ("Workers", "identify", "life", "stability", "sweep", "tradeoff"),
@@ -111,7 +113,7 @@ _MODULES = {
     "solver.scene.modal_files": ("read_modes",),
     "solver.scene.orbit_tangents": ("tangents",),
     "solver.scene.scene": ("Scene",),
-    "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "moving_force", "weight"),
+    "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "moving_force", "sine", "weight"),
     "solver.scene.scene_march": ("history", "march"),
     "solver.case.figure_table": ("figure",),
     "solver.scene.scene_seat": ("NoSeat", "seat"),
@@ -196,6 +198,7 @@ __all__ = [
     "euler",
     "export",
     "figure",
+    "fmu",
     "frame",
     "from_mesh",
     "from_modes",
@@ -241,6 +244,7 @@ __all__ = [
     "seat",
     "section",
     "series",
+    "sine",
     "snubber",
     "space_section",
     "span",

@@ -24,7 +24,7 @@ from rich.console import Console, Group
 from gapbeam.commands.command_group import SuggestingGroup
 from gapbeam.commands.compare import fraction
 from gapbeam.commands.compile_ahead import compile_
-from gapbeam.commands.drawing import export, plot, render, report, view, watch
+from gapbeam.commands.drawing import export, fmu, plot, render, report, view, watch
 from gapbeam.commands.new import new
 from gapbeam.commands.study_choice import STUDIES
 from gapbeam.commands.terminal import CaseArgument, Overrides, closing_rows
@@ -191,6 +191,7 @@ app.command()(on_one_rank(watch))
 app.command()(on_one_rank(plot))
 app.command()(on_one_rank(render))
 app.command()(on_one_rank(export))
+app.command()(on_one_rank(fmu))
 app.command()(on_one_rank(report))
 app.command("compile")(on_one_rank(compile_))
 for study in STUDIES:

@@ -19,7 +19,7 @@ SYNONYMS = {
     "film": "render", "movie": "render", "animate": "render", "picture": "render", "status": "watch",
     "progress": "watch", "monitor": "watch", "csv": "export", "convert": "export", "figures": "plot", "diff": "compare",
     "frequencies": "modes", "fit": "identify", "optimize": "identify", "completion": "--install-completion",
-    "version": "--version", "help": "--help",
+    "fmi": "fmu", "version": "--version", "help": "--help",
 }  # fmt: skip
 """Names of our commands in other programs."""
 
@@ -35,6 +35,7 @@ EXAMPLES = {
     "render": "gapbeam render results/case --frames 50",
     "export": "gapbeam export results/case",
     "report": "gapbeam report results/case",
+    "fmu": "gapbeam fmu case.toml --input shaker",
     "compile": "gapbeam compile",
     "sweep": "gapbeam sweep case.toml support.clearance=0.1e-3:0.4e-3:7 --workers 2",
     "stability": "gapbeam stability case.toml",

@@ -18,15 +18,17 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import NO_DAMPER
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.loads.time_function import Harmonic
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import Disc, HalfPlane
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.scene import Scene
-from gapbeam.solver.scene.scene_load import Load
+from gapbeam.solver.scene.scene_load import Load, sine
 from gapbeam.solver.scene.shipped_laws import HuntCrossley, KelvinVoigt
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import Load as CaseLoad
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 if TYPE_CHECKING:
@@ -95,8 +97,20 @@ def scene_of_model(model: Model) -> Scene:
     points = {name: probe.evaluate(unit, operators)[:, UP] for name, probe in model.probes.items()}
     beam = Structure(operators.mass, operators.stiffness, damping, points, name="beam")
     contacts = list(_contacts(model, beam))
-    loads = [Load(beam, one.pattern, _Factor(one.factors), one.name, scale=1.0) for one in system.loads]
-    return Scene(beam, contacts=contacts, loads=loads)
+    return Scene(beam, contacts=contacts, loads=[_load(beam, one) for one in system.loads])
+
+
+def _load(beam: Structure, given: CaseLoad) -> Load:
+    """Return a load of a case: its sine or its constant with their parameters, or its function of time."""
+    factor = given.factor
+    if given.static:
+        return Load(beam, given.pattern, sine, given.name, mean=float(factor(0.0)), scale=1.0)
+    wave, order = getattr(getattr(factor, "func", None), "__self__", None), getattr(factor, "keywords", {})
+    if isinstance(wave, Harmonic) and not (wave.ramp and order["derivative"]):
+        size = wave.amplitude * (2.0 * np.pi * wave.frequency) ** order["derivative"]
+        own = {"amplitude": size, "frequency": wave.frequency, "phase": wave.phase + 90.0 * order["derivative"]}
+        return Load(beam, given.pattern, sine, given.name, **own, ramp=wave.ramp, scale=1.0)
+    return Load(beam, given.pattern, _Factor(given.factors), given.name, scale=1.0)
 
 
 def _contacts(model: Model, beam: Structure) -> Iterator[Contact]:

@@ -10,11 +10,38 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import make_interp_spline
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.loads.time_function import Harmonic
 from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.system.operators import Array
 
 Value = float | Callable[..., Any] | tuple[Any, Any]
+
+
+def sine(
+    t: Any, amplitude: Any = 0.0, frequency: Any = 0.0, phase: Any = 0.0, ramp: float = 0.0, mean: Any = 0.0,
+    scale: Any = 1.0,
+) -> Any:  # fmt: skip
+    """Return scale (mean + r(t) amplitude sin(2 pi frequency t + phase)), the value of a harmonic load.
+
+    Its arguments are parameters of the load: `Force(a["tip"], sine, amplitude=3.0, frequency=20.0, name="shaker")` has
+    the paths "shaker.amplitude" and "shaker.frequency".
+
+    Args:
+        t: s.
+        amplitude: In the unit of the load.
+        frequency: Hz.
+        phase: Degrees.
+        ramp: Time in which the sine rises smoothly from 0, s, the same for all members of an ensemble.
+        mean: In the unit of the load.
+        scale: Factor on all of it.
+
+    Raises:
+        UserError: Members have different ramps.
+    """
+    if np.ndim(ramp):
+        raise UserError("sine: found several ramps, expected one for all members")
+    return scale * (mean + Harmonic(amplitude, frequency, phase, ramp).value(t))
 
 
 class Load:

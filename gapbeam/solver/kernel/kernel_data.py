@@ -1,0 +1,281 @@
+"""A scene as one block of numbers for the C kernel `kernel.c`, which marches it where there is no Python.
+
+The kernel knows modes, half planes (a slot is two), Kelvin-Voigt and Hunt-Crossley contact, and the midpoint rule. It
+finds everything in the block: sizes, arrays, parameters, state; then work, for which the block only says how much.
+"""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from itertools import accumulate
+from typing import Any, Literal
+
+import numpy as np
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.contact_pair import Contact
+from gapbeam.solver.scene.convex_region import HalfPlane, Slot
+from gapbeam.solver.scene.force_law import LawKind
+from gapbeam.solver.scene.linear_scheme import MIDPOINT
+from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, sine
+from gapbeam.solver.scene.shipped_laws import HuntCrossley, KelvinVoigt
+from gapbeam.solver.system.operators import Array
+
+HEAD = 15  # sizes before the arrays, as in the first enumeration of kernel.c
+MARK, OWN, NUMBERS, PER_LOAD = 1.0, 12, 7, 7
+Role = Literal["input", "parameter", "output"]
+
+
+@dataclass(frozen=True)
+class KernelVariable:
+    """A number of the block that a user of the kernel sets or reads.
+
+    Attributes:
+        name: Such as "tip.displacement" or "left.clearance".
+        place: In the block.
+        role: Input, parameter or output.
+        unit: SI.
+        start: Its value at the start.
+        meaning: In a sentence.
+    """
+
+    name: str
+    place: int
+    role: Role
+    unit: str
+    start: float
+    meaning: str
+
+
+@dataclass(frozen=True)
+class KernelData:
+    """A scene for the kernel.
+
+    Attributes:
+        block: Sizes, arrays, parameters and state.
+        size: Of the block with its work.
+        step: s.
+        begin: Time of the state, s.
+        modes: Number of modes.
+        variables: What may be set and read.
+    """
+
+    block: Array
+    size: int
+    step: float
+    begin: float
+    modes: int
+    variables: tuple[KernelVariable, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the data with the kernel for a browser, for a page."""
+        kernel = files("gapbeam.solver.kernel").joinpath("binaries", "kernel.wasm").read_bytes()
+        return {
+            "block": base64.b64encode(self.block.astype("<f8").tobytes()).decode(),
+            "kernel": base64.b64encode(kernel).decode(),
+            "size": self.size, "step": self.step, "begin": self.begin, "modes": self.modes,
+            "variables": [vars(one) for one in self.variables],
+        }  # fmt: skip
+
+
+def kernel_data(
+    scene: Scene, step: float, start: SceneState | None = None, inputs: Sequence[str] = (), faces: Sequence[str] = ()
+) -> KernelData:
+    """Return a scene as data of the kernel.
+
+    Args:
+        scene: The scene.
+        step: s.
+        start: State at the start; default at rest, undeformed.
+        inputs: Names of loads whose own function of time is left out, since an input takes its place.
+        faces: Names of faces: contacts called "<face> 1", "<face> 2", ... share clearance, stiffness and force.
+
+    Raises:
+        UserError: The scene has what the kernel cannot march, all of it in the message; or the step is not above 0.
+    """
+    if not (np.isfinite(step) and step > 0.0):
+        raise UserError(f"fmu: found step {step!r} s, expected a time above 0")
+    refused = list(_refusals(scene, inputs))
+    if refused:
+        raise UserError("the kernel cannot march this scene: " + "; ".join(refused))
+    state, linear = start or scene.state(), scene.condensed(step, MIDPOINT)
+    contacts, groups, labels = _contacts(scene, faces)
+    rows, place = _half_planes(scene, scene.places(state.q, state.t)[:, 0], state.F[:, 0])
+    points = [
+        (f"{name}{k or ''}", row)
+        for name, point in scene.point_names.items()
+        for k, row in enumerate(scene.rows_at(point))
+    ]
+    watch = np.array([row for _, row in points]).reshape(len(points), scene.size)
+    own = np.zeros((len(scene.loads) + len(points), PER_LOAD))
+    for numbers, load in zip(own, scene.loads, strict=False):
+        numbers[:5] = 0.0 if load.name in inputs else _wave(load)
+    patterns = np.vstack([scene.load_columns.T[: len(scene.loads)], watch])
+    full = len(linear.damping) > 1
+    parts: tuple[Any, ...] = (
+        linear.weight, linear.squares, linear.inverse if full else [], rows, patterns, watch, contacts, own, groups,
+        state.q, state.v, *place,
+    )  # fmt: skip
+    flat = [np.ravel(np.asarray(part, dtype=float)) for part in parts]
+    at = list(accumulate((len(part) for part in flat), initial=HEAD))
+    n, m, out, w, g = scene.size, len(rows), at[-1], len(points), len(groups)
+    size = out + 2 * w + g + 2 * n + 2 * m * m + 10 * m
+    head = [MARK, size, n, m, len(own), w, g, full, step, state.t, 0, out, at[7], at[9], out]
+    variables = (
+        *_loads(scene, at[7], own, points, inputs),
+        *_faces(at[8], groups, labels),
+        *_outputs(out, points, labels, watch, state, contacts, place[1]),
+    )
+    return KernelData(np.concatenate([head, *flat]), size, step, state.t, n, variables)
+
+
+def _refusals(scene: Scene, inputs: Sequence[str]) -> Iterator[str]:
+    """Yield the parts of a scene that the kernel does not know."""
+    if scene.is_large:
+        yield "a structure marches with its matrices; reduce it: structure.reduced(modes)"
+        return
+    yield from (f"feedback or joint {one.name or '?'}" for one in scene.feedbacks)
+    for one in scene.contacts:
+        what = f"contact {one.name or '?'}: "
+        if one.region.kind not in (HalfPlane(0.0).kind, Slot(0.0).kind):
+            yield f"{what}region {one.region.kind.name}, expected HalfPlane or Slot"
+        if _exponent(one.law.kind) is None:
+            yield f"{what}law {one.law.kind.name}, expected KelvinVoigt, or HuntCrossley with exponent 1, 1.5, ... 6.5"
+        if one.is_rough:
+            yield f"{what}friction"
+        if one.wall is not None:
+            yield f"{what}a wall that moves"
+        if any(np.size(value) > 1 for value in (*one.region.values, *one.law.values, one.offset)) and one.motions == 1:
+            yield f"{what}values of several members"
+    for load in scene.loads:
+        steady = load.value is sine or not (callable(load.value) or isinstance(load.value, tuple))
+        if load.name not in inputs and not steady:
+            yield f"load {load.name or '?'}: a function of time other than a sine; name the load as an input"
+        elif any(np.size(value) > 1 for value in load.parameters.values()):
+            yield f"load {load.name or '?'}: values of several members"
+    names = [load.name for load in scene.loads if load.name]
+    yield from (
+        f"input {one!r}, expected the name of a load: {', '.join(names) or 'none'}"
+        for one in inputs
+        if one not in names
+    )
+
+
+@cache
+def _exponent(kind: LawKind) -> int | None:
+    """Return 0 for Kelvin-Voigt, 2 n + 2 for Hunt-Crossley with exponent n; None for laws that the kernel lacks."""
+    if kind is KelvinVoigt:
+        return 0
+    if kind.name != "HuntCrossley":
+        return None
+    return next((m for m in range(4, 16) if HuntCrossley(1.0, 0.0, 0.5 * m - 1.0).kind is kind), None)
+
+
+def _wave(load: Load) -> list[float]:
+    """Return mean, amplitude, frequency, phase in turns, and ramp of a load."""
+    if load.value is not sine:
+        return [float(load.value), 0.0, 0.0, 0.0, 0.0]
+    own = {name: float(value) for name, value in load.parameters.items()}
+    scale, phase = own.get("scale", 1.0), own.get("phase", 0.0) / 360.0
+    sizes = (scale * own.get(name, 0.0) for name in ("mean", "amplitude"))
+    return [*sizes, own.get("frequency", 0.0), phase, own.get("ramp", 0.0)]
+
+
+def _is_slot(one: Contact) -> bool:
+    return one.region.kind is Slot(0.0).kind
+
+
+def _contacts(scene: Scene, faces: Sequence[str]) -> tuple[Array, Array, list[str]]:
+    """Return rows of the half planes, (m, NUMBERS), and of the groups, (g, 2), and names of these.
+
+    Those have group, kind, wall at no clearance, its motion with the clearance, side, share of the stiffness, damping;
+    these the smallest clearance and the whole stiffness.
+    """
+    names = [one.name or f"contact {i}" for i, one in enumerate(scene.contacts, 1)]
+    of_face = [next((f for f in faces if re.fullmatch(re.escape(f) + r"( \d+)?", name)), name) for name in names]
+    labels = list(dict.fromkeys(of_face))
+    found, groups = [], np.zeros((len(labels), 2))
+    for g, label in enumerate(labels):
+        some = [one for one, face in zip(scene.contacts, of_face, strict=True) if face == label]
+        groups[g] = min(_clearance(one) for one in some), sum(one.law.values[0] for one in some)
+    for one, label in zip(scene.contacts, of_face, strict=True):
+        g, kind, (stiffness, damping, *_) = labels.index(label), _exponent(one.law.kind), one.law.values
+        assert kind is not None
+        share = stiffness / groups[g, 1] if groups[g, 1] else 0.0
+        if _is_slot(one):
+            center = one.region.values[1]
+            found += [(g, kind, side * center, 0.5, side, share, damping) for side in (1.0, -1.0)]
+        else:
+            found.append((g, kind, _clearance(one) - groups[g, 0], 1.0, 1.0, share, damping))
+    return np.array(found, dtype=float).reshape(-1, NUMBERS), groups, labels
+
+
+def _clearance(one: Contact) -> float:
+    return float(one.region.values[0 if _is_slot(one) else 2])
+
+
+def _half_planes(scene: Scene, places: Array, forces: Array) -> tuple[Array, tuple[Array, Array]]:
+    """Return the rows of the half planes along their normals, (m, n), and places and forces there, (m,) each."""
+    parts = [np.zeros((0, scene.motions))]
+    for one, at in zip(scene.contacts, scene.first, strict=False):
+        normals = np.array([[1.0], [-1.0]]) if _is_slot(one) else np.array([one.region.values[:2]])[:, : one.motions]
+        new = np.zeros((len(normals), scene.motions))
+        new[:, at : at + one.motions] = normals
+        parts.append(new)
+    turned: Array = np.vstack(parts)
+    pressing = np.minimum(turned @ forces, 0.0)  # the force on the point opposes the normal of its wall
+    return turned @ scene.contact_rows, (turned @ places, pressing)
+
+
+def _loads(
+    scene: Scene, at: int, own: Array, points: Sequence[tuple[str, Array]], inputs: Sequence[str]
+) -> Iterator[KernelVariable]:
+    """Yield parameters of the loads, and the inputs: of each load, added to its own value, and of each point."""
+    names = [load.name or f"load {i}" for i, load in enumerate(scene.loads, 1)]
+    for k, name in enumerate([*names, *(f"{name}.force" for name, _ in points)]):
+        load = scene.loads[k] if k < len(names) else None
+        force, place = load is None or isinstance(load, Force), at + k * PER_LOAD
+        unit = "N" if force else "m/s2" if isinstance(load, BaseMotion) else ""
+        if load is not None and name not in inputs:
+            shown = ("mean",) if load.value is not sine else tuple(
+                one for one in ("mean", "amplitude", "frequency") if one in load.parameters
+            )  # fmt: skip
+            for one in shown:
+                i = ("mean", "amplitude", "frequency").index(one)
+                words = f"{one} of load {name}"
+                yield KernelVariable(
+                    f"{name}.{one}", place + i, "parameter", "Hz" if i == 2 else unit, own[k, i], words
+                )
+        value = f"{name}.value" if load is not None else name
+        words = f"value of load {name}" if name in inputs else f"added to load {name}" if load else "force on the point"
+        yield KernelVariable(value, place + 5, "input", unit, 0.0, f"{words}, at the communication point")
+        slope = f"rate of {value} until the next communication point"
+        yield KernelVariable(f"{value}.slope", place + 6, "input", f"{unit}/s" if unit else "", 0.0, slope)
+
+
+def _faces(at: int, groups: Array, labels: Sequence[str]) -> Iterator[KernelVariable]:
+    for g, label in enumerate(labels):
+        words = "clearance; of several points the smallest, and all walls move with it"
+        yield KernelVariable(f"{label}.clearance", at + 2 * g, "parameter", "m", float(groups[g, 0]), words)
+        words = "contact stiffness of all points together, N/m, or N/m^n with the exponent n"
+        yield KernelVariable(f"{label}.stiffness", at + 2 * g + 1, "parameter", "", float(groups[g, 1]), words)
+
+
+def _outputs(
+    at: int, points: Sequence[tuple[str, Array]], labels: Sequence[str], watch: Array, state: SceneState,
+    contacts: Array, pressing: Array,
+) -> Iterator[KernelVariable]:  # fmt: skip
+    for k, (what, unit, x) in enumerate((("displacement", "m", state.q), ("velocity", "m/s", state.v))):
+        for i, (name, _) in enumerate(points):
+            place, value = at + k * len(points) + i, float((watch[i] @ x)[0])
+            yield KernelVariable(f"{name}.{what}", place, "output", unit, value, f"{what} of the point")
+    forces = np.bincount(contacts[:, 0].astype(int), -contacts[:, 4] * pressing, minlength=len(labels))
+    for g, label in enumerate(labels):
+        words = "force on the support along its outward normal (of a slot: of its upper side), mean of the last step"
+        yield KernelVariable(f"{label}.force", at + 2 * len(points) + g, "output", "N", float(forces[g]), words)

@@ -35,7 +35,6 @@ def wear_section(
     summary: dict[str, Any],
     maps: Mapping[str, WearMap],
     command: str = "",
-    anchor: str = "wear",
     since: str = "t = 0",
 ) -> ReportSection | None:
     """Return the wear of a run; None for a run of a case without [wear].
@@ -44,7 +43,6 @@ def wear_section(
         summary: Of a run.
         maps: Where its faces wear; none of earlier releases.
         command: That makes the report.
-        anchor: Of the section.
         since: When the work begins to count.
     """
     found = summary.get("wear")
@@ -65,7 +63,7 @@ def wear_section(
     if (parts := _parts(found)) is not None:
         blocks += parts
     blocks += [*_largest(found), *_where(maps, command)]
-    return ReportSection("Wear", anchor, blocks)
+    return ReportSection("Wear", "wear", blocks)
 
 
 def _largest(found: dict[str, Any]) -> list[Block]:
@@ -134,16 +132,13 @@ def _interval(rate: dict[str, Any]) -> str:
 _MICRO = 1.0e6
 
 
-def contact_section(
-    history: xr.Dataset, frequency: float | None, command: str, anchor: str = "contact"
-) -> ReportSection:
+def contact_section(history: xr.Dataset, frequency: float | None, command: str) -> ReportSection:
     """Return force, gap and penetration of every face over the record and over its end.
 
     Args:
         history: `Results.history`, with contact_force and penetration.
         frequency: Of the forcing, Hz; None shows the tenth of the record where most happens.
         command: That makes the figures.
-        anchor: Of the section.
 
     Raises:
         SignalError: A value is not finite.
@@ -184,7 +179,7 @@ def contact_section(
         TableBlock("The faces over the whole record, at the recorded instants", heads, rows),
         *_bodies(history),
     ]  # fmt: skip
-    return ReportSection("Contact", anchor, blocks)
+    return ReportSection("Contact", "contact", blocks)
 
 
 def _bodies(history: xr.Dataset) -> list[Block]:
@@ -214,16 +209,15 @@ CROSS_HEADER = ("band (Hz)", "asked", "generated", "95 % interval", "phase error
 RANDOM_LOADS_SECTION_HEADER = ("band (Hz)", "asked", "generated", "ratio", "95 % interval of the ratio", "within")
 
 
-def random_loads_section(summary: dict[str, Any], anchor: str = "random-loads") -> ReportSection | None:
+def random_loads_section(summary: dict[str, Any]) -> ReportSection | None:
     """Return the section on random loads as generated and as asked for; None for a run without any.
 
     Args:
         summary: Of a run.
-        anchor: Of the section.
     """
     loads = summary.get("random_loads") or ()
     blocks = [block for load in loads for block in _of_load(load)]
-    return ReportSection("Random loads", anchor, blocks) if blocks else None
+    return ReportSection("Random loads", "random-loads", blocks) if blocks else None
 
 
 def _of_load(load: dict[str, Any]) -> list[Block]:

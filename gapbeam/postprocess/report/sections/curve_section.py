@@ -37,13 +37,12 @@ _REPORTED = (
 )  # fmt: skip
 
 
-def periodic_section(found: Mapping[str, Any], command: str, anchor: str = "periodic") -> ReportSection:
+def periodic_section(found: Mapping[str, Any], command: str) -> ReportSection:
     """Return the section on a search for a periodic response.
 
     Args:
         found: `summary["periodic"]`.
         command: That makes the figures.
-        anchor: Of the section.
     """
     blocks: list[Block] = []
     if found.get("stability") == "not known":
@@ -59,16 +58,15 @@ def periodic_section(found: Mapping[str, Any], command: str, anchor: str = "peri
     blocks.append(TableBlock("The periodic response", ("", "value"), rows))
     blocks += [_probes(found["probes"])] if found.get("probes") else []
     blocks += [_multipliers(found["multipliers"], command)] if found.get("multipliers") else []
-    return ReportSection("Periodic response", anchor, blocks)
+    return ReportSection("Periodic response", "periodic", blocks)
 
 
-def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "response-curve") -> ReportSection:
+def curve_section(curve: Mapping[str, Any], command: str) -> ReportSection:
     """Return a curve of periodic responses, stable parts drawn through, all others dashed, events marked.
 
     Args:
         curve: Contents of curve.json.
         command: That makes the figures.
-        anchor: Of the section.
     """
     points: list[dict[str, Any]] = curve["points"]
     probes = [name.removesuffix(SUFFIX) for name in points[0] if name.endswith(SUFFIX)]
@@ -105,7 +103,7 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
     ]  # fmt: skip
     if rows:
         blocks.append(TableBlock("Events along the curve", ("event", axis, "largest multiplier"), rows, digits=6))
-    return ReportSection("Response curve", anchor, blocks)
+    return ReportSection("Response curve", "response-curve", blocks)
 
 
 def _branch(

@@ -20,16 +20,13 @@ FEWEST = 3  # forcing periods worth a figure over them
 _RECORDED = "as recorded"
 
 
-def motion_section(
-    analyses: Mapping[str, Analysis], command: str, repeats: bool = False, anchor: str = "motion"
-) -> ReportSection:
+def motion_section(analyses: Mapping[str, Analysis], command: str, repeats: bool = False) -> ReportSection:
     """Return histories and peaks of every probe, one button each.
 
     Args:
         analyses: By probe, each with a displacement.
         command: That makes the figures.
         repeats: Whether the records are a period over and over, of which the last forcing periods show everything.
-        anchor: Of the section.
     """
     blocks: list[Block] = []
     spans = (True,) if repeats else (False, True) if _is_long(analyses) else (False,)
@@ -37,12 +34,10 @@ def motion_section(
         blocks += [chart for last in spans if (chart := _history(analyses, name, last, command)) is not None]
     blocks.append(_peaks_table(analyses))
     per_period = [] if repeats else _per_period(analyses, command)
-    return ReportSection("Motion", anchor, [*blocks, *per_period])
+    return ReportSection("Motion", "motion", [*blocks, *per_period])
 
 
-def periodicity_section(
-    analyses: Mapping[str, Analysis], command: str, anchor: str = "periodicity"
-) -> ReportSection | None:
+def periodicity_section(analyses: Mapping[str, Analysis], command: str) -> ReportSection | None:
     """Return the phase portrait with its Poincaré points and what they say; None without a forcing period."""
     blocks: list[Block] = []
     for probe, one in analyses.items():
@@ -69,7 +64,7 @@ def periodicity_section(
                 "forcing period", f"displacement ({shown('m')[0]})", strobe, command, choices=probes, choice="probe",
             )
         )  # fmt: skip
-    return ReportSection("Periodicity", anchor, blocks)
+    return ReportSection("Periodicity", "periodicity", blocks)
 
 
 def _is_long(analyses: Mapping[str, Analysis]) -> bool:
@@ -205,13 +200,12 @@ DECADES = 5.0
 _LINES = {"displacement": "spectrum", "acceleration": "as recorded", "smoothed acceleration": "moving average"}
 
 
-def spectra_section(analyses: Mapping[str, Analysis], command: str, anchor: str = "spectra") -> ReportSection | None:
+def spectra_section(analyses: Mapping[str, Analysis], command: str) -> ReportSection | None:
     """Return spectra and tables of harmonics of every probe; None where no record is long enough for a spectrum.
 
     Args:
         analyses: By probe.
         command: That makes the figures.
-        anchor: Of the section.
     """
     blocks: list[Block] = []
     for names in (("displacement",), ("acceleration", "smoothed acceleration")):
@@ -222,7 +216,7 @@ def spectra_section(analyses: Mapping[str, Analysis], command: str, anchor: str 
         table = _harmonics(probe, analysis)
         if table is not None:
             blocks.append(table)
-    return ReportSection("Spectra", anchor, blocks) if blocks else None
+    return ReportSection("Spectra", "spectra", blocks) if blocks else None
 
 
 def _chart(analyses: Mapping[str, Analysis], names: tuple[str, ...], command: str) -> Chart | None:

@@ -15,13 +15,12 @@ from gapbeam.postprocess.results.supports_of_run import supports_of
 MOST = 6000  # points of an orbit
 
 
-def orbits_section(results: Results, command: str, anchor: str = "orbits") -> ReportSection | None:
+def orbits_section(results: Results, command: str) -> ReportSection | None:
     """Return z over y of every probe, with what its support leaves to it; None where all stay in the bending plane.
 
     Args:
         results: Of a run with a history.
         command: That makes the figure.
-        anchor: Of the section.
 
     Raises:
         ResultsError: The history cannot be read.
@@ -54,7 +53,7 @@ def orbits_section(results: Results, command: str, anchor: str = "orbits") -> Re
         words += f" Orbits of {', '.join(shifts)} are drawn in their supports, which move."
     choices = [*names, *(str(curve.choice) for curve in bodies)]
     chart = Chart(words, f"y ({unit})", f"z ({unit})", curves, command, choices=choices, choice="of", equal=True)
-    return ReportSection("Orbits", anchor, [chart])
+    return ReportSection("Orbits", "orbits", [chart])
 
 
 def _body_orbits(history: xr.Dataset, factor: float, every: slice) -> list[ChartCurve]:

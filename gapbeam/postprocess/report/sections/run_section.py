@@ -123,7 +123,7 @@ def meta_of(results: Results, command: str) -> dict[str, str]:
     return {"results": str(results.folder), "made by": command} | ({"computed with": message} if message else {})
 
 
-def case_section(results: Results, anchor: str = "case") -> ReportSection | None:
+def case_section(results: Results) -> ReportSection | None:
     """Return the case as it was run, and how to run it again; None where it is not there."""
     path = results.folder / CASE_FILE
     if not path.is_file():
@@ -132,7 +132,7 @@ def case_section(results: Results, anchor: str = "case") -> ReportSection | None
         Command(shell_command("gapbeam", "run", path, "--output", Path(f"{results.folder}-again"))),
         Listing(f"`{CASE_FILE}`, with every default", results.case_text),
     ]
-    return ReportSection("The case", anchor, blocks)
+    return ReportSection("The case", "case", blocks)
 
 
 def probe_analyses(results: Results) -> dict[str, Analysis]:

@@ -37,7 +37,7 @@ _LIMITS = (("impact_growth", "growth allowed in an impact"), ("impact_loss", "lo
 
 
 def energy_section(
-    history: xr.Dataset, summary: Mapping[str, Any], command: str, anchor: str = "energy", since: str = "t = 0"
+    history: xr.Dataset, summary: Mapping[str, Any], command: str, since: str = "t = 0"
 ) -> ReportSection | None:
     """Return the ledger of energies and the gates; None where neither is there.
 
@@ -45,7 +45,6 @@ def energy_section(
         history: `Results.history`.
         summary: `Results.summary`.
         command: That makes the figures.
-        anchor: Of the section.
         since: When works and losses begin to count.
 
     Raises:
@@ -74,7 +73,7 @@ def energy_section(
     table = _gates_table(summary)
     if table is not None:
         blocks.append(table)
-    return ReportSection("Energy", anchor, blocks) if blocks else None
+    return ReportSection("Energy", "energy", blocks) if blocks else None
 
 
 def energy_of_span(history: xr.Dataset, command: str) -> ReportSection | None:
@@ -210,22 +209,19 @@ PRESSED_HEADER = ("face", "impulse (N s)", "most per area (N s/m²)", "over the 
 SHARE, PRESSED = "contact share (%)", "impulse per area (N s/m²)"
 
 
-def points_section(
-    points: Mapping[str, PointMap], command: str = "", anchor: str = "contact-points"
-) -> ReportSection | None:
+def points_section(points: Mapping[str, PointMap], command: str = "") -> ReportSection | None:
     """Return the section on the contact points of a run; None for a run without `output.points`.
 
     Args:
         points: Of the faces, by name.
         command: That makes the report.
-        anchor: Of the section.
     """
     if not points:
         return None
     touched = {face: one for face, one in points.items() if one.touched}
     title = "Contact points"
     if not touched:
-        return ReportSection(title, anchor, [Words("No contact point was in contact at a record.")])
+        return ReportSection(title, "contact-points", [Words("No contact point was in contact at a record.")])
     rest = [face for face in points if face not in touched]
     note = "Seen at the records of the history. Angles are from straight down, positive toward +y."
     notes = (note, f"Not touched at a record: {', '.join(rest)}.") if rest else (note,)
@@ -239,7 +235,7 @@ def points_section(
         "Contact share", SHARE, {face: (one, 100.0 * one.share) for face, one in touched.items()}, command
     )
     blocks += _charts("Impulse", PRESSED, {face: (one, one.pressed) for face, one in known.items()}, command)
-    return ReportSection(title, anchor, blocks)
+    return ReportSection(title, "contact-points", blocks)
 
 
 def _row(face: str, one: PointMap) -> tuple[Cell, ...]:
@@ -275,7 +271,7 @@ def _charts(name: str, unit: str, faces: Mapping[str, tuple[PointMap, np.ndarray
 
 
 def impacts_section(
-    impacts: Mapping[str, np.ndarray], seconds: float, span: str = "over the whole run", anchor: str = "impacts"
+    impacts: Mapping[str, np.ndarray], seconds: float, span: str = "over the whole run"
 ) -> ReportSection | None:
     """Return the impacts of a run, or of a part of it; None where there were none.
 
@@ -283,7 +279,6 @@ def impacts_section(
         impacts: By face, as `impacts_of` has them.
         seconds: Span of time, s.
         span: Which one, in words.
-        anchor: Of the section.
     """
     if not impacts or not seconds > 0.0:
         return None
@@ -298,26 +293,25 @@ def impacts_section(
         if mine[0, 4] > 1
     ]
     table = TableBlock(f"Impacts {span}", ("face", "figure", *HEADS[2:]), rows, notes=tuple(notes))
-    return ReportSection("Impacts", anchor, [Words(f"Impacts in a second: {found}."), table])
+    return ReportSection("Impacts", "impacts", [Words(f"Impacts in a second: {found}."), table])
 
 
 STATISTICS_SECTION_HEADER = ("figure", "value", "unit", "95 % interval", "effective samples", "judged", "s for 2 %")
 TIME_NEEDED = "time_for_2_percent"
 
 
-def statistics_section(summary: dict[str, Any], anchor: str = "statistics") -> ReportSection | None:
+def statistics_section(summary: dict[str, Any]) -> ReportSection | None:
     """Return the statistics of a run; None for a run without any.
 
     Args:
         summary: Of a run.
-        anchor: Of the section.
     """
     found = summary.get("statistics")
     if not found:
         return None
     if not found["figures"]:
         words = f"The record of {number(found['seconds'])} s is too short for statistics."
-        return ReportSection("Statistics", anchor, [Words(words)])
+        return ReportSection("Statistics", "statistics", [Words(words)])
     words = (
         f"Over {number(found['seconds'] - found['burn_in'])} s behind the first {number(found['burn_in'])} s. Only "
         "intervals judged good can be relied on."
@@ -336,7 +330,7 @@ def statistics_section(summary: dict[str, Any], anchor: str = "statistics") -> R
         )
     rows = [_statistics_section_row(one) for one in found["figures"]]
     return ReportSection(
-        "Statistics", anchor, [Words(words), TableBlock("Figures of the motion", STATISTICS_SECTION_HEADER, rows)]
+        "Statistics", "statistics", [Words(words), TableBlock("Figures of the motion", STATISTICS_SECTION_HEADER, rows)]
     )
 
 

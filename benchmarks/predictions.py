@@ -13,8 +13,17 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from benchmarks.apart import Figures, measured_apart, print_figures
-from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
+from benchmarks.table import (
+    Cell,
+    Figures,
+    Table,
+    gigabytes,
+    machine_words,
+    measured_apart,
+    options,
+    print_figures,
+    seconds,
+)
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.run.run_case import run_case

@@ -21,14 +21,22 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from benchmarks.elastic_stress import stress
+from gapbeam.solver.assembly.elasticity import lame
 from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, Material
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.python.march import March, march
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.semi_discrete import VALUE, State
+
+
+def stress(u: Any, material: Material, plane_stress: bool) -> Any:
+    """Return sigma(u) = lambda tr(eps) I + 2 mu eps (UFL), Pa; in plane."""
+    first, second = lame(material, plane_stress)
+    strain = ufl.sym(ufl.grad(u))
+    return first * ufl.tr(strain) * ufl.Identity(len(u)) + 2.0 * second * strain
+
 
 Array = NDArray[np.float64]
 

@@ -12,9 +12,19 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks.apart import Figures, exponents, measured_apart, print_figures
 from benchmarks.size import mesh_overrides
-from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
+from benchmarks.table import (
+    Cell,
+    Figures,
+    Table,
+    exponents,
+    gigabytes,
+    machine_words,
+    measured_apart,
+    options,
+    print_figures,
+    seconds,
+)
 from benchmarks.textbook import shaken
 from benchmarks.textbook_newton import marched, seated
 

@@ -20,8 +20,7 @@ from benchmarks import (
     textbook,
     tiers,
 )
-from benchmarks.apart import exponent
-from benchmarks.table import Table, seconds
+from benchmarks.table import Table, exponent, seconds
 from benchmarks.textbook_newton import TextbookBeam
 from docs.tables.narrow_tables import narrow
 from gapbeam.solver.case.case import Case

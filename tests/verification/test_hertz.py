@@ -21,7 +21,7 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from benchmarks.elastic_stress import stress
+from benchmarks.textbook_newton import stress
 from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_session
 from tests.shared.models import beam_model, seat_of
 

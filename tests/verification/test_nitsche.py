@@ -11,7 +11,7 @@ import ufl
 from dolfinx import fem, mesh
 from scipy.linalg import eigh, eigvalsh
 
-from benchmarks.elastic_stress import stress
+from benchmarks.textbook_newton import stress
 from gapbeam.solver.assembly.contact_assembly import nitsche_operator
 from gapbeam.solver.assembly.elasticity import lame
 from gapbeam.solver.assembly.face_quadrature import face_points

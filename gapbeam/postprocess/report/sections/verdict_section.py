@@ -69,20 +69,19 @@ def summary_section(results: Results, anchor: str = "summary") -> ReportSection:
     return ReportSection("Summary", anchor, blocks)
 
 
-def opening_section(results: Results, scene: Sequence[Block] = (), anchor: str = "summary") -> ReportSection:
+def opening_section(results: Results, scene: Sequence[Block] = ()) -> ReportSection:
     """Return the opening section of a run: how it ended, loads on the supports, things to do, the moving scene.
 
     Args:
         results: Of a run.
         scene: The motion.
-        anchor: Of the section.
     """
     found = run_verdicts(results)
     first = [one for one in found if one.level == "error"] or found[:1]
     table = support_table(results.summary)
     tables = [one for one in (own_table(results.summary), table) if one is not None]
     blocks: list[Block] = [*first, *tables, *things_to_do(results.summary), *scene]
-    return ReportSection("Summary", anchor, blocks)
+    return ReportSection("Summary", "summary", blocks)
 
 
 def own_table(summary: Mapping[str, Any]) -> TableBlock | None:
@@ -100,35 +99,34 @@ def own_table(summary: Mapping[str, Any]) -> TableBlock | None:
     return TableBlock("Figures of the case", (*FIGURE_HEADS, "error or interval"), rows) if rows else None
 
 
-def figures_section(results: Results, peaks: Sequence[Row] = (), anchor: str = "all-figures") -> ReportSection | None:
+def figures_section(results: Results, peaks: Sequence[Row] = ()) -> ReportSection | None:
     """Return all warnings and figures of a run, folded; None where there are none.
 
     Args:
         results: Of a run.
         peaks: Rows of the table of results that its history gives.
-        anchor: Of the section.
     """
     blocks: list[Block] = [*warnings_of([str(text) for text in results.summary.get("warnings") or ()])]
     if rows := [*peaks, *result_figures(results)]:
         blocks.append(TableBlock("Results of the run", FIGURE_HEADS, rows))
     errors = errors_table(results.summary)
     blocks += [errors] if errors else []
-    return ReportSection("All figures and warnings", anchor, blocks, folded=True) if blocks else None
+    return ReportSection("All figures and warnings", "all-figures", blocks, folded=True) if blocks else None
 
 
-def limits_section(results: Results, anchor: str = "limits") -> ReportSection | None:
+def limits_section(results: Results) -> ReportSection | None:
     """Return the margins of a run to what its equations assume; None where the summary has none."""
     table = assumptions_table(results.summary)
-    return None if table is None else ReportSection("Margins", anchor, [table])
+    return None if table is None else ReportSection("Margins", "limits", [table])
 
 
-def computation_section(results: Results, anchor: str = "computation") -> ReportSection | None:
+def computation_section(results: Results) -> ReportSection | None:
     """Return the section on cost, steps and defaults of a run; None where the summary has none of them."""
     rows = cost_figures(results)
     tables = [TableBlock("Steps, time and memory", FIGURE_HEADS, rows)] if rows else []
     defaults = defaults_table(results.summary)
     blocks: list[Block] = [*tables, *([defaults] if defaults else [])]
-    return ReportSection("Computation", anchor, blocks) if blocks else None
+    return ReportSection("Computation", "computation", blocks) if blocks else None
 
 
 def defaults_table(summary: Mapping[str, Any]) -> TableBlock | None:

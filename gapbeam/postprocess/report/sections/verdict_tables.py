@@ -94,12 +94,11 @@ def _number(value: Any, factor: float) -> float | None:
 MOST = 200  # contacts in the table
 
 
-def scene_table(summary: Mapping[str, Any], anchor: str = "scene") -> ReportSection | None:
+def scene_table(summary: Mapping[str, Any]) -> ReportSection | None:
     """Return the section on the scene of a run; None for the run of a case.
 
     Args:
         summary: `Results.summary`.
-        anchor: Of the section.
     """
     scene = summary.get("scene")
     if not isinstance(scene, Mapping):
@@ -125,7 +124,7 @@ def scene_table(summary: Mapping[str, Any], anchor: str = "scene") -> ReportSect
     loads = [(one["name"] or "?", one["type"]) for one in scene.get("loads", ())]
     if loads:
         blocks.append(TableBlock("Loads", ("load", "kind"), loads))
-    return ReportSection("The scene", anchor, blocks)
+    return ReportSection("The scene", "scene", blocks)
 
 
 def _digits(value: Any) -> str:

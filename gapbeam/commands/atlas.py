@@ -29,9 +29,12 @@ def atlas(
 ) -> int:
     """Find all stable responses of a case, with the share of starts that come to each, over values of keys.
 
+    An atlas that was killed resumes after its last point.
+
     Exit status: 0 done, 5 some starts did not settle, 2 a fault of the input, 6 results could not be written.
     """
     from gapbeam.interface.case_atlas import scenes_of
+    from gapbeam.solver.case.reading.case_reader import read_case
     from gapbeam.studies.atlas.run_atlas import run_atlas
     from gapbeam.studies.trials.axes import read_axis
 
@@ -40,7 +43,7 @@ def atlas(
     with progress_bar("points") as bar:
         result = run_atlas(
             scenes_of(case, override or []), axes, folder, starts=starts, settle=settle, rounds=rounds, orders=orders,
-            reach=reach, seed=seed, progress=bar.show,
+            reach=reach, seed=seed, progress=bar.show, inputs=read_case(case, override or []).model_dump(mode="json"),
         )  # fmt: skip
     print_study(result.tables(), [*result.paths, result.headline()])
     return result.exit_status

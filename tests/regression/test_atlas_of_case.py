@@ -61,6 +61,32 @@ def test_starts_that_do_not_settle_are_reported(tmp_path: Path) -> None:
     assert "did not settle" in result.headline()
 
 
+@pytest.mark.slow(minutes=0.3)
+def test_a_killed_atlas_resumes_after_its_last_point(tmp_path: Path) -> None:
+    """Killed at the third of three points: two are kept, and tables are those of one run."""
+    axes = [read_axis("push=0.5,2.6,2.7")]
+    asked, dead = list[str](), True
+
+    def scene_at(texts: tuple[str, ...]) -> PeriodicScene:
+        asked.append(texts[0])
+        if dead and len(asked) == 3:
+            raise KeyboardInterrupt
+        return oscillator(texts)
+
+    def found(folder: str) -> str:
+        kept = {"starts": 6, "settle": 30, "rounds": 1, "orders": 3, "inputs": {"case": "a"}}
+        run_atlas(scene_at, axes, tmp_path / folder, **kept)
+        return (tmp_path / folder / "atlas.json").read_text()
+
+    with pytest.raises(KeyboardInterrupt):
+        found("killed")
+    dead, asked = False, []
+    again = found("killed")
+    assert asked == ["push=0.5", "push=2.7"]  # the first for its starts and the picture
+    assert not (tmp_path / "killed" / "points.jsonl").exists()
+    assert again == found("whole")
+
+
 @pytest.mark.parametrize(
     ("file", "overrides", "says"),
     [

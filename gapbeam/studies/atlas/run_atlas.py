@@ -7,6 +7,7 @@ import io
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from math import ceil, pi
 from pathlib import Path
 from typing import Any
@@ -21,12 +22,14 @@ from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import NoSeat, seat
 from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
-from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, atlas, drawn_starts
+from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, atlas, drawn_starts
+from gapbeam.studies.engine.study_journal import StudyJournal
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder, study_written
 from gapbeam.studies.trials.axes import Axis, points_of
 
 DOUBTFUL = 5
+JOURNAL = "points.jsonl"  # while the atlas is under way
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +99,7 @@ class AtlasResult(PrintedResult):
 def run_atlas(
     scene_at: Callable[[tuple[str, ...]], PeriodicScene], axes: Sequence[Axis], folder: Path, *, starts: int = 64,
     settle: int = 100, rounds: int = 4, orders: int = 8, reach: float = 2.0, seed: int = 0,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None, inputs: dict[str, Any] | None = None,
 ) -> AtlasResult:  # fmt: skip
     """Find all responses of a case at each combination of values, and write tables and pictures.
 
@@ -114,6 +117,8 @@ def run_atlas(
         reach: Largest velocity of a start, relative to the motion from the seat.
         seed: Of the draws.
         progress: Called with the number of points that are done, and of all.
+        inputs: All that decides the scenes: an atlas of the same inputs that was killed resumes after its last point.
+            None: none resumes.
 
     Raises:
         UserError: An axis has no numbers, there are three, or a scene has no probe, or its loads move none.
@@ -125,18 +130,30 @@ def run_atlas(
     points = points_of(axes) if axes else [()]
     with study_folder(folder):
         found: list[Atlas] = []
-        scene = None
+        numbers = [starts, settle, rounds, orders, reach, seed]
+        journal, scene = None, None
+        if inputs is not None:
+            plan = {"gapbeam": version("gapbeam"), "axes": [[axis.key, *axis.values] for axis in axes]}
+            journal = StudyJournal(folder / JOURNAL, plan | {"numbers": numbers, "inputs": inputs})
         for number, values in enumerate(points):
-            texts = tuple(f"{axis.key}={value}" for axis, value in zip(axes, values, strict=True))
-            one = scene_at(texts)
-            scene = scene or one.scene
-            begin = starts_of(one, settle, starts, reach, seed)
-            steps = one.steps
-            part = atlas(
-                one.scene, period=one.period, starts=begin, steps=steps, settle=settle, rounds=rounds, orders=orders
-            )
-            named = dict(zip(over, map(float, values), strict=True))
-            found.append(replace(part, points=[replace(part.points[0], values=named)]))
+            kept = None if journal is None else journal.kept.get(number)
+            if kept is None or number == 0:
+                texts = tuple(f"{axis.key}={value}" for axis, value in zip(axes, values, strict=True))
+                one = scene_at(texts)
+                begin = starts_of(one, settle, starts, reach, seed)
+                scene = scene or one.scene
+            if kept is None:
+                part = atlas(
+                    one.scene, period=one.period, starts=begin, steps=one.steps, settle=settle, rounds=rounds,
+                    orders=orders,
+                )  # fmt: skip
+                named = dict(zip(over, map(float, values), strict=True))
+                part = replace(part, points=[replace(part.points[0], values=named)])
+                if journal is not None:
+                    journal.write(number, _kept(part))
+            else:
+                part = _resumed(kept, begin)
+            found.append(part)
             if progress is not None:
                 progress(number + 1, len(points))
         whole = Atlas(
@@ -150,7 +167,45 @@ def run_atlas(
             write_beside(paths[1], _csv(records))
             assert scene is not None
             _picture(whole, scene).savefig(paths[2])
+        if journal is not None:
+            journal.close()
     return AtlasResult(folder, whole, records, paths)
+
+
+def _kept(part: Atlas) -> dict[str, Any]:
+    """Return one point of an atlas as its record in the journal."""
+    responses = [
+        vars(one)
+        | {
+            "state": {name: getattr(one.state, name).tolist() for name in ("q", "v", "z", "F")} | {"t": one.state.t},
+            "strobes": one.strobes.tolist(),
+            "multipliers": [np.real(one.multipliers).tolist(), np.imag(one.multipliers).tolist()],
+            "peak": {name: np.asarray(value).tolist() for name, value in one.peak.items()},
+        }
+        for one in part.points[0].responses
+    ]
+    strobes = {name: one.tolist() for name, one in part.strobes.items()}
+    return {"point": vars(part.points[0]) | {"responses": responses}, "which": part.which.tolist(), "strobes": strobes}
+
+
+def _resumed(record: dict[str, Any], starts: SceneState) -> Atlas:
+    """Return one point of an atlas from its record in the journal."""
+    responses = []
+    for one in record["point"]["responses"]:
+        state = {name: value if name == "t" else _floats(value) for name, value in one["state"].items()}
+        real, imaginary = (_floats(part) for part in one["multipliers"])
+        kinds = {"state": SceneState(**state), "strobes": _floats(one["strobes"]), "multipliers": real + 1j * imaginary}
+        peak = {name: _floats(value)[()] for name, value in one["peak"].items()}
+        responses.append(Response(**one | kinds | {"peak": peak, "interval": tuple(one["interval"])}))
+    exponent = float(_floats(record["point"]["exponent"]))
+    point = AtlasPoint(**record["point"] | {"responses": responses, "exponent": exponent})
+    strobes = {name: _floats(value) for name, value in record["strobes"].items()}
+    return Atlas({}, [point], np.array(record["which"]), starts, strobes)
+
+
+def _floats(values: Any) -> Any:
+    """Return numbers of a record, where null is none."""
+    return np.array(values, dtype=float)
 
 
 def _numbers(axis: Axis) -> Any:

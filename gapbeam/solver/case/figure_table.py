@@ -37,7 +37,7 @@ LATE = 1.0e-9  # of the end of the records, by which a time may lie after it
 class Figure(Table):
     """A result of one's own: a statistic of a recorded quantity at a place, over a part of the run."""
 
-    name: Name = Field(description="name in results, different for every figure", examples=["knock"])
+    name: Name = Field(description="unique name, in results", examples=["knock"])
     quantity: str = Field(
         min_length=1,
         max_length=60,

@@ -36,4 +36,4 @@ _KINDS = (
     Kind("comparison", "Comparison", (COMPARISON_FILE,), comparison_sections),
 )
 KINDS = {kind.name: kind for kind in _KINDS}
-"""By name."""
+"""Kinds by their names."""

@@ -16,8 +16,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmarks.fidelity_levels import LEVELS, PERIODIC
 from benchmarks.other_checkout import HERE, options_with_other, run_by
-from benchmarks.rungs import LEVELS, PERIODIC
 from benchmarks.table import Cell, Table, machine_words, seconds
 
 SPANS = {"full": "time.end=0.02", "2D, full": "time.end=0.2", "reduced, all contact DOFs": "time.end=0.1"}
@@ -31,7 +31,7 @@ def table(other: Path, levels: Sequence[str], turns: int) -> Table:
 
     Args:
         other: Folder of the other checkout.
-        levels: Names of `benchmarks.rungs.LEVELS`.
+        levels: Names of `benchmarks.fidelity_levels.LEVELS`.
         turns: Runs of each checkout, of which the least counts; the first runs compile and are not counted.
     """
     rows: list[tuple[Cell, ...]] = []

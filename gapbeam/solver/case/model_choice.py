@@ -154,7 +154,7 @@ def graded_places(case: Case, elements: int) -> Array:
     places = [np.array([breaks[0]])]
     for (start, end), count in zip(pairwise(breaks), counts, strict=True):
         x = np.linspace(start, end, SAMPLES * max(int(count), 1) + 1)
-        passed = _passed(length, x)
+        passed = _passed(length.between(float(start), float(end)), x)
         inner = np.interp(np.linspace(0.0, passed[-1], int(count) + 1)[1:-1], passed, x)
         places.append(np.concatenate([inner, [end]]))
     return np.concatenate(places)
@@ -174,7 +174,9 @@ def _parts(case: Case) -> tuple[Array, Array]:
     inside = {float(place) for place in (*ends, *case.profile.steps) if 0.0 < place < total}
     breaks = np.array([0.0, *sorted(inside), total])
     length = _element_length(case)
-    wanted = [_passed(length, np.linspace(start, end, SAMPLES + 1))[-1] for start, end in pairwise(breaks)]
+    wanted = [
+        _passed(length.between(start, end), np.linspace(start, end, SAMPLES + 1))[-1] for start, end in pairwise(breaks)
+    ]
     return breaks, np.array(wanted)
 
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from math import pi
+from math import ceil, pi
 from typing import assert_never
 
 import numpy as np
-from scipy.sparse import block_diag, csr_matrix, hstack
+from scipy.sparse import block_diag, csr_matrix, hstack, vstack
 
-from gapbeam.solver.assembly.assembled_system import attached_motions
+from gapbeam.solver.assembly.assembled_system import acting_rows, attached_motions
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.assembly.gauss_rule import gauss_rule
 from gapbeam.solver.attachments.attachment_tables import MeanMotion
@@ -22,24 +22,28 @@ from gapbeam.solver.case.analysis_table import NAMES
 from gapbeam.solver.case.beam_motions import axial_restraint, beam_motions, lateral_restraint
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
+from gapbeam.solver.case.model_choice import highest_frequency
 from gapbeam.solver.case.solution_tables import BeamModel, BeamMotion
 from gapbeam.solver.contact.formulations.contact_points import StationOperator
 from gapbeam.solver.loads.load_choice import axis_point, load_direction
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls, patterned
-from gapbeam.solver.models.body import TURNED, Body, MeshedBeam, floating_basis, gathered, point_rule
+from gapbeam.solver.models.body import TURNED, Body, MeshedBeam, gathered, point_rule
 from gapbeam.solver.models.elastic_rod import ElasticRod
+from gapbeam.solver.models.reduction.basis_report import MODES_ABOVE
 from gapbeam.solver.models.reduction.contact_lines import points_around
 from gapbeam.solver.models.reduction.line_points import gathered_points
-from gapbeam.solver.models.reduction.modal_basis import modal_basis
-from gapbeam.solver.models.reduction.projection import DenseRow, FloatingBody, held, projected
+from gapbeam.solver.models.reduction.projection import DenseRow, held_rows, holding_shapes, spanned
+from gapbeam.solver.models.reduction.span_basis import cut_nodes, free_motions, span_basis, wave_count
 from gapbeam.solver.models.timoshenko_beam import AxialPart, BeamPart, BendingPart, SteppedBeam, TorsionPart
 from gapbeam.solver.supports.support import along_faces
 from gapbeam.solver.system.dense_operators import SparseOperators
-from gapbeam.solver.system.operators import Array, Indices, Interface, Operators
+from gapbeam.solver.system.operators import Array, Indices, Interface
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 DENSE = 1000  # DOFs up to which a beam of equal elements is marched whole: its modes take about a second
 FEW = 300  # the same of graded elements, which are few where nothing happens: a basis is smaller from there on
+WAVES_IN_SPAN = 4  # half waves in a span of the basis
+LONGEST_SPAN = 500  # elements
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,13 @@ class BeamOfParts:
     def size(self) -> int:
         """Number of DOFs."""
         return sum(part.size for part in self.parts)
+
+    def at_nodes(self, nodes: Indices) -> Indices:
+        """Return the DOFs at nodes; rods have some between nodes, too."""
+        firsts = np.cumsum([0, *(part.size for part in self.parts)])
+        pairs = zip(self.parts, firsts, strict=False)
+        own = [first + 2 * nodes + turns for part, first in pairs for turns in range(part.nodal)]
+        return np.concatenate(own)
 
     def operators(self) -> SparseOperators:
         """Return M and K."""
@@ -154,7 +165,6 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     contact = contact_operator(meshed.space, meshed.faces, case.layout.faces, meshed.width, point_rule(case))
     sparse = _restrained(case, beam, contact)
     whole = sparse.size <= (FEW if settings.graded else DENSE)
-    operators: Operators = sparse.dense if whole else sparse
     contact, patch = gathered(case, _on_beam(contact, beam))
     if settings.stations is None:
         contact = gathered_points(case, contact, "torsion" not in beam.motions, 1, meshed.facet_length)
@@ -172,9 +182,9 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
                 rows = beam.along(np.array([axis_point(x) for x in places]), np.tile(along, (len(places), 1)))
                 patterns.append(np.asarray(rows.T @ np.array(weights)))
             case BodyForce() | SupportAcceleration():
-                patterns.append(operators.apply_mass(beam.uniform(along)))
+                patterns.append(sparse.apply_mass(beam.uniform(along)))
             case SupportWalls():
-                patterns.append(np.zeros(operators.size))
+                patterns.append(np.zeros(sparse.size))
             case unknown:
                 assert_never(unknown)
     patterns += [beam.mean_motion(one.motion) for one in attached_motions(case)]
@@ -182,7 +192,7 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     body = Body(
         case,
         meshed,
-        operators,
+        sparse,
         contact,
         tuple(patterns),
         {probe.name: DenseRow(beam.displacement(axis_point(probe.point)[None]).toarray()) for probe in case.probe}
@@ -191,22 +201,33 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
             for probe in case.probe
             if probe.rotation
         },
-        np.stack([operators.apply_mass(motion) for motion in beam.rigid_motions()]),
+        np.stack([sparse.apply_mass(motion) for motion in beam.rigid_motions()]),
         patch=patch,
         expansion=beam.displacement(places),
         seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started},
     )
-    if whole and not any(one.held for one in attached_motions(case)):
-        return body
-    shift, report = (2.0 * pi * overhang_frequency(case)) ** 2, None
-    if whole:
-        floating = modal_basis(operators, np.identity(beam.size), shift)
-    else:
-        floating, report = floating_basis(body, sparse, shift, len(beam.parts))
-    basis = held(body, floating, shift)
-    holding = FloatingBody(body, floating, shift).holding_shapes(contact, basis)
+    shift, spans, holding = (2.0 * pi * overhang_frequency(case)) ** 2, None, None
+    acting, highest = acting_rows(case, patterns), MODES_ABOVE * highest_frequency(case)
+    if not whole:
+        lengths, waves = np.diff(beam.bending.beam.places), wave_count(case)
+        count = max(waves // WAVES_IN_SPAN, ceil(len(lengths) / LONGEST_SPAN))
+        cuts = beam.at_nodes(cut_nodes(lengths, count))
+        spans = span_basis(sparse, cuts, _touched(contact), acting, highest, waves * len(beam.parts))
+        body, sparse = spanned(body, sparse, spans.columns)
+    holds = held_rows(body)
+    if len(holds):
+        free = free_motions(holds, sparse, shift)
+        holding = holding_shapes(body, body.contact, sparse.factor(shift, 1.0).solve, free)
+        body, sparse = spanned(body, sparse, free)
+    report = None if spans is None else spans.report(sparse.dense, highest, len(acting))
     seconds = {"mesh": meshed.seconds, "assembly": time.perf_counter() - started}
-    return replace(projected(body, contact, basis), holding=holding, basis=report, seconds=seconds)
+    return replace(body, operators=sparse.dense, holding=holding, basis=report, seconds=seconds)
+
+
+def _touched(contact: ContactOperator) -> csr_matrix:
+    """Return the motions of the contact points across the faces and, with friction, along them, (k, n)."""
+    rows = csr_matrix(contact.gap_matrix)
+    return rows if contact.rubbed is None else csr_matrix(vstack([rows, contact.rubbed]))
 
 
 def _restrained(case: Case, beam: BeamOfParts, contact: ContactOperator) -> SparseOperators:

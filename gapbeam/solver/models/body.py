@@ -1,13 +1,6 @@
 """Body: the part of a model that depends on mesh, material and positions only, set up once for a sweep over the rest.
 
 Clearance, contact law, damping, amplitudes, frequencies and the march in time are added by `models.model`.
-
-Beams of many elements have a basis of their lowest vibration modes and static responses to contact and loads,
-
-    u = V q,    V = [modes, A^-1 B^T, A^-1 f],    A = K + sigma M
-
-B are the motions of the contact points: the static flexibility of the contact faces is kept (Rubin 1975). All solves
-are with sparse factors.
 """
 
 from __future__ import annotations
@@ -15,18 +8,17 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import ceil, pi
 from typing import Protocol
 
 import basix.ufl
 import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
-from scipy.sparse import csr_matrix, vstack
+from scipy.sparse import csr_matrix
 
 from gapbeam.meshes.cell_curvature import refuse_curved
 from gapbeam.meshes.tagged_mesh import Section, TaggedMesh, describe, mean_section
-from gapbeam.solver.assembly.assembled_system import acting_rows, holding_springs
+from gapbeam.solver.assembly.assembled_system import holding_springs
 from gapbeam.solver.assembly.case_mesh import mesh_of_case
 from gapbeam.solver.assembly.contact_assembly import contact_operator, nitsche_operator
 from gapbeam.solver.assembly.elasticity import elastic_parts, lame
@@ -39,7 +31,7 @@ from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.periodic_checks import factor_needed
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
-from gapbeam.solver.case.model_choice import bending_wavelength, highest_frequency, whole_areas
+from gapbeam.solver.case.model_choice import whole_areas
 from gapbeam.solver.case.solution_tables import FullModel, RigidModel
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator, whole_contact
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
@@ -48,10 +40,7 @@ from gapbeam.solver.loads.load_choice import axis_point
 from gapbeam.solver.memory.memory_estimate import free_memory, memory_needs
 from gapbeam.solver.models.bending_stiffness import BendingStiffness, bending_stiffness, rigid_motions
 from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
-from gapbeam.solver.models.reduction.basis_report import MODES_ABOVE, BasisReport
-from gapbeam.solver.models.reduction.contact_lines import neglected_shares, random_pressures
-from gapbeam.solver.models.reduction.modal_basis import Basis, modal_basis
-from gapbeam.solver.system.dense_operators import SparseFactor, SparseOperators
+from gapbeam.solver.models.reduction.basis_report import BasisReport
 from gapbeam.solver.system.operators import Array, Indices, Operators, Springs
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
@@ -252,82 +241,3 @@ def _contact(case: Case, meshed: MeshedBeam) -> tuple[ContactOperator, Array | N
         return nitsche.operator, nitsche.gamma, nitsche.correction
     contact = contact_operator(space, faces, supported, width, rule, case.follows_faces)
     return replace(contact, frictionless=case.contact.rubs is None), None, None
-
-
-FEWEST_MODES = 100
-INDEPENDENT = 1.0e-7  # of the largest motion of a face
-FAINT = 1.0e-6  # of the flexibility of a face
-
-
-def floating_basis(body: Body, operators: SparseOperators, shift: float, planes: int) -> tuple[Basis, BasisReport]:
-    """Return the basis of a beam before joints hold it, and what it neglects.
-
-    Args:
-        body: The beam, with all of its DOFs.
-        operators: Its M and K.
-        shift: sigma > 0, 1/s^2.
-        planes: In how many ways it moves: bending in one plane or two, tension, twist.
-
-    Raises:
-        NotConverged: Nothing holds the beam.
-        RunError: Its modes could not be found.
-    """
-    factor = operators.factor(shift, 1.0)
-    count = min(mode_count(body) * planes, operators.size // 2)
-    squares, modes = operators.lowest_modes(shift, count, factor)
-    pressed, acting = pushed(body.contact, factor), acting_rows(body.case, body.patterns)
-    vectors = np.concatenate([modes, pressed, *(factor.solve(row)[:, None] for row in acting)], axis=1)
-    basis = modal_basis(operators, vectors, shift)
-    pressures = random_pressures(body.contact, 1)
-    (missing,) = neglected_shares(operators, body.contact, factor, basis, shift, [pressures])
-    report = BasisReport(
-        modes=count,
-        highest_mode=float(np.sqrt(squares[-1]) / (2.0 * pi)),
-        contact_shapes=pressed.shape[1],
-        load_shapes=len(acting),
-        size=len(basis.squares),
-        left_out=0,
-        highest=float(np.sqrt(basis.squares.max()) / (2.0 * pi)),
-        neglected=missing,
-        neglected_smooth=missing,
-    )
-    return basis, report
-
-
-def mode_count(body: Body) -> int:
-    """Return the number of modes in a plane that reach well above the highest frequency of interest."""
-    case = body.case
-    highest = MODES_ABOVE * highest_frequency(case)
-    wavelength = min(bending_wavelength(piece, highest) for piece in case.profile.pieces)
-    return max(FEWEST_MODES // 2, ceil(2.0 * case.beam.length / wavelength) + 2)
-
-
-def pushed(contact: ContactOperator, factor: SparseFactor) -> Array:
-    """Return responses to forces that span nearly all that contact can do to a beam, (n, k).
-
-    Of the responses to all forces on a face those are left out whose flexibility is below FAINT of the largest: forces
-    that nearly balance each other within a short support.
-    """
-    rows = csr_matrix(contact.gap_matrix)
-    if contact.rubbed is not None:
-        rows = csr_matrix(vstack([rows, contact.rubbed]))
-    faces = np.concatenate([contact.faces, np.repeat(contact.faces, rows.shape[0] // contact.size - 1)])
-    found = list[Array]()
-    for face in range(len(contact.face_names)):
-        forces = _directions(rows[np.flatnonzero(faces == face)])
-        responses = factor.solve(forces.T)
-        flexibility = forces @ responses
-        sizes, mixes = np.linalg.eigh(0.5 * (flexibility + flexibility.T))
-        found.append(responses @ mixes[:, sizes > FAINT * sizes[-1]])
-    return np.concatenate(found, axis=1)
-
-
-def _directions(rows: csr_matrix) -> Array:
-    """Return orthogonal rows, (k, n), with the same products R^T R as given ones, but for round-off."""
-    touched = np.unique(rows.indices)
-    _, sizes, directions = np.linalg.svd(rows[:, touched].toarray(), full_matrices=False)
-    independent = sizes > INDEPENDENT * sizes[0]
-    kept = sizes[independent, None] * directions[independent]
-    found = np.zeros((len(kept), rows.shape[1]))
-    found[:, touched] = kept
-    return found

@@ -21,24 +21,26 @@ class ProductExpansion:
     """
 
     nodes: csr_matrix
-    columns: Array
+    columns: csr_matrix
 
     @property
     def shape(self) -> tuple[int, int]:
         """(N, r)."""
         return int(self.nodes.shape[0]), int(self.columns.shape[1])
 
-    def __matmul__(self, x: Array) -> Array:
-        """Return E V x."""
+    def __matmul__(self, x: Array | csr_matrix) -> Any:
+        """Return E V x, or the expansion in terms of other DOFs where x is sparse."""
+        if isinstance(x, csr_matrix):
+            return ProductExpansion(self.nodes, csr_matrix(self.columns @ x))
         return np.asarray(self.nodes @ (self.columns @ x))
 
-    def __getitem__(self, rows: Any) -> Array:
+    def __getitem__(self, rows: Any) -> csr_matrix:
         """Return some rows of E V."""
-        return np.asarray(self.nodes[rows] @ self.columns)
+        return csr_matrix(self.nodes[rows] @ self.columns)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         """Return E V multiplied out, (N, r)."""
-        return np.asarray(self.nodes @ self.columns, dtype=dtype)
+        return np.asarray((self.nodes @ self.columns).toarray(), dtype=dtype)
 
 
 @dataclass(frozen=True)

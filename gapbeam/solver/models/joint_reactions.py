@@ -87,26 +87,27 @@ def _held(
         (system.mass_damping, system.stiffness_damping),
     )
     assert isinstance(whole.operators, DenseOperators)
-    mass, stiffness = whole.operators.mass[:, :size], whole.operators.stiffness[:, :size]
-    damper = system.mass_damping * mass + system.stiffness_damping * stiffness
+    inertia = np.linalg.solve(whole.operators.mass[:size, :size], whole.operators.mass[:size, size:]).T
+
+    def residual(rows: Array) -> Array:
+        return np.asarray(rows[size:] - inertia @ rows[:size])
+
+    stiffness = residual(whole.operators.stiffness[:, :size])
+    damper = system.stiffness_damping * stiffness  # what is proportional to M, such as modal damping, leaves nothing
     if whole.dashpots is not None:
-        damper = damper + whole.dashpots.matrix[:, :size]
-    if case.damping.ratio:
-        squares, shapes = operators.modes
-        rates = 2.0 * case.damping.ratio * np.sqrt(np.maximum(squares, 0.0))
-        damper = damper + mass @ ((shapes * rates) @ (operators.mass @ shapes).T)
+        damper = damper + residual(whole.dashpots.matrix[:, :size])
     loads = np.array([load.pattern for load in whole.loads]).reshape(len(whole.loads), size + count).T
-    lengths = contact.interface.size, contact.size, contact.friction_resultants.shape[1]
-    resultants = np.zeros((size, lengths[1])), np.zeros((size, lengths[2]))
-    for all_of, matrix in zip(resultants, (contact.resultants, contact.friction_resultants), strict=True):
-        all_of[contact.interface.owned] = matrix.toarray()[contact.interface.slots]
-    inertia = np.linalg.solve(mass[:size].T, mass[size:].T).T
+    here = inertia[:, contact.interface.owned]
+    pressed, rubbed = (
+        np.asarray(matrix[contact.interface.slots].T @ here.T).T
+        for matrix in (contact.resultants, contact.friction_resultants)
+    )
     parts = (
-        stiffness[size:] - inertia @ stiffness[:size],
-        damper[size:] - inertia @ damper[:size],
-        inertia @ loads[:size] - loads[size:],
-        inertia @ resultants[0] - holding.pressure,
-        inertia @ resultants[1] - holding.friction,
+        stiffness,
+        damper,
+        -residual(loads),
+        pressed - holding.pressure,
+        rubbed - holding.friction,
     )
     return [Reactions(*rows) for rows in zip(*parts, strict=True)]
 

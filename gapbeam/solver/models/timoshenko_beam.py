@@ -25,7 +25,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isfinite
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -282,7 +282,13 @@ NO_ARM = 1.0e-12  # of the distance from the axis: what round-off leaves of a fo
 
 
 class BeamPart(Protocol):
-    """One motion of a beam."""
+    """One motion of a beam.
+
+    Attributes:
+        nodal: DOFs at a node; the first ones of neighboring nodes are two apart.
+    """
+
+    nodal: ClassVar[int]
 
     @property
     def size(self) -> int:
@@ -327,6 +333,7 @@ class BendingPart:
     axis: int
     dimension: int
     names: tuple[MotionName, MotionName]
+    nodal: ClassVar[int] = 2
 
     @property
     def size(self) -> int:
@@ -380,6 +387,7 @@ class AxialPart:
 
     rod: ElasticRod
     dimension: int
+    nodal: ClassVar[int] = 1
 
     @property
     def size(self) -> int:
@@ -420,6 +428,7 @@ class TorsionPart:
     """
 
     rod: ElasticRod
+    nodal: ClassVar[int] = 1
 
     @property
     def size(self) -> int:

@@ -6,17 +6,6 @@ Masses on springs beside a body, which nothing but contact couples to it, are pa
 
 The DOFs of the masses come after those of the beam. Chains of many beam elements have sparse operators until their few
 DOFs are made.
-
-Vibration modes are refined down to round-off. A step takes shapes X that nearly solve  K X = M X diag(s),  X^T M X = 1,
-to X (1 + E), with
-
-    R = 1 - X^T M X,    S = X^T K X,    s_j = S_jj / (1 - R_jj),
-    E_ij = (S_ij + s_j R_ij) / (s_j - s_i),    E_jj = R_jj / 2,
-
-and E_ij = R_ij / 2 for frequencies that are equal to round-off. It converges quadratically, down to what
-cancels in K X: much where K is that of elements, little where its rows are scaled as in a reduced basis.
-
-Source: Ogita and Aishima (2018), Japan J. Indust. Appl. Math. 35, 1007, algorithm 1, here for a pair of matrices.
 """
 
 from __future__ import annotations
@@ -28,46 +17,42 @@ from typing import ClassVar
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve, eigh
 from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, SuperLU, eigsh, splu
 
 from gapbeam.solver.errors import NotConverged, RunError
 from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, Springs
 
-MOST_STEPS = 4
-EQUAL = 1.0e-8  # of the sum of two squares of frequencies: below it their shapes mix freely
-REFINED_MODES_ROUND_OFF = 16.0 * float(np.finfo(float).eps)  # of what cancels in a square
-
-
-def refined_modes(mass: Array, stiffness: Array, shapes: Array) -> tuple[Array, Array]:
-    """Return squares of the angular frequencies, (n,), 1/s^2, and shapes X with X^T M X = 1, (n, n).
-
-    Args:
-        mass: M, (n, n), kg.
-        stiffness: K, (n, n), N/m.
-        shapes: X to begin with, (n, n), normed; it is returned where no step makes it better.
-    """
-    sizes = np.abs(stiffness)
-    best, least = shapes, np.inf
-    for _ in range(MOST_STEPS + 1):
-        defect = np.identity(len(mass)) - shapes.T @ mass @ shapes
-        missed = float(np.max(np.abs(defect)))
-        if not missed < 0.5 * least:
-            break
-        best, least = shapes, missed
-        projected = shapes.T @ stiffness @ shapes
-        squares = np.diagonal(projected) / (1.0 - np.diagonal(defect))
-        lost = REFINED_MODES_ROUND_OFF * np.sum(np.abs(shapes) * (sizes @ np.abs(shapes)), axis=0)
-        unresolved = EQUAL * np.abs(squares) + lost
-        apart = squares[None, :] - squares[:, None]
-        equal = np.abs(apart) <= unresolved[None, :] + unresolved[:, None]
-        change = (projected + squares[None, :] * defect) / np.where(equal, 1.0, apart)
-        shapes = shapes + shapes @ np.where(equal, 0.5 * defect, change)
-    return np.einsum("ij,ik,kj->j", best, stiffness, best, optimize=True), best
-
-
 ROUND_OFF = 8.0 * np.finfo(float).eps
-WIDE = 1.0e4  # between the squares of the lowest and the highest frequency
-FLOATS = 1.0e-12  # of the largest square of a frequency; below it a motion is a rigid one
+WIDE = 1.0e4  # between the squares of two frequencies: the higher one leaves round-off in the lower one
+SMALL = 1.0e-6  # rad: a larger turn of two modes is none that round-off leaves
+
+
+def _coupled_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
+    """Return squares of the angular frequencies and shapes, as `DenseOperators.modes`.
+
+    High frequencies leave their round-off in the low ones, but hardly in the space of their shapes X: there
+    X^T K X y = s y gives them anew, again and again down to the lowest. What still couples modes i and j then turns
+    both by S_ij / (s_j - s_i), S = X^T K X, where that is small (Ogita and Aishima 2018, Japan J. Indust. Appl. Math.
+    35, 1007).
+    """
+    squares, shapes = eigh(stiffness, mass)
+    if squares[-1] > WIDE * squares[0]:
+        low = len(squares)
+        while low > 0 and squares[low - 1] > 0.0:
+            low = int(np.searchsorted(squares[:low], squares[low - 1] / WIDE))
+            lowest = shapes[:, :low]
+            projected = lowest.T @ (stiffness @ lowest)
+            squares[:low], turn = np.linalg.eigh(0.5 * (projected + projected.T))
+            shapes[:, :low] = lowest @ turn
+        coupling = np.tril(shapes.T @ (stiffness @ shapes), -1)  # K acts on the lower one: least round-off
+        apart = squares - squares[:, None]
+        small = np.abs(coupling) < SMALL * np.abs(apart)
+        turn = np.divide(coupling, apart, out=np.zeros_like(apart), where=small)
+        shapes = shapes + shapes @ (turn - turn.T)
+        shapes = shapes / np.sqrt(np.einsum("ij,ij->j", shapes, mass @ shapes))
+        squares = np.einsum("ij,ij->j", shapes, stiffness @ shapes)
+    return squares, shapes
 
 
 @dataclass(frozen=True)
@@ -122,9 +107,8 @@ class DenseOperators:
     def modes(self) -> tuple[Array, Array]:
         """Squares s of the angular frequencies, (n,), 1/s^2, and shapes X with X^T M X = 1, (n, n); found once.
 
-        A system that is in modal coordinates stays as it is. Of one whose frequencies lie far apart the eigenvalues
-        found are 1 / (s + sigma), of M against K + sigma M, with sigma at the lowest elastic frequency: the high
-        frequencies would leave their round-off in the low ones. What the shift costs the high ones is mended then.
+        A system that is in modal coordinates stays as it is. Modes of DOFs that do not couple, such as those of bending
+        in two planes, are found separately.
         """
         diagonal = np.diagonal(self.stiffness)
         coupling = np.abs(self.stiffness - np.diag(diagonal))
@@ -132,15 +116,15 @@ class DenseOperators:
         larger = np.maximum.outer(np.abs(diagonal), np.abs(diagonal))  # what couples less than that turns no mode
         if np.array_equal(self.mass, eye) and np.all(coupling <= ROUND_OFF * larger):
             return diagonal.copy(), eye
-        squares, shapes = eigh(self.stiffness, self.mass)
-        elastic = squares[squares > FLOATS * squares[-1]]
-        if len(elastic) == 0 or squares[-1] <= WIDE * elastic[0]:
-            return squares, shapes
-        shift = float(elastic[0])
-        compliances, shapes = eigh(self.mass, self.stiffness + shift * self.mass)
-        order = np.argsort(-compliances)
-        compliances, shapes = compliances[order], shapes[:, order]
-        return refined_modes(self.mass, self.stiffness, shapes / np.sqrt(compliances))
+        count, labels = connected_components(csr_matrix((self.mass != 0.0) | (self.stiffness != 0.0)), directed=False)
+        squares, shapes, end = np.empty(self.size), np.zeros((self.size, self.size)), 0
+        for label in range(count):
+            own = np.flatnonzero(labels == label)
+            first, end = end, end + len(own)
+            block = np.ix_(own, own)
+            squares[first:end], shapes[own, first:end] = _coupled_modes(self.mass[block], self.stiffness[block])
+        order = np.argsort(squares, kind="stable")
+        return squares[order], shapes[:, order]
 
     def apply_mass(self, x: Array) -> Array:
         """Return M x."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,6 +71,10 @@ class Basis:
     def project(self, operators: Operators, x: Array) -> Array:
         """Return V^T x, (r,) or (r, k). Collective."""
         return operators.sum(np.ascontiguousarray(self.columns.T @ x))
+
+    def respond(self, operators: Operators, shift: float) -> Callable[[Array], Array]:
+        """Return the static responses of K + sigma M in the basis to forces, (n, k). Collective when called."""
+        return lambda forces: self.columns @ (self.project(operators, forces) / (self.squares + shift)[:, None])
 
 
 def modal_basis(operators: Operators, vectors: Array, shift: float) -> Basis:

@@ -25,6 +25,7 @@ moves symmetrically those motions stay which loads or contact can cause: heave a
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import pi
 
@@ -43,7 +44,7 @@ from gapbeam.solver.models.body import Body, ProbeRow
 from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
 from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import Basis
-from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
 from gapbeam.solver.system.operators import Array, Interface, Operators, row_product
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
@@ -87,17 +88,32 @@ def projected(body: Body, contact: ContactOperator, basis: Basis) -> Body:
         patterns=tuple(basis.project(operators, pattern) for pattern in body.patterns),
         probes={name: _dense_row(probe, basis, operators) for name, probe in body.probes.items()},
         rigid=np.stack([basis.project(operators, row) for row in body.rigid]),
-        expansion=_expanded(body, basis),
+        expansion=basis.columns,
     )
 
 
-def _expanded(body: Body, basis: Basis) -> Array | ProductExpansion:
-    """Return the expansion from reduced DOFs to those of the mesh."""
-    if body.expansion is None:
-        return basis.columns
-    if isinstance(body.expansion, csr_matrix):
-        return ProductExpansion(body.expansion, basis.columns)
-    return np.asarray(body.expansion @ basis.columns)
+def spanned(body: Body, operators: SparseOperators, columns: csr_matrix) -> tuple[Body, SparseOperators]:
+    """Return a beam in terms of q, u = V q with sparse V, and its M and K.
+
+    Args:
+        body: The beam, with all of its DOFs.
+        operators: Its M and K.
+        columns: V, (n, r).
+    """
+    size, dual, whole = columns.shape[1], csr_matrix(columns.T), body.expansion
+    assert isinstance(whole, csr_matrix | ProductExpansion)
+    parts = (dual @ one @ columns for one in (operators.mass, operators.elastic, operators.restraint))
+    everywhere, projected = Interface(size, np.arange(size), np.arange(size)), SparseOperators(*parts)
+    moved = replace(
+        body,
+        operators=projected,
+        contact=_in_terms_of(body.contact, everywhere, columns),
+        patterns=tuple(dual @ pattern for pattern in body.patterns),
+        probes={name: DenseRow(row.matrix @ columns) for name, row in body.probes.items() if isinstance(row, DenseRow)},
+        rigid=(dual @ body.rigid.T).T,
+        expansion=whole @ columns if isinstance(whole, ProductExpansion) else ProductExpansion(whole, columns),
+    )
+    return moved, projected
 
 
 def moved(body: Body, contact: ContactOperator, basis: Basis) -> Kept:
@@ -127,7 +143,7 @@ def _dense_row(probe: ProbeRow, basis: Basis, operators: Operators) -> DenseRow:
     return DenseRow(np.stack(columns, axis=1))
 
 
-def _in_terms_of(contact: ContactOperator, interface: Interface, trace: Array) -> ContactOperator:
+def _in_terms_of(contact: ContactOperator, interface: Interface, trace: Array | csr_matrix) -> ContactOperator:
     """Return an operator on reduced DOFs whose interface values are `trace` q."""
     tangents = None if contact.tangents is None else _sparse(contact.tangents @ trace)
     moved = replace(contact, interface=interface, gap_matrix=_sparse(contact.gap_matrix @ trace), tangents=tangents)
@@ -136,8 +152,10 @@ def _in_terms_of(contact: ContactOperator, interface: Interface, trace: Array) -
     return moved
 
 
-def _sparse(filled: Array) -> csr_matrix:
+def _sparse(filled: Array | csr_matrix) -> csr_matrix:
     """Return rows that are mostly filled, without the zeros that planes which do not meet leave."""
+    if not isinstance(filled, np.ndarray):
+        return csr_matrix(filled)
     kept = filled != 0.0
     starts = np.concatenate([[0], np.cumsum(np.count_nonzero(kept, axis=1))])
     columns = np.broadcast_to(np.arange(filled.shape[1], dtype=np.int32), filled.shape)[kept]
@@ -147,52 +165,46 @@ def _sparse(filled: Array) -> csr_matrix:
 INDEPENDENT = 1.0e-10  # of a motion of unit length: two holds may hold the same motion, and share its force
 
 
-@dataclass(frozen=True)
-class FloatingBody:
-    """A body before joints hold it.
+def held_rows(body: Body) -> Array:
+    """Return the rows of the motions that joints hold, (h, n)."""
+    rows = [row for one, row in attached_rows(body.case, body.patterns) if one.held]
+    return np.stack(rows) if rows else np.zeros((0, body.operators.size))
 
-    Attributes:
-        body: The body.
-        basis: V of the floating body, with V^T M V = 1 and V^T K V = diag(s).
-        shift: sigma > 0, 1/s^2.
+
+def holding_shapes(
+    body: Body, contact: ContactOperator, respond: Callable[[Array], Array], held: Array | csr_matrix
+) -> HoldingShapes | None:
+    """Return the products of the held body along Z; None where no joint holds anything.
+
+    Args:
+        body: The body before joints hold it.
+        contact: The contact points that the held body keeps, on the DOFs of the body.
+        respond: Returns its static responses to forces (n, h), of K + sigma M.
+        held: V of the held body, (n, r).
+
+    Collective.
     """
-
-    body: Body
-    basis: Basis
-    shift: float
-
-    def holding_shapes(self, contact: ContactOperator, held: Basis) -> HoldingShapes | None:
-        """Return the products of the held body along Z; None where no joint holds anything.
-
-        Args:
-            contact: The contact points that the held body keeps, on the DOFs of the body.
-            held: The basis of the held body.
-
-        Collective.
-        """
-        body, operators = self.body, self.body.operators
-        rows = [row for one, row in attached_rows(body.case, body.patterns) if one.held]
-        if not rows:
-            return None
-        motions = np.stack([self.basis.project(operators, row) for row in rows])
-        soft = motions / (self.basis.squares + self.shift)
-        flexibility = soft @ motions.T
-        lengths = np.sqrt(np.diagonal(flexibility))
-        lengths = np.where(lengths > 0.0, lengths, 1.0)
-        stiffness = np.linalg.pinv(flexibility / np.outer(lengths, lengths), rcond=INDEPENDENT, hermitian=True)
-        shapes = self.basis.columns @ (soft.T @ (stiffness / np.outer(lengths, lengths)))
-        images = operators.apply_mass(shapes), operators.apply_stiffness(shapes)
-        mass, elastic = (held.project(operators, image).T for image in images)
-        traced = np.zeros((contact.interface.size, len(rows)))
-        traced[contact.interface.slots] = shapes[contact.interface.owned]
-        everywhere = operators.sum(traced)
-        return HoldingShapes(
-            mass=np.ascontiguousarray(mass),
-            stiffness=np.ascontiguousarray(elastic),
-            patterns=operators.sum(np.array([shapes.T @ pattern for pattern in body.patterns]).T.copy()),
-            pressure=np.ascontiguousarray((contact.resultants.T @ everywhere).T),
-            friction=np.ascontiguousarray((contact.friction_resultants.T @ everywhere).T),
-        )
+    operators, rows = body.operators, held_rows(body)
+    if not len(rows):
+        return None
+    responses = respond(rows.T)
+    flexibility = operators.sum(rows @ responses)
+    lengths = np.sqrt(np.diagonal(flexibility))
+    lengths = np.where(lengths > 0.0, lengths, 1.0)
+    stiffness = np.linalg.pinv(flexibility / np.outer(lengths, lengths), rcond=INDEPENDENT, hermitian=True)
+    shapes = responses @ (stiffness / np.outer(lengths, lengths))
+    images = operators.apply_mass(shapes), operators.apply_stiffness(shapes)
+    mass, elastic = (operators.sum(np.ascontiguousarray(held.T @ image)).T for image in images)
+    traced = np.zeros((contact.interface.size, len(rows)))
+    traced[contact.interface.slots] = shapes[contact.interface.owned]
+    everywhere = operators.sum(traced)
+    return HoldingShapes(
+        mass=np.ascontiguousarray(mass),
+        stiffness=np.ascontiguousarray(elastic),
+        patterns=operators.sum(np.array([shapes.T @ pattern for pattern in body.patterns]).T.copy()),
+        pressure=np.ascontiguousarray((contact.resultants.T @ everywhere).T),
+        friction=np.ascontiguousarray((contact.friction_resultants.T @ everywhere).T),
+    )
 
 
 def held(body: Body, basis: Basis, shift: float) -> Basis:
@@ -205,10 +217,10 @@ def held(body: Body, basis: Basis, shift: float) -> Basis:
 
     Collective.
     """
-    holding = [row for one, row in attached_rows(body.case, body.patterns) if one.held]
-    if not holding:
+    rows = held_rows(body)
+    if not len(rows):
         return basis
-    motions = np.stack([basis.project(body.operators, row) for row in holding])
+    motions = basis.project(body.operators, rows.T).T
     soft = 1.0 / np.sqrt(basis.squares + shift)
     motions = motions * soft
     lengths = np.linalg.norm(motions, axis=1, keepdims=True)
@@ -237,5 +249,5 @@ def rigid_body(body: Body) -> Body:
     if symmetric:
         basis = basis.kept(moved(body, contact, basis))
     seconds = body.seconds | {"reduction": time.perf_counter() - started}
-    holding = FloatingBody(body, floating, shift).holding_shapes(contact, basis)
+    holding = holding_shapes(body, contact, floating.respond(operators, shift), basis.columns)
     return replace(projected(body, contact, basis), holding=holding, seconds=seconds)

@@ -37,7 +37,7 @@ from gapbeam.solver.models.reduction.contact_lines import face_shapes, neglected
 from gapbeam.solver.models.reduction.kept_basis import FoundBasis, images, kept_or_found
 from gapbeam.solver.models.reduction.line_points import REACH, gathered_points
 from gapbeam.solver.models.reduction.modal_basis import Basis, modal_basis
-from gapbeam.solver.models.reduction.projection import FloatingBody, Kept, held, moved, projected
+from gapbeam.solver.models.reduction.projection import Kept, held, holding_shapes, moved, projected
 from gapbeam.solver.models.reduction.rigid_sections import KeptContact, Neglected, RigidSections
 from gapbeam.solver.models.reduction.vibration_modes import Modes, lowest_modes, with_rigid_motions
 from gapbeam.solver.system.operators import Array
@@ -228,7 +228,7 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     return replace(
         projected(body, contact.points, basis),
         basis=report,
-        holding=FloatingBody(body, floating, shift).holding_shapes(contact.points, basis),
+        holding=holding_shapes(body, contact.points, floating.respond(operators, shift), basis.columns),
         seconds=body.seconds | {"reduction": time.perf_counter() - started},
     )
 

@@ -42,7 +42,7 @@ def matrices_of(body: Body) -> Matrices:
         "patterns": np.array(body.patterns).reshape(len(body.patterns), operators.size),
     }
     if isinstance(body.expansion, ProductExpansion):
-        found[COLUMNS] = body.expansion.columns
+        found |= _parts(COLUMNS, body.expansion.columns)
     for number, probe in enumerate(body.probes.values()):
         assert isinstance(probe, DenseRow)
         found[f"probe.{number}"] = probe.matrix
@@ -89,9 +89,7 @@ def taken_up(body: Body, matrices: Mapping[str, NDArray[Any]], expansion: Array 
     if expansion is not None:
         found: Array | csr_matrix | ProductExpansion | None = expansion
     elif isinstance(body.expansion, ProductExpansion):
-        found = replace(body.expansion, columns=matrices[COLUMNS])
-        if found.columns.shape != body.expansion.columns.shape:
-            raise ValueError(f"a basis of shape {found.columns.shape}")
+        found = replace(body.expansion, columns=_sparse(COLUMNS, matrices, body.expansion.columns.shape))
     else:
         found = body.expansion
     return replace(
@@ -123,9 +121,20 @@ def _named_arrays(name: str, contact: ContactOperator) -> Matrices:
         if isinstance(value, ContactOperator):
             found |= _named_arrays(key, value)
         elif isinstance(value, csr_matrix):
-            found |= {f"{key}.{part}": getattr(value, part) for part in SPARSE}
+            found |= _parts(key, value)
         elif isinstance(value, np.ndarray):
             found[key] = value
+    return found
+
+
+def _parts(name: str, matrix: csr_matrix) -> Matrices:
+    return {f"{name}.{part}": getattr(matrix, part) for part in SPARSE}
+
+
+def _sparse(name: str, matrices: Mapping[str, NDArray[Any]], shape: tuple[int, int]) -> csr_matrix:
+    """Return a sparse matrix of `_parts`."""
+    found = csr_matrix(tuple(matrices[f"{name}.{part}"] for part in SPARSE), shape)
+    found.check_format(full_check=True)
     return found
 
 
@@ -139,9 +148,7 @@ def _with(name: str, contact: ContactOperator, matrices: Mapping[str, NDArray[An
             others[field.name] = _with(key, value, matrices, size)
         elif isinstance(value, csr_matrix):
             columns = size if value.shape[1] == contact.interface.size else value.shape[1]
-            sparse = csr_matrix(tuple(matrices[f"{key}.{part}"] for part in SPARSE), (value.shape[0], columns))
-            sparse.check_format(full_check=True)
-            others[field.name] = sparse
+            others[field.name] = _sparse(key, matrices, (value.shape[0], columns))
         elif isinstance(value, np.ndarray):
             if (matrices[key].shape, matrices[key].dtype) != (value.shape, value.dtype):
                 raise ValueError(f"{key} of shape {matrices[key].shape}, expected {value.shape}")

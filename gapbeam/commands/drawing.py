@@ -231,9 +231,10 @@ def report(
     Exit status: 0 written, 2 a fault of the input, or no browser for a PDF that was asked for.
     """
     from gapbeam.commands.study_choice import report_kinds
+    from gapbeam.interface.case_fmu import live_model
     from gapbeam.studies.write_report import write_report
 
-    print(*write_report(results, report_kinds(), output, pdf, overwrite, begin, end), sep="\n")
+    print(*write_report(results, report_kinds(), output, pdf, overwrite, begin, end, live_model), sep="\n")
     return 0
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gapbeam.interface.case_source import CaseSource, name_of, read_case
 from gapbeam.process.failing_ranks import refuse_ranks
@@ -15,6 +16,9 @@ from gapbeam.solver.scene.scene import Scene, SceneState
 
 if TYPE_CHECKING:
     from gapbeam.solver.kernel.kernel_data import KernelData
+
+
+LOG = logging.getLogger("gapbeam")
 
 
 class MarchedScene(NamedTuple):
@@ -71,6 +75,24 @@ def marched_scene(case: CaseSource, overrides: Overrides = ()) -> MarchedScene:
     start = scene.state({beam: begin.u[VALUE]}, {beam: begin.v[VALUE]}, begin.time)
     faces = tuple(simulation.model.system.contact.face_names)
     return MarchedScene(scene, float(simulation.model.step), float(simulation.case.time.end), start, faces)
+
+
+def live_model(folder: Path) -> dict[str, Any] | None:
+    """Return data of the live model of a run's folder; None: the kernel cannot march its case."""
+    from gapbeam.meshes.mesh_errors import MeshError
+    from gapbeam.solver.case.solution_tables import FullModel
+    from gapbeam.solver.errors import CaseError, RunError
+    from gapbeam.solver.record_table import CASE_FILE
+
+    try:
+        case = read_case(folder / CASE_FILE)
+        if isinstance(case.model, FullModel):
+            return None
+        data = marched_scene(case).data()
+    except (CaseError, MeshError, RunError, ImportError) as reason:
+        LOG.debug("no live model: %s", reason)
+        return None
+    return data.as_json()
 
 
 @checked

@@ -266,11 +266,14 @@ def report(
     """
     refuse_ranks("report")
     from gapbeam.commands.study_choice import report_kinds
+    from gapbeam.interface.case_fmu import live_model
     from gapbeam.studies.write_report import write_report
 
     several = [results] if isinstance(results, str | PathLike | InFolder) else list(results)
     page = None if output is None else Path(output)
-    return write_report([folder_of(one) for one in several], report_kinds(), page, pdf, overwrite, begin, end)
+    return write_report(
+        [folder_of(one) for one in several], report_kinds(), page, pdf, overwrite, begin, end, live_model
+    )
 
 
 def folder_of(results: Given) -> Path:

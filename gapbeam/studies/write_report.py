@@ -9,12 +9,14 @@ one of the span, and no burn-in is cut but the span's own.
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gapbeam.postprocess.report.blocks import LiveModel, ReportSection
 from gapbeam.postprocess.report.folder_report import Kind, report_on, span_report
 from gapbeam.postprocess.report.html_page import write_html
 from gapbeam.postprocess.report.pdf_page import BrowserError, find_browser, write_pdf
@@ -103,6 +105,10 @@ def _change(values: np.ndarray) -> float:
 
 LOG = logging.getLogger("gapbeam")
 NAME = "report.html"
+LIVE = (
+    "Marched in your browser with the reduced model of {modes} modes in steps of {step:.3g} s; not the certified run: "
+    "no gates, no error estimates. Sliders act at once, and the motion continues from its present state."
+)
 HEAVY = 8e6  # bytes; a page that is larger opens slowly on a phone
 
 
@@ -114,11 +120,12 @@ def write_report(
     overwrite: bool = False,
     begin: float | None = None,
     end: float | None = None,
+    live: Callable[[Path], dict[str, Any] | None] = lambda _folder: None,
 ) -> list[Path]:
     """Write a report on results: one page that works offline, and a PDF.
 
-    Arguments are those of `gapbeam.report`, where they are described, and the kinds of folders that studies write,
-    the most particular first.
+    Arguments are those of `gapbeam.report`, where they are described, the kinds of folders that studies write, the most
+    particular first, and a function of a run's folder that returns data of its live model, or None.
 
     Returns:
         The page and, where there is one, its PDF.
@@ -135,6 +142,11 @@ def write_report(
         words: list[str | Path] = ["gapbeam", "report", *results]
         if begin is None and end is None:
             made = report_on(results, shell_command(*words), kinds)
+            data = live(results[0]) if len(results) == 1 and (results[0] / HISTORY_FILE).is_file() else None
+            if data is not None:
+                words_of_it = LIVE.format(modes=data["modes"], step=data["step"])
+                section = ReportSection("Try other values", "live", [LiveModel(data, words_of_it)])
+                made = replace(made, sections=[*made.sections[:1], section, *made.sections[1:]])
         else:
             span = _span(results, begin, end)
             words += [word for name, time in (("--from", begin), ("--to", end)) if time is not None

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import ctypes
 import hashlib
+import json
+import re
 import shutil
 import subprocess
 from importlib.resources import files
@@ -14,6 +17,9 @@ import numpy as np
 import pytest
 
 import gapbeam as gb
+from gapbeam.interface.case_fmu import live_model
+from gapbeam.postprocess.report.blocks import LiveModel, Report, ReportSection
+from gapbeam.postprocess.report.html_page import html_of
 from gapbeam.solver.kernel.kernel_data import kernel_data
 from tests.shared.kernel_calls import MarchedBlock, Unit
 
@@ -240,3 +246,28 @@ def test_the_kernel_of_pages_marches_as_python_does(tmp_path: Path) -> None:
     done = subprocess.run(words, capture_output=True, text=True, check=True, timeout=60)
     moved = gb.history(scene, H, H * STEPS).displacement["tip"]
     assert np.abs(np.array(done.stdout.split(), dtype=float) - moved).max() <= 1e-9 * np.abs(moved).max()
+
+
+def test_a_page_holds_the_kernel_and_the_block_of_its_scene() -> None:
+    """Both are in the page to the byte, and its policy lets a browser compile the kernel, but fetch nothing."""
+    data = kernel_data(rattling(), H)
+    page = html_of(Report("A", "", [ReportSection("Try", "live", [LiveModel(data.as_json(), "A model.")])]))
+    found = re.search(r'data-part="data">(.*?)</script>', page)
+    assert found is not None
+    held = json.loads(found.group(1))
+    assert base64.b64decode(held["kernel"]) == KERNEL.joinpath("binaries", "kernel.wasm").read_bytes()
+    assert base64.b64decode(held["block"]) == data.block.astype("<f8").tobytes()
+    assert [one["place"] for one in held["variables"]] == [one.place for one in data.variables]
+    assert "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'" in page
+
+
+def test_runs_of_models_that_the_kernel_knows_have_a_live_model(tmp_path: Path) -> None:
+    """A beam model has one with its sliders; a full model has none."""
+    cases = Path(gb.__file__).parent / "cases"
+    (tmp_path / "case.toml").write_text((cases / "exciter.toml").read_text())
+    found = live_model(tmp_path)
+    assert found is not None
+    names = {one["name"] for one in found["variables"]}
+    assert {"base.clearance", "exciter.amplitude", "exciter.frequency", "tip.displacement"} <= names
+    (tmp_path / "case.toml").write_text((cases / "demo.toml").read_text())
+    assert live_model(tmp_path) is None

@@ -196,6 +196,19 @@ class ReportSection:
             raise BlockError(f"{self.title}: anchor {self.anchor!r}; expected lower-case letters, digits and hyphens")
 
 
+@dataclass(frozen=True)
+class LiveModel:
+    """A reduced model that the reader's browser marches.
+
+    Attributes:
+        data: Of `KernelData.as_json`.
+        caption: Description.
+    """
+
+    data: Mapping[str, object]
+    caption: str
+
+
 Block = (
     Words
     | Verdict
@@ -207,6 +220,7 @@ Block = (
     | Chart
     | Surface
     | MovingScene
+    | LiveModel
     | ReportSection
 )
 

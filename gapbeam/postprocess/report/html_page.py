@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -44,7 +44,16 @@ def inline(text: str) -> Markup:
     return Markup(_reader().renderInline(text))
 
 
-SCRIPTS = ("numbers.js", "clock.js", "scene_model.js", "scene_painters.js", "contact_maps.js", "scene.js", "page.js")
+SCRIPTS = (
+    "numbers.js",
+    "clock.js",
+    "scene_model.js",
+    "scene_painters.js",
+    "contact_maps.js",
+    "scene.js",
+    "page.js",
+    "live.js",
+)
 """Scripts of a page, in this order."""
 SENTENCE = 40  # letters
 NARROW = 4  # columns that fit a phone
@@ -96,7 +105,8 @@ def html_of(report: Report) -> str:
         "map_alternative": _map_alternative,
         "twin": lambda block: _data("image/png", surface_picture(block)),
         "inlined": _inlined,
-        "scene_json": _scene_json,
+        "scene_json": lambda block: _json(scene_values(block)),
+        "live_json": lambda block: _json(block.data),
         "sections": _sections,
         "css_text": _css_text,
     }
@@ -186,9 +196,9 @@ def _flows(table: Block) -> bool:
     return len(words) > 1 or any(isinstance(row[0], str) and len(row[0]) > NAME for row in table.rows)
 
 
-def _scene_json(scene: MovingScene) -> Markup:
-    """Return the data of a scene as the text of a script element."""
-    return Markup(json.dumps(scene_values(scene), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"))
+def _json(values: Mapping[str, object]) -> Markup:
+    """Return data of a scene or a live model as the text of a script element."""
+    return Markup(json.dumps(values, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"))
 
 
 def _text_alternative(block: Chart | Surface | MovingScene) -> str:

@@ -161,6 +161,32 @@ def test_a_tube_bounces_off_a_wall(name: str) -> None:
         assert depth.max() == pytest.approx((1.25 * MASS * SPEED**2 / stiffness) ** 0.4, rel=2.0e-3)
 
 
+def returned(damping: float, whole: bool) -> float:
+    """Return the speed at which a mass comes back from a wide strip, where mass, stiffness and first speed are 1."""
+
+    def force(depth: float, rate: float) -> float:
+        if whole or rate > 0.0:
+            return max(4.0 / 3.0 * depth**1.5 + 2.0 * damping * depth**0.5 * rate, 0.0)
+        return 4.0 / 3.0 * max(depth + damping * rate, 0.0) ** 1.5
+
+    def left(_: float, state: Array) -> float:
+        return float(state[0])
+
+    left.terminal, left.direction = True, -1  # type: ignore[attr-defined]
+    found = solve_ivp(
+        lambda _, state: [state[1], -force(max(state[0], 0.0), state[1])],
+        (0.0, 50.0), [1.0e-12, 1.0], events=left, rtol=1.0e-8, atol=1.0e-12,
+    )  # fmt: skip
+    return -float(found.y[1, -1])
+
+
+@pytest.mark.parametrize(("restitution", "slower"), [(0.9, 0.002), (0.8, 0.007), (0.7, 0.016), (0.5, 0.045)])
+def test_a_damper_of_the_whole_strip_takes_what_the_page_says(restitution: float, slower: float) -> None:
+    """Points whose damper would pull open one by one; the strip as a whole later: the mass comes back slower."""
+    damping = brentq(lambda c: returned(c, whole=False) - restitution, 1.0e-3, 5.0)
+    assert 1.0 - returned(damping, whole=True) / restitution == pytest.approx(slower, abs=6.0e-4)
+
+
 def long_tube(width: float, **tables: Any) -> Case:
     """Return a tube of 4 m in three plates of a width, its model chosen by itself."""
     plates = [

@@ -8,7 +8,11 @@ pressure p = K d^n of a length b adds up to
 
 and so does a damper, c d^q d'. One point for each wall and station stands for the strip. Its area is the projected one,
 2 r b, so that its law per area is F / (2 r b). Damping in proportion to K d^n stays that. Errors are d / r of
-all; clipped, a damper is clipped on the whole strip, and not beside the deepest point first.
+all; clipped, a damper is clipped on the whole strip, and not beside the deepest point first: with k = b K sqrt(2 r),
+
+    F = k max(4/3 d^(3/2) + 2 (c / K) d^(1/2) d', 0),    on the way back point by point 4/3 k <d + (c / K) d'>^(3/2)
+
+A mass comes back 0.2, 0.7, 1.6 and 4.5 % slower than from points where its restitution there is 0.9, 0.8, 0.7 and 0.5.
 
 Source: Johnson (1985), Contact Mechanics, section 4.3, for a cylinder on an elastic foundation.
 """

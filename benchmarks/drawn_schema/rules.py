@@ -108,7 +108,6 @@ def _corners(chance: random.Random, scene: Scene) -> list[list[float]]:
 
 RULES: dict[tuple[str, str], Rule] = {
     ("Case", "title"): lambda _, scene: f"drawn {scene.seed}",
-    ("Case", "units"): never,  # drawn numbers are SI: tests/unit/test_case_units
     ("Beam", "length"): lambda _, scene: scene.length,
     ("Beam", "thickness"): lambda _, scene: scene.thickness,
     ("Beam", "width"): lambda _, scene: scene.width,

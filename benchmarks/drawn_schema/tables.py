@@ -50,8 +50,13 @@ def all_choices() -> list[Choice]:
     return list(dict.fromkeys(_choices(Case)))
 
 
+NOT_DRAWN = ("type", "units", "figure")  # a case that was read is in SI; figures of one's own name records of its run
+
+
 def _choices(table: type[BaseModel]) -> Iterator[Choice]:
     for key, field in table.model_fields.items():
+        if key in NOT_DRAWN:
+            continue
         inner = models_in(field.annotation)
         if inner:
             types = {type_name(model) or model.__name__: model for model in inner}
@@ -59,7 +64,7 @@ def _choices(table: type[BaseModel]) -> Iterator[Choice]:
                 if len(types) > 1 or not field.is_required():
                     yield Choice(table.__name__, key, name)
                 yield from _choices(model)
-        elif key not in ("type", "units"):  # a case that was read is in SI
+        else:
             yield from (Choice(table.__name__, key, value) for value in named_values(field.annotation))
 
 
@@ -100,6 +105,8 @@ class Draw:
 
     def value(self, model: type[BaseModel], key: str, field: FieldInfo) -> Any:
         """Draw the value of a key, or that it is left out."""
+        if key in NOT_DRAWN:
+            return LeftOut()
         focused = self.focus.key == key and self.focus.table in {base.__name__ for base in model.__mro__}
         named, inner, rule = named_values(field.annotation), models_in(field.annotation), rule_of(model, key)
         if focused and self.focus.value in named:

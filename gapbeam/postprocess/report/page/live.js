@@ -27,7 +27,7 @@
     const hertz = Math.max(...groups.frequency.map((one) => one.start), 0);
     const stride = hertz > 0 ? Math.max(1, Math.round(PERIODS / (hertz * KEPT * data.step))) : 1;
     const samples = [];  // t, x, v
-    let playing = false, broken = false;
+    let playing = false, running = false, broken = false;
 
     for (const one of probes) part("probe").add(new Option(one.name.replace(/\.displacement$/, "")));
     part("probe").selectedIndex = probes.length - 1;
@@ -51,8 +51,8 @@
       samples.length = 0;
       broken = false;
       set();
-      advance(KEPT, Infinity);
-      draw();
+      advance(1, Infinity);
+      run();
     }
 
     function advance(count, limit) {
@@ -101,17 +101,19 @@
     }
 
     function frame() {
-      if (!playing) return;
-      advance(Math.ceil(KEPT / (60 * SECONDS)), CHUNK);
+      const full = samples.length >= KEPT;
+      running = !broken && (playing || !full);
+      if (running) advance(full ? Math.ceil(KEPT / (60 * SECONDS)) : KEPT - samples.length, CHUNK);
       draw();
-      requestAnimationFrame(frame);
+      if (running) requestAnimationFrame(frame);
     }
+    const run = () => running || frame();
 
     part("play").onclick = () => {
       playing = !playing;
       part("play").textContent = playing ? "Pause" : "March";
       part("play").setAttribute("aria-pressed", String(playing));
-      frame();
+      run();
     };
     part("reset").onclick = reset;
     part("probe").onchange = reset;

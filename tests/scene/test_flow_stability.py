@@ -14,7 +14,9 @@ from scipy.optimize import brentq
 import gapbeam as gb
 from gapbeam.solver.scene.flow_force import pade_error
 from gapbeam.solver.scene.linear_scheme import LinearScheme
+from gapbeam.solver.scene.linear_stability import state_matrix
 from gapbeam.solver.scene.scene import SceneState
+from gapbeam.solver.scene.scene_march import Marcher
 
 
 def transfer(flow: Any, s: complex) -> Any:
@@ -202,6 +204,40 @@ def test_growth_rates_of_eight_velocities_are_those_of_the_characteristic_matrix
                 s -= value / ((np.linalg.det(matrix(s + e, U)) - np.linalg.det(matrix(s - e, U))) / (2 * e))
             assert abs((s - start).real) < 1e-6
             assert abs(s - start) < 1e-6 * abs(s)
+
+
+def test_a_step_with_many_kinds_of_feedback_is_the_midpoint_rule_of_the_linear_system() -> None:
+    """Flows on few modes and on profiles, a controller between tubes, a joint: (1 - h S / 2)^-1 (1 + h S / 2)."""
+    random = np.random.default_rng(3)
+    shapes = {name: np.sin(np.outer([x], np.arange(1, 7)) * pi)[0] for name, x in PLACES.items()}
+    numbers, kinds = np.arange(1, 7), ((7.0, "near"), (5.0, "far"))
+    near, far = (gb.from_modes(first * numbers, 0.01, shapes, name=name) for first, name in kinds)
+    air: dict[str, Any] = {"density": 1.0, "diameter": 0.1}
+    loaded = {"slope": -3.0, "drag": 0.5, "frequency": 40.0}
+    half = {name: x for name, x in PLACES.items() if x <= 0.5}
+    places: Any = [near["x3"], (near["x9"], far["x20"])]
+    drawn: Any = [random.standard_normal(size) for size in ((3, 3), (3, 4), (1, 3), (1, 4))]
+    flows = [
+        gb.quasi_steady(gb.span(far, PLACES), velocity=3.0, **air, **loaded, modes=2, name="few"),
+        gb.quasi_steady(gb.span(far, half, velocity=lambda x: 1.0 + (x > 0.2)), velocity=2.0, **air, **loaded),
+        gb.unsteady(
+            gb.span(far, half), velocity=2.0, **air, stiffness=1.0, damping=0.5, amplitudes=[0.3], rates=[0.4], modes=2
+        ),
+        gb.Feedback(places, far["x7"], *drawn),
+    ]  # fmt: skip
+    law = gb.KelvinVoigt(stiffness=1e3)
+    stop = gb.Contact(far["x13"], gb.Slot(1e3), law, name="stop")
+    joint = gb.Joint((near["x9"], far["x20"]), 30.0, 0.1)
+    scene, h = gb.Scene(near, far, contacts=[stop], feedbacks=flows, joints=[joint]), 0.02
+    S = state_matrix(scene)
+    unit = np.eye(len(S))
+    assert len({len(one.A) for one in flows}) == 4
+    assert np.allclose(one_step(scene, h), np.linalg.solve(unit - 0.5 * h * S, unit + 0.5 * h * S), atol=1e-10)
+    alone = Marcher(scene, h, scene.state(velocity={far: 1.0}))
+    x = np.concatenate([alone.q, alone.v, alone.z])
+    alone.advance(1)
+    assert np.allclose(np.concatenate([alone.q, alone.v, alone.z]), one_step(scene, h) @ x, atol=1e-12)
+    assert abs(alone.balance - 0.5 * (x**2)[12:24].sum()) < 1e-9
 
 
 def supported(velocity: float) -> tuple[gb.Scene, Any, Any]:

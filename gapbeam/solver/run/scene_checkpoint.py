@@ -33,7 +33,9 @@ def fingerprint(marcher: Marcher, end: float, every: int) -> str:
     """Return a hash of a scene that is about to march: matrices, contacts, start, scheme, values of loads and walls."""
     scene, total = marcher.scene, hashlib.sha256()
     times: Array = np.asarray(np.linspace(marcher.t, end, SAMPLES), dtype=float)
-    arrays: list[Array] = [*marcher.linear, marcher.slabs.work, marcher.q, marcher.v, marcher.z, scene.offsets]
+    feed = marcher.linear.feed
+    arrays: list[Array] = [*marcher.linear[:-1], feed.law.value, feed.rows.value, feed.acted]
+    arrays += [marcher.slabs.work, marcher.q, marcher.v, marcher.z, scene.offsets]
     arrays += [load.table(times) for load in scene.loads]
     arrays.append(scene.walls(times))
     for one in arrays:

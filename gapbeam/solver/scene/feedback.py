@@ -14,7 +14,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import scipy.linalg as sl
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
@@ -175,23 +174,3 @@ def memory(
     read = np.column_stack([np.zeros(len(decay)), np.ones(len(decay))])
     kept = -stiffness * finite(amplitudes, f"feedback {name or '?'}: amplitudes")
     return Feedback(point, point, -np.diag(decay), read, kept, [stiffness, -damping], name)
-
-
-def joined(feedbacks: Sequence[Feedback], h: float, level: float) -> tuple[Array, Array]:
-    """Return states and force of all feedbacks, forces at a level of the step, as matrices of (z0, y0, v)."""
-
-    def blocks(name: str) -> Array:
-        found: Array = sl.block_diag(*(getattr(one, name) for one in feedbacks)) if feedbacks else np.zeros((0, 0))
-        return found
-
-    def half(name: str, which: int) -> Array:
-        parts = [np.split(getattr(one, name), 2, axis=1)[which] for one in feedbacks]
-        found: Array = sl.block_diag(*parts) if parts else np.zeros((0, 0))
-        return found
-
-    A, C, g = blocks("A"), blocks("C"), level * h
-    Bd, Bv, Dd, Dv = half("B", 0), half("B", 1), half("D", 0), half("D", 1)
-    S = np.linalg.inv(np.eye(len(A)) - g * A)
-    middle: Any = np.hstack([S, g * S @ Bd, g * S @ (g * Bd + Bv)])
-    kept = np.hstack([np.eye(len(A)), h * Bd, h * (g * Bd + Bv)])
-    return kept + h * A @ middle, C @ middle + np.hstack([np.zeros((len(C), len(A))), Dd, g * Dd + Dv])

@@ -251,7 +251,9 @@ class Flow(Feedback):
             return np.hstack([sl.block_diag(*(pair[i] for pair in pairs)) for i in (0, 1)])
 
         A, C = (sl.block_diag(*(getattr(one, name) for one in found)) for name in ("A", "C"))
-        return A, halves("B"), self.density * C, self.density * halves("D")
+        order = np.argsort(np.concatenate([np.arange(len(one.A)) for one in found]), kind="stable")
+        A, B, C = A[np.ix_(order, order)], halves("B")[order], C[:, order]  # like states of sections side by side
+        return A, B, self.density * C, self.density * halves("D")
 
     def check(self, frequency: float) -> None:
         """Raise UserError if the law does not hold at an angular frequency, rad/s."""

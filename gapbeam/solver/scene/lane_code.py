@@ -78,6 +78,44 @@ def add(A, x, y, scale):
 
 
 @lanewise
+def band(A, top, count, x, y):
+    """Y = A x by rows of A from `top` on, each from its first entry to its last; indices of A are without a sign."""
+    for i in range(count):
+        first, begin = A.first[top + i], A.start[top + i]
+        if L == 1:
+            total = 0.0
+            for j in range(A.start[top + i + 1] - begin):
+                total += A.value[begin + j] * x[first + j, 0]
+            y[i, 0] = total
+        else:
+            for lane in range(L):
+                y[i, lane] = 0.0
+            for j in range(A.start[top + i + 1] - begin):
+                for lane in range(L):
+                    y[i, lane] += A.value[begin + j] * x[first + j, lane]
+
+
+@lanewise
+def diagonals(A, begin, end, x, y):
+    """Y += A x by the diagonals from `begin` to `end` of A."""
+    for k in range(begin, end):
+        row, column, at = A.row[k], A.column[k], A.at[k]
+        for i in range(A.at[k + 1] - at):
+            for lane in range(L):
+                y[row + i, lane] += A.value[at + i] * x[column + i, lane]
+
+
+@lanewise
+def push(A, top, count, x, y):
+    """Y += A^T x by rows of A from `top` on, as `band`."""
+    for j in range(count):
+        first, begin = A.first[top + j], A.start[top + j]
+        for i in range(A.start[top + j + 1] - begin):
+            for lane in range(L):
+                y[first + i, lane] += A.value[begin + i] * x[j, lane]
+
+
+@lanewise
 def copy(x, y):
     """Y = x."""
     for i in range(x.shape[0]):

@@ -23,6 +23,7 @@ import numpy as np
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.feedback_loop import FeedbackLoop, aligned
 from gapbeam.solver.scene.touch_kernel import LAST
 from gapbeam.solver.system.operators import Array
 
@@ -191,26 +192,22 @@ def generalized_alpha(rho: float = 0.8) -> LinearScheme:
 class Linear(NamedTuple):
     """Arrays of a scene condensed for one time step.
 
-    Ports are rows that something acts on or reads: m contact motions, then sensed and acted motions of the feedback,
-    then patterns of the loads.
+    Ports are rows that something acts on or reads: m contact motions, patterns of the loads, motions of the feedback.
 
     Attributes:
         weight: (n,) inverse of i0 / h + d0 C + level h K where that is diagonal; else ones, and
         inverse: (n, n) that inverse.
         squares: (n,) squared angular frequencies.
         damping: (1, n) where it is diagonal, or (n, n).
-        ports: (p, n).
-        answers: (m + outputs, n): velocities of unit forces at contacts and acted motions.
+        ports: (m + loads, n).
+        answers: (m, n): velocities of unit forces at contacts.
         patterns: (loads, n).
         delassus: (m, m): row j has the velocities of all contact motions for a unit contact force j, feedback included.
-        carry: (p - m, m): velocities of the other ports for unit contact forces, feedback included.
-        acted: (p, outputs): velocities of the ports for unit feedback forces.
-        fed: (outputs, states + 2 inputs): free feedback force of (z, y, v).
-        fed_back: (outputs, m): feedback force of a unit contact force.
-        states: (states, states + 2 inputs): new states of (z, y, v).
+        carry: (p - m + outputs, m): velocities of the other ports, then feedback forces, for unit contact forces.
         watch: (watched, n).
         root: (n,): root of the modal mass of a scheme with exact frequencies; else ones.
         scheme: (4, 3): inertia, drag, velocity, acceleration.
+        feed: The feedback.
     """
 
     weight: Array
@@ -222,13 +219,10 @@ class Linear(NamedTuple):
     patterns: Array
     delassus: Array
     carry: Array
-    acted: Array
-    fed: Array
-    fed_back: Array
-    states: Array
     watch: Array
     root: Array
     scheme: Array
+    feed: FeedbackLoop
 
 
 class Slabs(NamedTuple):
@@ -286,7 +280,10 @@ class SolveRoom(NamedTuple):
 
 
 class Space(NamedTuple):
-    """Work arrays of a step: kernels allocate nothing. `worked` (outputs, L) is the work of the feedback, J."""
+    """Work arrays of a step: kernels allocate nothing.
+
+    u has velocities of the ports, then feedback forces; `worked` (outputs, L) is the work of the feedback, J.
+    """
 
     r: Array
     speed: Array
@@ -295,7 +292,7 @@ class Space(NamedTuple):
     free: Array
     y1: Array
     stack: Array
-    phi: Array
+    felt: Array
     moved: Array
     place: Array
     lost: Array
@@ -325,16 +322,16 @@ class StepRecords(NamedTuple):
 def step_records(linear: Linear, steps: int, lanes: int, kept: bool, with_energies: bool) -> StepRecords:
     """Return room for the records of a block of steps: motions and forces, and speeds, places and energies."""
     some, all_ = steps * (kept or with_energies), steps * with_energies
-    watched, motions, outputs = len(linear.watch), len(linear.delassus), len(linear.fed)
+    watched, motions, outputs = len(linear.watch), len(linear.delassus), linear.feed.acted.shape[1]
     sizes = (some, watched), (some, motions), (all_, watched), (all_, motions), (all_, 9), (all_, outputs)
     return StepRecords(*(np.zeros((*size, lanes)) for size in sizes))
 
 
 def rooms(linear: Linear, contacts: int, lanes: int) -> tuple[Space, SolveRoom]:
     """Return the work arrays of a condensed scene."""
-    n, m, outputs, watched = len(linear.squares), len(linear.delassus), len(linear.fed), len(linear.watch)
-    sizes = (n, n, n, len(linear.acted), m, m, linear.fed.shape[1], outputs, m, watched, 1, outputs)
-    space = Space(*(np.zeros((rows, lanes)) for rows in sizes))
+    n, m, outputs, watched = len(linear.squares), len(linear.delassus), linear.feed.acted.shape[1], len(linear.watch)
+    sizes = (n, n, n, len(linear.feed.acted), m, m, linear.feed.stack, outputs, m, watched, 1, outputs)
+    space = Space(*(aligned(np.zeros((rows, lanes))) for rows in sizes))
     arrays = (np.zeros((rows, lanes)) for rows in (m, 2 * m, m, m, m, m, 4))
     lists = tuple(np.zeros(count, dtype=np.int64) for count in (contacts, m, m, m, 1))
     whole: tuple[Any, ...] = (*arrays, np.zeros((m, m, lanes)), np.zeros((m, m)), *lists)

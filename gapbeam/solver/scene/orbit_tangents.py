@@ -236,15 +236,14 @@ class _Problem:
         q, v, z, F, load = np.split(every, np.cumsum([n, n, states, m]))
         w = -A.scheme[0, 1] / h * A.root[:, None] * v - A.squares[:, None] * q + A.patterns.T @ load
         w = A.inverse @ w if A.inverse.size else A.weight[:, None] * w
-        u, inputs = A.ports @ w, (A.fed.shape[1] - states) // 2
-        read = slice(m, m + inputs)
-        at = A.ports[read] @ q
-        phi = A.fed @ np.vstack([z, at, u[read]])
-        u += A.acted @ phi
+        law, kept, sensed, pushed = A.feed.matrices(n)
+        ports, read = np.vstack([A.ports, sensed]), A.feed.port[: len(A.feed.port) - len(pushed)]
+        at, u = ports[read] @ q, np.vstack([ports, np.zeros_like(pushed)]) @ w
+        u += A.feed.acted @ (law @ np.vstack([z, at, u[read]]))
         u[m:] += A.carry @ F
-        w += A.answers.T @ np.vstack([F, phi + A.fed_back @ F])
+        w += np.vstack([A.answers, pushed]).T @ np.vstack([F, u[len(ports) :]])
         after = A.scheme[2, 0] * A.root[:, None] * w + A.scheme[2, 1] * v
-        whole = np.vstack([q + h * w, after, A.states @ np.vstack([z, at, u[read]])])
+        whole = np.vstack([q + h * w, after, kept @ np.vstack([z, at, u[read]])])
         self.S, self.R, self.G = np.split(whole, np.cumsum([2 * n + states, m]), axis=1)
         self.B = np.hstack([scene.contact_rows, np.zeros((m, n + states))])
         times = t + h * np.arange(steps + 1)

@@ -14,7 +14,8 @@ import scipy.linalg as sl
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.contact_pair import Contact
-from gapbeam.solver.scene.feedback import Feedback, Place, joined, parts_of
+from gapbeam.solver.scene.feedback import Feedback, Place, parts_of
+from gapbeam.solver.scene.feedback_loop import aligned, feedback_loop, joined, without_noise
 from gapbeam.solver.scene.linear_scheme import Linear, LinearScheme, Slabs, exact_modes
 from gapbeam.solver.scene.scene_load import Load
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
@@ -317,19 +318,20 @@ class Scene:
         """Eliminate feedback and contact, given what solves with the effective operator."""
         B, patterns, m = self.contact_rows, self.load_columns.T, self.motions
         sense, act = self.rows([one.sense for one in self.feedbacks]), self.rows([one.act for one in self.feedbacks])
-        states, force = joined(self.feedbacks, h, scheme.level)
-        ports, X = np.vstack([B, sense, act, patterns]), solve(np.vstack([B, act]).T)
-        G, last = ports @ X, force.shape[1] - len(sense)
-        loop = np.linalg.inv(np.eye(len(act)) - force[:, last:] @ G[m : m + len(sense), m:])
-        back = loop @ force[:, last:] @ G[m : m + len(sense), :m]
-        whole = G[:, :m] + G[:, m:] @ back
+        fed, port = np.unique(without_noise(np.vstack([sense, act])), axis=0, return_inverse=True)
+        port = (m + len(patterns) + port.reshape(-1)).astype(np.uint64)
+        ports = np.vstack([B, patterns, fed])
+        X = solve(np.vstack([B, ports[port[len(sense) :]]]).T)
+        G = ports @ X
+        feed, met = feedback_loop(*joined(self.feedbacks, h, scheme.level), fed, X.T[m:], G, port)
         numbers = np.array([scheme.inertia, scheme.drag, scheme.velocity, scheme.acceleration])
         watch = self.rows(self.point_names.values())
         arrays = (
-            weight, inverse, squares, damping, ports, X.T, patterns, whole[:m].T, whole[m:], G[:, m:], loop @ force,
-            back, states, watch, root, numbers,
+            weight, inverse, squares, damping, ports[: m + len(patterns)], X.T[:m], patterns, met[:m].T, met[m:],
+            watch, root, numbers,
         )  # fmt: skip
-        return Linear(*(np.ascontiguousarray(one, dtype=float) for one in arrays))
+        kept: Any = (aligned(np.asarray(one, dtype=float)) for one in arrays)
+        return Linear._make([*kept, feed])
 
     def slabs(
         self, lanes: int = 1, h: float = 1.0, delassus: Array | None = None, level: float = 0.0, rough: bool = True

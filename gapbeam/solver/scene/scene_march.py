@@ -18,6 +18,7 @@ from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.scene import force_solve
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.feedback import outputs_of
+from gapbeam.solver.scene.feedback_loop import aligned
 from gapbeam.solver.scene.lane_code import kernels
 from gapbeam.solver.scene.linear_scheme import (
     MIDPOINT,
@@ -69,7 +70,7 @@ class Marcher:
         state = (start or scene.state()).spread(lanes)
         self.t0, self.count = state.t, 0
         self.space, self.room = rooms(self.linear, len(scene.contacts), lanes)
-        self.q, self.v, self.z, self.F = (np.ascontiguousarray(one) for one in (state.q, state.v, state.z, state.F))
+        self.q, self.v, self.z, self.F = (aligned(one) for one in (state.q, state.v, state.z, state.F))
         self.y, self.inputs = scene.places(self.q, state.t), scene.inputs(self.q)
         self.a: Array = np.zeros((0, lanes))
         if scheme.is_accelerated:
@@ -275,18 +276,21 @@ class SparseMarcher(Marcher):
         A, h, meet, kept, total = self.linear, self.h, kernels(1)["meet"], self.kept, 0
         (i0, d, e, g), space = A.scheme, self.space
         a: Array = self.a if len(self.a) else np.zeros_like(self.v)
+        _, _, sensed, pushed = A.feed.matrices(len(self.v))
+        ports, answers = np.vstack([A.ports, sensed]), np.vstack([A.answers, pushed])
+        phi = space.u[len(ports) :]
         for k in range(steps):
             lag = d[1] * self.v + d[2] * h * a
             push = A.patterns.T @ loads[k] - self.M @ (i0[1] / h * self.v + i0[2] * a) - self.C @ lag - self.K @ self.q
             w = self.factor.solve(push[:, 0])[:, None]
-            space.u[:], space.moved[:] = A.ports @ w, walls[k + 1] - walls[k]
+            space.u[: len(ports)], phi[:], space.moved[:] = ports @ w, 0.0, walls[k + 1] - walls[k]
             passes = meet(
                 A, self.slabs, h, loads[k], space.u, self.y, self.F, self.z, self.inputs, self.ledger, space, self.room,
                 TOLERANCE,
             )  # fmt: skip
             if passes < 0:
                 return -(k + 1)
-            w += A.answers.T @ np.vstack([self.F, space.phi])
+            w += answers.T @ np.vstack([self.F, phi])
             self.ledger[DAMPED] += h * (w.T @ (self.C @ (d[0] * w + lag)))[0]
             self.q += h * w
             self.v[:], a = e[0] * w + e[1] * self.v + e[2] * h * a, (g[0] * w + g[1] * self.v) / h + g[2] * a

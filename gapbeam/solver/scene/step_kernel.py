@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 from gapbeam.solver.scene.force_solve import solve
-from gapbeam.solver.scene.lane_code import L, add, clear, copy, lanewise, spread
+from gapbeam.solver.scene.lane_code import L, add, band, clear, copy, diagonals, lanewise, push, spread
 from gapbeam.solver.scene.touch_kernel import call
 
 DAMPED, LAW, RUBBED, LOADED, FED, WALLED, STORED, KINETIC, STRAIN = range(9)
@@ -18,21 +18,23 @@ DAMPED, LAW, RUBBED, LOADED, FED, WALLED, STORED, KINETIC, STRAIN = range(9)
 def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance):
     """Meet feedback and contact in one step, and keep their ledger; return passes, or a negative number.
 
-    u (p, L): free velocities of the ports.
+    u (p + outputs, L): free velocities of the ports, then 0.
 
-    space.moved: motion of the walls. On return: y, z, yin at the end, F the contact forces (those in room.closed),
-    space.phi feedback forces.
+    space.moved: motion of the walls. On return: y, z, yin at the end, F the contact forces (those in room.closed), u
+    velocities of the ports, then feedback forces.
     """
-    free, y1, stack, phi, moved = space.free, space.y1, space.stack, space.phi, space.moved
-    m, no, nz, ni, nf = len(linear.delassus), len(linear.fed), len(z), len(yin), len(linear.patterns)
+    free, y1, stack, moved, feed = space.free, space.y1, space.stack, space.moved, linear.feed
+    m, no, nf, nz, ni = len(linear.delassus), feed.acted.shape[1], len(linear.patterns), len(z), len(yin)
+    phi = len(u) - no
     if no:
         copy(z, stack)
+        copy(yin, stack[nz:])
         for j in range(ni):
             for lane in range(L):
-                stack[nz + j, lane], stack[nz + ni + j, lane] = yin[j, lane], u[m + j, lane]
-        clear(phi)
-        add(linear.fed, stack, phi, 1.0)
-        add(linear.acted, phi, u, 1.0)
+                stack[nz + ni + j, lane] = u[feed.port[j], lane]
+        clear(space.felt)
+        diagonals(feed.law, 0, feed.forces, stack, space.felt)
+        add(feed.acted, space.felt, u, 1.0)
     for j in range(m):
         for lane in range(L):
             free[j, lane] = y[j, lane] - moved[j, lane] + h * u[j, lane]
@@ -41,7 +43,6 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
         return passes
     if passes:
         add(linear.carry, F, u[m:], 1.0)
-        add(linear.fed_back, F, phi, 1.0)
     for s in range(len(slabs.settle)):  # laws that remember
         if slabs.settle[s] != 0:
             count = slabs.start[s + 1] - slabs.start[s]
@@ -63,21 +64,21 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
         for lane in range(L):
             ledger[WALLED, lane] += F[j, lane] * moved[j, lane]
             y[j, lane] = y1[j, lane]
-    for j in range(no):
-        for lane in range(L):
-            work = h * phi[j, lane] * u[m + ni + j, lane]
-            ledger[FED, lane] += work
-            space.worked[j, lane] += work
     for j in range(nf):
         for lane in range(L):
-            ledger[LOADED, lane] += h * load[j, lane] * u[m + ni + no + j, lane]
+            ledger[LOADED, lane] += h * load[j, lane] * u[m + j, lane]
     if no:
-        clear(z)
+        for j in range(no):
+            for lane in range(L):
+                work = h * u[phi + j, lane] * u[feed.port[ni + j], lane]
+                ledger[FED, lane] += work
+                space.worked[j, lane] += work
         for j in range(ni):
             for lane in range(L):
-                stack[nz + ni + j, lane] = u[m + j, lane]
-                yin[j, lane] += h * u[m + j, lane]
-        add(linear.states, stack, z, 1.0)
+                stack[nz + ni + j, lane] = u[feed.port[j], lane]
+                yin[j, lane] += h * u[feed.port[j], lane]
+        clear(z)
+        diagonals(feed.law, feed.forces, len(feed.law.row), stack, z)
     return passes
 
 
@@ -98,16 +99,10 @@ def march(
         linear.answers,
         linear.scheme,
     )
-    speed, lag, u, place, moved, phi, lost = (
-        space.speed,
-        space.lag,
-        space.u,
-        space.place,
-        space.moved,
-        space.phi,
-        space.lost,
-    )
-    n, m, no, nf, nw = len(squares), len(linear.delassus), len(linear.fed), len(patterns), len(linear.watch)
+    speed, lag, u, place, moved, lost = space.speed, space.lag, space.u, space.place, space.moved, space.lost
+    n, m, nw = len(squares), len(linear.delassus), len(linear.watch)
+    no, nf = linear.feed.acted.shape[1], len(patterns)
+    fed = len(u) - no - m - nf
     accelerated, diagonal, total = len(acc) > 0, damping.shape[0] == 1, 0
     r, weight, root, drive = space.r, linear.weight, linear.root, speed if diagonal else space.r
     cv, ca, d0, d1, d2 = -scheme[0, 1] / h, -scheme[0, 2], scheme[1, 0], scheme[1, 1], scheme[1, 2] * h
@@ -151,6 +146,8 @@ def march(
             add(inverse, drive, speed, 1.0)
         clear(u)
         add(linear.ports, speed, u, 1.0)
+        if no:
+            band(linear.feed.rows, 0, fed, speed, u[m + nf :])
         for j in range(m):
             for lane in range(L):
                 moved[j, lane] = walls[k + 1, j, lane] - walls[k, j, lane]
@@ -159,10 +156,8 @@ def march(
             return -(k + 1)
         total += passes
         spread(answers, room.closed, room.size[0], F, speed, 1.0)
-        for j in range(no):
-            for i in range(n):
-                for lane in range(L):
-                    speed[i, lane] += answers[m + j, i] * phi[j, lane]
+        if no:
+            push(linear.feed.rows, fed, no, u[m + nf + fed :], speed)
         clear(lost)
         if accelerated:
             for i in range(n):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import gapbeam as gb
+from gapbeam.solver.diagnostics.statistics.batch_interval import burn_in
 from tests.shared import slips
 from tests.shared.slips import Change, Tables, check_refused
 
@@ -154,10 +155,18 @@ def test_wear_under_a_flow_is_that_of_motion_and_force_in_a_round_hole(tmp_path:
     y, F = motion.displacement["mid"], motion.force["support"]
     normal = y / np.linalg.norm(y, axis=1)[:, None]
     slip = np.diff(y, axis=0, prepend=0.0) @ np.array([[0.0, -1.0], [1.0, 0.0]])
-    work = (np.abs((F * normal).sum(axis=1)) * np.abs((slip * normal).sum(axis=1))).sum()
-    assert found["work"] == pytest.approx(work, rel=1e-9)
-    assert work > 0.0
-    assert found["depth_rate"]["value"] == pytest.approx(2e-14 * work / 1e-5 / 0.05, rel=1e-9)
+    work = np.abs((F * normal).sum(axis=1)) * np.abs((slip * normal).sum(axis=1))
+    assert found["work"] == pytest.approx(work.sum(), rel=1e-9)
+    assert work.sum() > 0.0
+    late = work[burn_in([work]) :] / 1e-4
+    parts = late[len(late) % 10 :].reshape(10, -1).mean(axis=1)
+    apart = parts - parts.mean()
+    r = np.clip(apart[1:] @ apart[:-1] / (apart @ apart) + 0.1, 0.0, 0.8)
+    reach = 2.262157 * np.sqrt(parts.var(ddof=1) / 10 * (1 + r) / (1 - r)) / parts.mean()  # of Student, 9 degrees
+    rate = parts.mean() * np.exp([0.0, -reach, reach])
+    assert list(found["work_rate"].values()) == pytest.approx(rate, rel=1e-6)
+    assert found["depth_rate"]["value"] == pytest.approx(2e-14 * rate[0] / 1e-5, rel=1e-9)
+    assert found["verdict"] == "too short"
 
 
 def test_a_tube_in_two_planes_has_each_frequency_twice() -> None:

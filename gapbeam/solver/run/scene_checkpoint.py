@@ -90,6 +90,7 @@ class SceneCheckpoint:
             "gates": {name: getattr(gates, name) for name in SEEN},
             "faces": [list(gates.watched(i)) for i in range(len(accounts.impacts))],
             "impacts": [one.as_json() for one in accounts.impacts],
+            "worn": accounts.worn.as_json(),
         }
         write_checkpoint(folder, marcher.count, header, arrays, lambda _: iter(()))
 
@@ -124,6 +125,7 @@ class SceneCheckpoint:
         self.records.speed, self.records.time = contents.array("speed"), float(header["last_record"])
         for name in accounts.kept:
             getattr(accounts, name)[:] = contents.array(f"accounts {name}")
+        accounts.worn.restore(header["worn"])
         accounts.ledger = _ledger(header["ledger"])
         _restore_gates(accounts.gates, header)
         for one, stored in zip(accounts.impacts, header["impacts"], strict=True):

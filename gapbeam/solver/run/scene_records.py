@@ -15,6 +15,7 @@ from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS, ImpactList, approach_speed
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import ESTIMATE, ROUND_OFF_SAFETY, Ledger
+from gapbeam.solver.diagnostics.statistics.block_means import MOST, BlockEnds
 from gapbeam.solver.record_table import HISTORY
 from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
@@ -106,6 +107,7 @@ class SceneAccounts:
         friction: Largest friction force, N.
         impulse: Normal force over time since the start, N s.
         sliding: Work of sliding since the start, J.
+        worn: The same at the ends of blocks of steps.
         time: In contact since the start, s.
         closings: Since the start.
         episodes: Contacts that ended; `short` of them lasted fewer than ten steps.
@@ -129,6 +131,7 @@ class SceneAccounts:
         self.impulse, self.time, self.closings, self.begun = (np.zeros(count) for _ in range(4))
         self.speed, self.opened_at = np.full(count, UNSEEN), np.zeros(count)
         self.steps, self.sliding = np.zeros(count), np.zeros(count)
+        self.worn = BlockEnds(count, MOST)
         self.totals = np.zeros(8)  # last energies: work, law, friction; sum of squares of round-off; episodes
         self.impacts = [ImpactList() for _ in range(count)]
         for i, depth in enumerate(self.last_depth):
@@ -224,6 +227,7 @@ class SceneAccounts:
             self.last_depth, self.impulse = contacts.depth[-1].copy(), impulse[-1].copy()
             self.time, self.closings = found["contact_time"][-1].copy(), found["closings"][-1].copy()
             self.sliding = found["sliding_work"][-1].copy()
+            self.worn.add(found["sliding_work"])
             for name in ("depth", "force", "friction"):
                 setattr(self, name, np.maximum(getattr(self, name), getattr(contacts, name).max(axis=0)))
         return found

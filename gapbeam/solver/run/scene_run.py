@@ -422,7 +422,8 @@ class SceneMarch:
             for name, work in forces.items():
                 LOG.info("work of %s: %.6g J", name, work)
         if self.asked.wear is not None or accounts.sliding.any():
-            summary["wear"] = wear_of(accounts, names, marcher.count * marcher.h, self.asked.wear or {})
+            seconds = marcher.count * marcher.h
+            summary["wear"] = wear_of(accounts, names, seconds, marcher.h, self.asked.wear or {})
             LOG.info("%s", wear_words(summary["wear"]))
         findings = findings_of(accounts)
         summary["assumptions"] = [one.as_data() for one in findings]

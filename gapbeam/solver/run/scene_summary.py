@@ -10,6 +10,9 @@ import numpy as np
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding, limited
 from gapbeam.solver.diagnostics.energy_gates import describe_energy, describe_gates
 from gapbeam.solver.diagnostics.march_diagnostics import figures_of_lists
+from gapbeam.solver.diagnostics.statistics.batch_interval import FEWEST, burn_in
+from gapbeam.solver.diagnostics.statistics.block_means import BlockEnds, correlation_time
+from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, AveragedSeries
 from gapbeam.solver.run.assumptions.motion_findings import RESOLVED
 from gapbeam.solver.run.outcome import all_rates, work_rate
 from gapbeam.solver.run.scene_records import SceneAccounts, promises_balance
@@ -87,24 +90,39 @@ def figures_of(accounts: SceneAccounts, names: Sequence[str], seconds: float) ->
 
 
 def wear_of(
-    accounts: SceneAccounts, names: Sequence[str], seconds: float, wear: Mapping[str, float | None]
+    accounts: SceneAccounts, names: Sequence[str], seconds: float, step: float, wear: Mapping[str, float | None]
 ) -> dict[str, Any]:
     """Return the wear in the summary: the work of sliding at contacts of two motions, by Archard's law.
+
+    Rates are those behind the burn-in, with 95 % intervals and verdicts, or the mean of a run of few steps.
 
     Args:
         accounts: Of the march.
         names: Of the contacts.
         seconds: Span of the march, s.
+        step: s.
         wear: `coefficient`, 1/Pa, and `area`, m^2, where they are known.
     """
     coefficient, area = wear.get("coefficient"), wear.get("area")
-    faces = {
-        name: {"work": float(work), "coefficient": coefficient, "area": area, "work_by_mode": {}}
-        | all_rates(work_rate(float(work), seconds, None), coefficient, area)
-        for name, work, one in zip(names, accounts.sliding, accounts.scene.contacts, strict=True)
-        if one.motions == 2
-    }
-    return {"area": area, "seconds": seconds, "parts_doubt": None, "faces": faces}
+    mine = [i for i, one in enumerate(accounts.scene.contacts) if one.motions == 2]
+    rates, found = _work_rates(accounts.worn, step, mine), {}
+    for i, rate in zip(mine, rates or [None] * len(mine), strict=True):
+        work = float(accounts.sliding[i])
+        found[names[i]] = {"work": work, "coefficient": coefficient, "area": area, "work_by_mode": {}}
+        found[names[i]] |= all_rates(work_rate(work, seconds, rate), coefficient, area)
+    return {"area": area, "seconds": seconds, "parts_doubt": None, "faces": found}
+
+
+def _work_rates(worn: BlockEnds, step: float, contacts: Sequence[int]) -> list[dict[str, Any]]:
+    """Return the work rates of contacts behind the burn-in, with intervals and verdicts; none of a short run."""
+    rates, block = worn.changes[:, contacts] / step, worn.length * step
+    if len(rates) < 2 * FEWEST or not contacts:
+        return []
+    late = rates[burn_in(list(rates.T)) :]
+    slowest = max(correlation_time(one) for one in late.T)
+    series = (AveragedSeries(WORK_RATE, "W", one, positive=True, rare=True) for one in late.T)
+    figures = (one.judged(block, slowest) for one in series)
+    return [vars(one.interval) | {"verdict": one.verdict} for one in figures]
 
 
 def findings_of(accounts: SceneAccounts) -> list[Finding]:

@@ -35,6 +35,7 @@ def atlas(
     """
     from gapbeam.interface.case_atlas import scenes_of
     from gapbeam.solver.case.reading.case_reader import read_case
+    from gapbeam.solver.scene_file.scene_reader import is_scene
     from gapbeam.studies.atlas.run_atlas import run_atlas
     from gapbeam.studies.trials.axes import read_axis
 
@@ -43,7 +44,7 @@ def atlas(
     with progress_bar("points") as bar:
         result = run_atlas(
             scenes_of(case, override or []), axes, folder, starts=starts, settle=settle, rounds=rounds, orders=orders,
-            reach=reach, seed=seed, progress=bar.show, inputs=read_case(case, override or []).model_dump(mode="json"),
+            reach=reach, seed=seed, progress=bar.show, inputs=None if is_scene(case) else read_case(case, override or []).model_dump(mode="json"),
         )  # fmt: skip
     print_study(result.tables(), [*result.paths, result.headline()])
     return result.exit_status

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import nan
 from pathlib import Path
 
 from gapbeam.interface.case_scene import scene_of_model
@@ -11,6 +12,8 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene_file.scene_case import SceneCase
+from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
 from gapbeam.studies.atlas.run_atlas import PeriodicScene
 
 WHOLE = 1e-9  # of a multiple of the lowest frequency
@@ -31,16 +34,24 @@ def scenes_of(case: Path, fixed: Sequence[str]) -> Callable[[tuple[str, ...]], P
 def repeating_scene(case: Path, overrides: Overrides) -> PeriodicScene:
     """Return the scene of a case whose loads repeat.
 
+    Of a file of several structures without a load that has a frequency, loads are those after the end of its run.
+
     Raises:
         UserError: The case has what a scene has no noun for, or its loads do not repeat.
     """
+    if is_scene(case):
+        found = read_scene(case, overrides)
+        time = found.case.time
+        varying = any(load.forcing_frequency is not None for load in found.case.load)
+        period, rise = _repetition(found.case) if varying else (nan, time.end)
+        return PeriodicScene(found.scene, period, time.step, rise)
     read = read_case(case, overrides)
     period, rise = _repetition(read)
     made = model(read).model
     return PeriodicScene(scene_of_model(made), period, float(made.case.time.step), rise)
 
 
-def _repetition(case: Case) -> tuple[float, float]:
+def _repetition(case: Case | SceneCase) -> tuple[float, float]:
     """Return the period of all loads of a case, and the time after which they have their full amplitude, s."""
     never = [load.name or str(load.type) for load in case.load if not load.repeats]
     if never:

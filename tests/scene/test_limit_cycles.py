@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from math import pi
 from pathlib import Path
@@ -13,6 +14,8 @@ from scipy.integrate import solve_ivp
 
 import gapbeam as gb
 from gapbeam.solver.scene.scene import SceneState
+from gapbeam.studies.atlas.cycle_search import cycle_atlas
+from tests.shared.command import called
 
 Motion = Callable[[float], Any]
 
@@ -188,6 +191,12 @@ def test_subcritical_cycle_is_found_beside_a_stable_rest(tmp_path: Path) -> None
     many = gb.ensemble(scene, step=h, end=20000 * h, settle=19000 * h, start=both(small, large))
     assert many.peak["at"][0] < 1e-9
     assert many.peak["at"][1] == pytest.approx(np.abs(once.displacement["at"]).max(), rel=1e-4)
+    whole = cycle_atlas(scene, scene.state(), 16, 4.0, 0, 200, 300, 2)
+    rest, cycle = sorted(whole.points[0].responses, key=lambda one: one.order)
+    assert (rest.order, cycle.order, rest.count + cycle.count) == (0, 1, 16)
+    assert cycle.peak["at"] == pytest.approx(np.abs(once.displacement["at"]).max(), rel=2e-3)
+    assert cycle.period == pytest.approx(found.period, rel=1e-4)
+    assert min(rest.count, cycle.count) > 0
     outcome = gb.run(scene, step=h, end=1000 * h, start=large, output=tmp_path / "run")
     assert outcome.exit_status == 0
 
@@ -243,6 +252,28 @@ def test_freeplay_flutter_of_a_typical_section_is_that_of_its_equations(ratio: f
     assert found.is_stable
 
 
+@pytest.mark.slow(minutes=0.4)
+def test_atlas_over_the_velocity_has_the_cycles_of_the_equations(tmp_path: Path) -> None:
+    """At 0.8 and 0.9 of the flutter velocity all starts come to the cycle of the equations, by command."""
+    ratios = [section(0.8), section(0.9)]
+    speeds = [scene.feedbacks[0].velocity for scene, _ in ratios]  # type: ignore[attr-defined]
+    vary = f"feedback.air.velocity={speeds[0]},{speeds[1]}"
+    words = ["atlas", str(FLUTTER), "--vary", vary, "--starts", "8", "--settle", "60", "--output", str(tmp_path / "a")]
+    assert called(*words).returncode == 0
+    times, start = np.linspace(500.0, 600.0, 10001), [0.0, 0.03, 0.0, 0.0, 0.0, 0.0]
+    points = json.loads((tmp_path / "a/atlas.json").read_text())
+    for (_, rate), point in zip(ratios, points, strict=True):
+        pitch = solve_ivp(rate, (0.0, 600.0), start, "LSODA", times, rtol=1e-8, atol=1e-11, max_step=0.5).y[1]
+        assert [(one["order"], one["starts"]) for one in point["responses"]] == [(1, 8)]
+        cycle = point["responses"][0]
+        assert cycle["peak"]["pitch"] == pytest.approx(np.abs(pitch).max(), rel=0.01)
+        up = np.flatnonzero((pitch[:-1] <= 0.0) & (pitch[1:] > 0.0))
+        assert cycle["period"] == pytest.approx((times[up[-1]] - times[up[0]]) / (len(up) - 1), rel=0.01)
+        assert cycle["largest_multiplier"] < 1.0
+    assert "cycle of 0.07335 Hz" in (tmp_path / "a/atlas.csv").read_text()
+    assert (tmp_path / "a/atlas-responses.png").stat().st_size > 0
+
+
 def hopeless() -> dict[str, tuple[Callable[[], Any], type[Exception], str]]:
     tube = gb.mass(1.0, stiffness=100.0, damping=0.1, name="tube")
     law = gb.KelvinVoigt(stiffness=1e4)
@@ -261,6 +292,13 @@ def hopeless() -> dict[str, tuple[Callable[[], Any], type[Exception], str]]:
             "decays to rest",
         ),
         "load": (lambda: gb.limit_cycle(moved), gb.UserError, "load shake varies in time"),
+        "atlas": (
+            lambda: cycle_atlas(moved, moved.state(), 2, 2.0, 0, 50, 10, 1), gb.UserError, "atlas: load shake varies"
+        ),
+        "atlas without contact": (
+            lambda: cycle_atlas(gb.Scene(tube), gb.Scene(tube).state(), 2, 2.0, 0, 50, 10, 1), gb.UserError,
+            "touches a contact",
+        ),
         "grows": (
             lambda: gb.limit_cycle(
                 gb.Scene(tube, contacts=[far], feedbacks=[push]), steps=20, cycles=150,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -105,8 +106,8 @@ def wear_of(
     """
     coefficient, area = wear.get("coefficient"), wear.get("area")
     mine = [i for i, one in enumerate(accounts.scene.contacts) if one.motions == 2]
-    rates, found = _work_rates(accounts.worn, step, mine), {}
-    for i, rate in zip(mine, rates or [None] * len(mine), strict=True):
+    rates, found = _work_rates(accounts.worn, step, mine), dict[str, Any]()
+    for i, rate in zip_longest(mine, rates):
         work = float(accounts.sliding[i])
         found[names[i]] = {"work": work, "coefficient": coefficient, "area": area, "work_by_mode": {}}
         found[names[i]] |= all_rates(work_rate(work, seconds, rate), coefficient, area)

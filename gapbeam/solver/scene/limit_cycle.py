@@ -184,7 +184,7 @@ def limit_cycle(
 
     Without a start the motion grows out of rest, along the fastest growing mode, from the amplitude at which a contact
     is first touched. The march settles, then shooting solves for state and period. With a start and a period shooting
-    begins at once: that finds unstable cycles, too.
+    begins at once: that finds unstable cycles, too. Where shooting does not converge, the march settles first.
 
     Args:
         scene: With feedback that makes it unstable, and contacts that limit the motion.
@@ -210,14 +210,19 @@ def limit_cycle(
         raise UserError("limit cycle: a structure is too large; reduce it: gapbeam.reduced_at_points")
     if not scene.contacts:
         raise UserError("limit cycle: the scene has no contacts, and nothing else limits a motion that grows")
-    _check_autonomous(scene, 0.0 if start is None else start.t, period or _slowest(scene))
-    guess = period
+    check_autonomous(scene, 0.0 if start is None else start.t, period or _slowest(scene))
+    guess, given = period, start
     if start is None or guess is None:
         begin, around = _growing(scene) if start is None else (start, None)
         start, guess = _settled(scene, begin, guess or around or _slowest(scene), steps, cycles)
     if start.q.shape[1] != 1:
         raise UserError("limit cycle: the start has several members; take one")
-    found = _shot(scene, start, guess, steps, passes)
+    try:
+        found = _shot(scene, start, guess, steps, passes)
+    except NotConverged:
+        if start is not given:
+            raise
+        found = _shot(scene, *_settled(scene, start, guess, steps, cycles), steps, passes)
     found = next((_shot(scene, found.state, found.period / k, steps, passes) for k in _parts(scene, found)), found)
     for one in scene.feedbacks:
         if isinstance(one, Flow):
@@ -225,14 +230,14 @@ def limit_cycle(
     return found
 
 
-def _check_autonomous(scene: Scene, t: float, period: float) -> None:
+def check_autonomous(scene: Scene, t: float, period: float, what: str = "limit cycle: ") -> None:
     """Raise UserError if a load or a wall varies within a period."""
     times = t + period * np.linspace(0.0, 1.0, 37)
     for load in scene.loads:
         if np.ptp(load.table(times)[:, 0]) != 0.0:
-            raise UserError(f"limit cycle: load {load.name or '?'} varies in time; `periodic` takes a known period")
+            raise UserError(f"{what}load {load.name or '?'} varies in time; `periodic` takes a known period")
     if np.ptp(scene.walls(times), axis=0).any():
-        raise UserError("limit cycle: a wall moves; `periodic` takes a known period")
+        raise UserError(f"{what}a wall moves; `periodic` takes a known period")
 
 
 def _growing(scene: Scene) -> tuple[SceneState, float]:
@@ -247,16 +252,24 @@ def _growing(scene: Scene) -> tuple[SceneState, float]:
         )
     if not values[best].imag:
         raise UserError(f"limit cycle: the scene diverges as exp({values[best].real:.4g} t) without oscillation")
-    x = np.real(vectors[:, best : best + 1] / vectors[np.abs(vectors[:n, best]).argmax(), best])
-    B, slabs = scene.contact_rows, scene.slabs(rough=False)
-    at = scene.places(np.zeros((n, 1)), 0.0)
-    still, motion = rest(slabs, at)[0], B @ x[:n]
+    x = np.real(vectors[:, best] / vectors[np.abs(vectors[:n, best]).argmax(), best])
+    amplitude = touching(scene, scene.state(), x)
+    if amplitude is None:
+        raise UserError("limit cycle: the growing motion touches no contact, so that nothing limits it")
+    return state_of(scene, amplitude * x[:, None], 0.0), 2.0 * pi / abs(float(values[best].imag))
+
+
+def touching(scene: Scene, state: SceneState, x: Array) -> float | None:
+    """Return the amplitude, to a factor of 2, at which a motion x, (2 n + states,), from a state first touches."""
+    slabs, at, motion = scene.slabs(rough=False), scene.places(state.q, state.t), scene.contact_rows @ x[: scene.size]
+    still = rest(slabs, at)[0]
     amplitude = 2.0**-DOUBLINGS / max(float(np.abs(x).max()), 1e-300)
     for _ in range(2 * DOUBLINGS):
-        if any(not np.array_equal(rest(slabs, at + sign * amplitude * motion)[0], still) for sign in (1.0, -1.0)):
-            return state_of(scene, amplitude * x, 0.0), 2.0 * pi / abs(float(values[best].imag))
+        moved = amplitude * motion[:, None]
+        if any(not np.array_equal(rest(slabs, at + sign * moved)[0], still) for sign in (1.0, -1.0)):
+            return amplitude
         amplitude *= 2.0
-    raise UserError("limit cycle: the growing motion touches no contact, so that nothing limits it")
+    return None
 
 
 def _slowest(scene: Scene) -> float:

@@ -26,7 +26,7 @@ class Response:
     """A stable periodic response, found by shooting.
 
     Attributes:
-        order: Periods of the load after which it repeats.
+        order: Periods of the load after which it repeats; without such a load 1, a limit cycle, or 0, rest.
         state: At the start of a period: a march from it repeats.
         strobes: States (q, v) at its periods, (order, 2 n).
         multipliers: Of small disturbances over all its periods, complex; the largest is below 1 in size.
@@ -36,6 +36,7 @@ class Response:
         peak: By point, the largest displacement in absolute value, m.
         impacts: By contact, impacts a period of the load.
         peak_force: By contact, N.
+        period: Of a limit cycle, s; NaN where the loads have a period, and at rest.
     """
 
     order: int
@@ -48,6 +49,7 @@ class Response:
     peak: dict[str, Any]
     impacts: dict[str | int, float]
     peak_force: dict[str | int, float]
+    period: float = float("nan")
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +58,7 @@ class AtlasPoint:
 
     Attributes:
         values: Parameters by path.
-        period: Of the load, s.
+        period: Of the load, s; NaN where none varies.
         responses: Stable periodic ones, largest share first.
         chaotic: Share of starts whose motion is chaotic: its exponent is above 0 by more than three standard errors.
         exponent: Mean exponent of these, 1/s; NaN where there are none.

@@ -8,7 +8,7 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
-from math import ceil, pi
+from math import ceil, isnan, pi
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import NoSeat, seat
 from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
+from gapbeam.studies.atlas.cycle_search import cycle_atlas, draw_cycles
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, atlas, drawn_starts
 from gapbeam.studies.engine.study_journal import StudyJournal
 from gapbeam.studies.printed_results import PrintedResult
@@ -30,6 +31,8 @@ from gapbeam.studies.trials.axes import Axis, points_of
 
 DOUBTFUL = 5
 JOURNAL = "points.jsonl"  # while the atlas is under way
+CYCLE_STEPS = 200
+"""Steps in a period of a limit cycle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +41,7 @@ class PeriodicScene:
 
     Attributes:
         scene: Its structure, contacts and loads.
-        period: Of all loads, s.
+        period: Of all loads, s; NaN: none varies after `rise`.
         step: Of the case, s: the atlas takes the whole part of a period below it.
         rise: Time after which all loads have their full amplitude, s.
     """
@@ -81,7 +84,9 @@ class AtlasResult(PrintedResult):
         several = sum(count + (one.chaotic > 0.0) > 1 for count, one in zip(counts, self.atlas.points, strict=True))
         chaos = sum(one.chaotic > 0.0 for one in self.atlas.points)
         left = float(np.mean([one.unsettled + one.failed for one in self.atlas.points]))
-        words = f"{sum(counts)} stable periodic responses at {len(counts)} points, {several} with several responses"
+        rests = sum(r.order == 0 for one in self.atlas.points for r in one.responses)
+        kind = "responses" if rests else "periodic responses"
+        words = f"{sum(counts)} stable {kind} at {len(counts)} points, {several} with several responses"
         words += f", {chaos} with chaos" if chaos else ""
         rest = f"; {left:.1%} of the starts did not settle: raise settle, rounds or orders" if left else ""
         return words + rest
@@ -104,7 +109,7 @@ def run_atlas(
     """Find all responses of a case at each combination of values, and write tables and pictures.
 
     Starts are the seat with velocities of the probes drawn evenly, up to `reach` times those of the motion that
-    follows from the seat.
+    follows from the seat; without loads that vary those of `cycle_starts`.
 
     Args:
         scene_at: Returns the scene with these overrides, KEY=VALUE.
@@ -140,19 +145,23 @@ def run_atlas(
             if kept is None or number == 0:
                 texts = tuple(f"{axis.key}={value}" for axis, value in zip(axes, values, strict=True))
                 one = scene_at(texts)
-                begin = starts_of(one, settle, starts, reach, seed)
+                cycles = isnan(one.period)
+                begin = rest_of(one) if cycles else starts_of(one, settle, starts, reach, seed)
                 scene = scene or one.scene
-            if kept is None:
+            if kept is not None:
+                part = _resumed(kept, begin)
+            elif cycles:
+                part = cycle_atlas(one.scene, begin, starts, reach, seed, CYCLE_STEPS, settle, rounds)
+            else:
                 part = atlas(
                     one.scene, period=one.period, starts=begin, steps=one.steps, settle=settle, rounds=rounds,
                     orders=orders,
                 )  # fmt: skip
+            if kept is None:
                 named = dict(zip(over, map(float, values), strict=True))
                 part = replace(part, points=[replace(part.points[0], values=named)])
                 if journal is not None:
                     journal.write(number, _kept(part))
-            else:
-                part = _resumed(kept, begin)
             found.append(part)
             if progress is not None:
                 progress(number + 1, len(points))
@@ -166,7 +175,8 @@ def run_atlas(
             write_beside(paths[0], json.dumps(records, indent=1) + "\n")
             write_beside(paths[1], _csv(records))
             assert scene is not None
-            _picture(whole, scene).savefig(paths[2])
+            picture = draw_cycles(whole.points, over) if cycles else _picture(whole, scene)
+            picture.savefig(paths[2])
         if journal is not None:
             journal.close()
     return AtlasResult(folder, whole, records, paths)
@@ -196,9 +206,10 @@ def _resumed(record: dict[str, Any], starts: SceneState) -> Atlas:
         real, imaginary = (_floats(part) for part in one["multipliers"])
         kinds = {"state": SceneState(**state), "strobes": _floats(one["strobes"]), "multipliers": real + 1j * imaginary}
         peak = {name: _floats(value)[()] for name, value in one["peak"].items()}
+        kinds |= {"period": float(_floats(one["period"]))}
         responses.append(Response(**one | kinds | {"peak": peak, "interval": tuple(one["interval"])}))
-    exponent = float(_floats(record["point"]["exponent"]))
-    point = AtlasPoint(**record["point"] | {"responses": responses, "exponent": exponent})
+    known = {name: float(_floats(record["point"][name])) for name in ("exponent", "period")}
+    point = AtlasPoint(**record["point"] | {"responses": responses} | known)
     strobes = {name: _floats(value) for name, value in record["strobes"].items()}
     return Atlas({}, [point], np.array(record["which"]), starts, strobes)
 
@@ -217,13 +228,18 @@ def _numbers(axis: Axis) -> Any:
 
 def rest_of(one: PeriodicScene) -> SceneState:
     """Return the seat at a time when the loads have their full amplitude; undeformed where there is none."""
-    t = ceil(one.rise / one.period - 1e-9) * one.period
+    t = one.rise if isnan(one.period) else ceil(one.rise / one.period - 1e-9) * one.period
     try:
-        rest = seat(one.scene, t)
+        rest = one.scene.state() if isnan(one.period) and not _pushed(one.scene, t) else seat(one.scene, t)
     except (NoSeat, NotConverged):
         rest = one.scene.state()
     rest.t = t
     return rest
+
+
+def _pushed(scene: Scene, t: float) -> bool:
+    """Return whether a load acts at a time."""
+    return any(np.any(load.table(np.array([t]))) for load in scene.loads)
 
 
 def starts_of(one: PeriodicScene, settle: int, count: int, reach: float, seed: int) -> SceneState:
@@ -276,6 +292,7 @@ def _record(one: AtlasPoint) -> dict[str, Any]:
             "peak": {name: np.asarray(value).tolist() for name, value in r.peak.items()},
             "impacts": {str(name): value for name, value in r.impacts.items()},
             "peak_force": {str(name): value for name, value in r.peak_force.items()},
+            "period": r.period,
         }
         for r in one.responses
     ]  # fmt: skip

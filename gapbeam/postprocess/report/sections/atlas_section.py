@@ -26,7 +26,7 @@ def responses_of(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple
             forces, impacts = r["peak_force"].values(), r["impacts"].values()
             peaks = (float(r["peak"][name]) if name in r["peak"] else None for name in probes)
             rows.append((
-                *values, f"order {r['order']}", float(r["share"]), *map(float, r["interval"]),
+                *values, _kind(r), float(r["share"]), *map(float, r["interval"]),
                 float(r["largest_multiplier"]), float(max(impacts, default=0.0)), float(max(forces, default=0.0)),
                 *peaks,
             ))  # fmt: skip
@@ -34,6 +34,14 @@ def responses_of(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple
             if one[word]:
                 rows.append((*values, word, float(one[word]), *(None for _ in range(5 + len(probes)))))
     return heads, rows
+
+
+def _kind(response: Record) -> str:
+    """Return the kind of a response in words."""
+    if response["order"] == 0:
+        return "rest"
+    period = response.get("period")
+    return f"order {response['order']}" if period is None else f"cycle of {1.0 / float(period):.4g} Hz"
 
 
 def atlas_sections(folder: Path, command: str) -> list[ReportSection]:

@@ -1,0 +1,243 @@
+"""All limit cycles and rests that drawn starts of a scene come to, where no load varies.
+
+Starts are mixtures of the fastest growing oscillation of the scene with all contacts idle and of its slowest ones, as
+large as those that first touch a contact, times drawn factors. They march in lock-step. A start has come to rest where
+its motion is 1e-6 of the largest start, and to a cycle where its state is within 1 % of the line through the states of
+the cycle, over its size: where in a step a contact closes moves a cycle by some tenths of a percent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.stats import binomtest
+
+from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, journal_style, panels
+from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.scene.lane_ensemble import ensemble
+from gapbeam.solver.scene.limit_cycle import VANISHED, LimitCycle, check_autonomous, limit_cycle, touching
+from gapbeam.solver.scene.linear_scheme import MIDPOINT
+from gapbeam.solver.scene.linear_scheme import rest as touched
+from gapbeam.solver.scene.linear_stability import state_matrix
+from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.scene_march import Marcher
+from gapbeam.solver.system.operators import Array
+from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response
+from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, StrobeMap, growth
+
+MIXED = 4
+"""Oscillations of which starts are mixtures."""
+LOST = 0.1
+"""Frequency over decay below which a motion is no oscillation."""
+NEAR = 1e-2
+"""Distance from a cycle over its size at which a start has come to it, and two cycles are one."""
+
+
+def cycle_starts(scene: Scene, rest: SceneState, count: int, reach: float, seed: int) -> tuple[SceneState, float]:
+    """Return drawn starts, and the period of the fastest growing oscillation, s.
+
+    Args:
+        scene: Without loads that vary.
+        rest: State at rest.
+        count: Starts.
+        reach: Largest start over the motion that first touches a contact.
+        seed: Of the draws.
+
+    Raises:
+        UserError: No oscillation touches a contact, or the reach is not above 0.
+    """
+    if not reach > 0.0:
+        raise UserError(f"found a reach of {reach:g}, expected one above 0")
+    n, draw, mixed, periods = scene.size, np.random.default_rng(seed), list[Any](), list[float]()
+    values, vectors = np.linalg.eig(state_matrix(scene))
+    swings = [int(k) for k in np.flatnonzero(values.imag > LOST * np.abs(values.real))]
+    fastest = max(swings, key=lambda k: values[k].real, default=None)
+    for k in sorted(swings, key=lambda k: (k != fastest, values[k].imag)):
+        if len(mixed) < MIXED:
+            shape = vectors[:, k] / vectors[np.abs(vectors[:n, k]).argmax(), k]
+            size = touching(scene, rest, np.real(shape))
+            if size is not None:
+                mixed.append(size * shape)
+                periods.append(2.0 * pi / float(values[k].imag))
+    if not mixed:
+        raise UserError("atlas: no oscillation of the scene touches a contact, so that nothing limits one that grows")
+    turns = np.exp(2j * pi * draw.random((len(mixed), count)))
+    shares = draw.standard_normal((len(mixed), count))
+    shares *= reach * draw.random(count) / np.linalg.norm(shares, axis=0)
+    x = np.vstack([rest.q, rest.v, rest.z]) + np.real(np.column_stack(mixed) @ (shares * turns))
+    return SceneState(rest.t, x[:n], x[n : 2 * n], x[2 * n :], np.zeros((scene.motions, count))), periods[0]
+
+
+class CycleSearch:
+    """Starts of one scene, and the cycles that they came to.
+
+    Args:
+        scene: Without loads that vary.
+        rest: State at rest.
+        starts: The starts.
+        period: About that of the motion, s.
+        steps: In a period.
+        settle: Periods of a march.
+    """
+
+    def __init__(
+        self, scene: Scene, rest: SceneState, starts: SceneState, period: float, steps: int, settle: int
+    ) -> None:
+        self.scene, self.rest, self.steps, self.settle = scene, rest, steps, settle
+        self.strobe = StrobeMap(scene, {}, np.array([period]), steps, MIDPOINT, starts.t)
+        self.still: Any = np.vstack([rest.q, rest.v, rest.z])
+        self.X: Any = np.vstack([starts.q, starts.v, starts.z])
+        self.floor = VANISHED * float(self.strobe.size(self.X - self.still).max())
+        self.which = np.full(self.X.shape[1], UNSETTLED)
+        self.values = np.linalg.eigvals(state_matrix(scene))
+        self.rests = bool(
+            self.values.real.max() < 0.0 or np.any(touched(scene.slabs(), scene.places(rest.q, rest.t))[0])
+        )
+        self.found: list[tuple[LimitCycle | None, Array]] = []
+
+    def run(self, rounds: int) -> None:
+        """March starts, and shoot from those that come to nothing known; judge by exponents what is left."""
+        for _ in range(rounds):
+            left = np.flatnonzero(self.which == UNSETTLED)
+            if not len(left):
+                return
+            none = np.zeros(len(left), dtype=int)
+            self.X[:, left] = self.strobe.after(none, self.X[:, left], self.settle)
+            self.which[left[~np.isfinite(self.X[:, left]).all(axis=0)]] = FAILED
+            self.assign()
+            for i in left:
+                if self.which[i] == UNSETTLED:
+                    self.shoot(int(i))
+        left = np.flatnonzero(self.which == UNSETTLED)
+        if len(left):
+            mean, error, _ = growth(self.strobe, np.zeros(len(left), dtype=int), self.X[:, left], self.settle)
+            self.which[left[mean > 3.0 * error]] = CHAOTIC
+
+    def assign(self) -> None:
+        """Give starts to the rest and to the cycles that they have come to."""
+        left = np.flatnonzero(self.which == UNSETTLED)
+        calm = left[self.strobe.size(self.X[:, left] - self.still) <= self.floor] if self.rests else left[:0]
+        if len(calm):
+            number = next((k for k, (one, _) in enumerate(self.found) if one is None), len(self.found))
+            if number == len(self.found):
+                self.found.append((None, self.still))
+            self.which[calm] = number
+        for number, (one, states) in enumerate(self.found):
+            left = np.flatnonzero(self.which == UNSETTLED)
+            if one is not None and len(left):
+                self.which[left[self.apart(self.X[:, left], states) <= NEAR]] = number
+
+    def apart(self, X: Any, states: Array) -> Any:
+        """Return the distance of states X, (2 n + states, k), to the line through those of a cycle, over its size."""
+        strobe, n = self.strobe, self.scene.size
+        keep = np.concatenate([np.sqrt(strobe.weight)[strobe.resolved], np.ones(int(strobe.resolved.sum()))])[:, None]
+        mine = np.flatnonzero(np.concatenate([strobe.resolved, strobe.resolved]))
+        x, line = keep * X[mine], keep * states[mine]
+        way = np.roll(line, -1, axis=1) - line
+        squares = np.maximum((way**2).sum(axis=0), np.finfo(float).tiny)
+        size = float(np.linalg.norm(line - keep * self.still[: 2 * n][mine], axis=0).max())
+        found = np.empty(x.shape[1])
+        for k, one in enumerate(x.T[:, :, None]):
+            part = np.clip(((one - line) * way).sum(axis=0) / squares, 0.0, 1.0)
+            found[k] = np.linalg.norm(one - line - part * way, axis=0).min() / size
+        return found
+
+    def shoot(self, i: int) -> None:
+        """Look for a stable cycle from a start; keep it where the start is on it."""
+        n, x = self.scene.size, self.X[:, i : i + 1].copy()
+        start = SceneState(self.strobe.t, x[:n], x[n : 2 * n], x[2 * n :], np.zeros((self.scene.motions, 1)))
+        try:
+            cycle = limit_cycle(self.scene, self.steps, start, cycles=self.settle)
+        except (NotConverged, UserError):
+            return
+        if not (cycle.is_stable and cycle.is_decided):
+            return
+        marcher, states = Marcher(self.scene, cycle.period / self.steps, cycle.state), list[Array]()
+        for _ in range(self.steps):
+            marcher.advance(1)
+            states.append(np.concatenate([marcher.q[:, 0], marcher.v[:, 0], marcher.z[:, 0]]))
+        known = (k for k, (one, line) in enumerate(self.found)
+                 if one is not None and self.apart(states[0][:, None], line)[0] <= NEAR)  # fmt: skip
+        self.which[i] = next(known, len(self.found))
+        if self.which[i] == len(self.found):
+            self.found.append((cycle, np.column_stack(states)))
+            self.assign()
+
+    def point(self, values: dict[str, float]) -> tuple[AtlasPoint, Any]:
+        """Return everything that was found, and the response of each start."""
+        count, named = len(self.which), list[Response]()
+        order = np.argsort([-np.sum(self.which == k) for k in range(len(self.found))], kind="stable")
+        for k in order:
+            cycle, _ = self.found[k]
+            mine = int(np.sum(self.which == k))
+            share = binomtest(mine, count)
+            ends = share.proportion_ci(method="wilson")
+            period = float("nan") if cycle is None else cycle.period
+            span = float(self.strobe.period[0]) if cycle is None else period
+            state = self.rest if cycle is None else cycle.state
+            once = ensemble(
+                self.scene, step=span / self.steps, end=state.t + span, start=state, members=1, period=np.array([span])
+            )
+            named.append(
+                Response(
+                    0 if cycle is None else 1, state, np.vstack([state.q, state.v]).T,
+                    np.exp(self.values * span) if cycle is None else cycle.multipliers, mine, float(share.statistic),
+                    (float(ends.low), float(ends.high)),
+                    {name: np.linalg.norm(np.atleast_1d(one[..., 0])) for name, one in once.peak.items()},
+                    {name: float(one[0]) for name, one in once.impacts.items()},
+                    {name: float(one[0]) for name, one in once.peak_force.items()}, period,
+                )
+            )  # fmt: skip
+        shares = [float(np.mean(self.which == kind)) for kind in (CHAOTIC, UNSETTLED, FAILED)]
+        rank = np.concatenate([np.argsort(order), [FAILED, UNSETTLED, CHAOTIC]]).astype(int)
+        return AtlasPoint(values, float("nan"), named, shares[0], float("nan"), *shares[1:]), rank[self.which]
+
+
+def cycle_atlas(
+    scene: Scene, rest: SceneState, starts: int, reach: float, seed: int, steps: int, settle: int, rounds: int
+) -> Atlas:  # fmt: skip
+    """Find the limit cycles and rests that drawn starts come to.
+
+    Args:
+        scene: Without loads that vary.
+        rest: State at rest.
+        starts: Number of starts.
+        reach: See `cycle_starts`.
+        seed: See `cycle_starts`.
+        steps: In a period of the fastest growing oscillation.
+        settle: Periods of a march; `rounds` of these at most.
+        rounds: See settle.
+
+    Raises:
+        UserError: A load or wall varies, a contact remembers, or no oscillation touches a contact.
+    """
+    scene.refuse_memory("atlas")
+    begin, period = cycle_starts(scene, rest, starts, reach, seed)
+    check_autonomous(scene, rest.t, period, "atlas: ")
+    search = CycleSearch(scene, rest, begin, period, steps, settle)
+    search.run(rounds)
+    point, which = search.point({})
+    return Atlas({}, [replace(point)], which[None], begin, {})
+
+
+@journal_style()
+def draw_cycles(points: Sequence[AtlasPoint], over: dict[str, Array]) -> Figure:
+    """Draw the peak force of each limit cycle, and the shares of starts, over the first key of an atlas."""
+    path = next(iter(over), "")
+    figure, grid = panels(2, height=2.0, sharex=True)
+    for number, one in enumerate(points):
+        x = one.values.get(path, float(number))
+        for r in one.responses:
+            color = GRAY if r.order == 0 else BLACK
+            grid[0][0].plot(x, max(r.peak_force.values(), default=0.0), "o", color=color, ms=3.0)
+            grid[1][0].plot(x, r.share, "o", color=color, ms=3.0)
+    grid[0][0].set_ylabel("largest force (N)")
+    grid[1][0].set_ylabel("share (gray: rest)")
+    grid[1][0].set_ylim(0.0, 1.05)
+    grid[1][0].set_xlabel(path)
+    return figure

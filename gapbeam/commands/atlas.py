@@ -11,7 +11,7 @@ from gapbeam.commands.terminal import Overrides, StudyCommand, print_study, prog
 
 
 def atlas(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML) with loads that repeat")],
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="file (TOML) with loads that repeat, or with a flow")],
     vary: Annotated[
         list[str] | None,
         typer.Option(metavar="KEY=VALUES", help="a key and its values, a,b,c or first:last:count; at most two"),
@@ -41,10 +41,11 @@ def atlas(
 
     axes = [read_axis(text, "linear", "--vary ") for text in vary or []]
     folder = output if output is not None else Path("results") / f"{case.stem}-atlas"
+    given = None if is_scene(case) else read_case(case, override or []).model_dump(mode="json")
     with progress_bar("points") as bar:
         result = run_atlas(
             scenes_of(case, override or []), axes, folder, starts=starts, settle=settle, rounds=rounds, orders=orders,
-            reach=reach, seed=seed, progress=bar.show, inputs=None if is_scene(case) else read_case(case, override or []).model_dump(mode="json"),
+            reach=reach, seed=seed, progress=bar.show, inputs=given,
         )  # fmt: skip
     print_study(result.tables(), [*result.paths, result.headline()])
     return result.exit_status

@@ -80,7 +80,7 @@ class CycleSearch:
         scene: Without loads that vary.
         rest: State at rest.
         starts: The starts.
-        period: About that of the motion, s.
+        period: Of the motion, as an estimate, s.
         steps: In a period.
         settle: Periods of a march.
     """

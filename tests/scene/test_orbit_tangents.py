@@ -184,24 +184,28 @@ def compare(seed: int) -> str:
             table.append((8.0 * (at[1] - at[-1]) - at[2] + at[-2]) / (12.0 * h))
         best = np.abs(np.diff(table, axis=0)).argmin(axis=0)
         for i, name in enumerate(figures):
-            size = max(abs(table[best[i] + 1][i]), found.values[name] / abs(value))
+            most = found.values[figures[0]] * found.values["c0.peak_force"] if name == "c0.work" else found.values[name]
+            size = max(abs(table[best[i] + 1][i]), most / abs(value))
             assert abs(found.slopes[name][path] - table[best[i] + 1][i]) <= 1e-7 * size, (seed, name, path)
     return ""
 
 
 @pytest.mark.parametrize("seed", [11])
 def test_slopes_of_a_drawn_orbit_are_those_of_orbits_that_converge_anew(seed: int) -> None:
-    """Five figures and the work by all parameters, to 1e-7 of the larger of slope and figure over parameter."""
+    """Five figures and the work by all parameters, to 1e-7 of the larger of slope and figure over parameter.
+
+    The work is what is left of elastic work to and fro: it is measured by force times displacement.
+    """
     assert compare(seed) == ""
 
 
 @pytest.mark.slow(minutes=0.4)
-@pytest.mark.parametrize("first", [12, 22, 32, 42])
+@pytest.mark.parametrize("first", range(12, 52, 5))
 def test_slopes_of_twenty_drawn_orbits(first: int) -> None:
-    """At least five of ten draws settle, and none of these is wrong or refused."""
-    answers = [compare(seed) for seed in range(first, first + 10)]
+    """At least two of five draws settle, and none of these is wrong or refused."""
+    answers = [compare(seed) for seed in range(first, first + 5)]
     assert [one for one in answers if one and not one.startswith("periodic")] == []
-    assert answers.count("") >= 5
+    assert answers.count("") >= 2
 
 
 def touching(gap: float, damping: float = 0.0, stiffness: float = 1.0) -> tuple[gb.Scene, float]:

@@ -66,6 +66,11 @@ class OrbitFigure:
         weight: Array = np.asarray(np.real(np.conj(parts) * turns[:, None]) / (amplitude or 1.0), dtype=float)
         return amplitude, weight
 
+    def scale(self, series: Array, h: float) -> float:
+        """Return the size that round-off is relative to: the figure, or the elastic work of which the work is a part."""
+        value, weight = self.value(series, h)
+        return 0.5 * float(np.abs(series[:, self.columns] * weight).sum()) if self.kind == "work" else value
+
     def slope(self, series: Array, moves: Array, h: float, growth: float) -> float:
         """Return the derivative of the figure.
 
@@ -82,7 +87,7 @@ class OrbitFigure:
         if not (moves * weight if self.kind == "work" else moves).any():
             return growth / h * value if self.kind == "impulse" else 0.0
         size = np.linalg.norm(x, axis=1)
-        most = {"impulse": h * size.max(), "work": 0.5 * np.abs(x * weight).sum()}.get(self.kind, size.max())
+        most = {"impulse": h * size.max(), "work": self.scale(series, h)}.get(self.kind, size.max())
         if not value > TIED * most:
             raise UserError(f"tangents: {self.name} is 0 within round-off, where it has no derivative")
         if self.kind in ("peak", "peak_force"):

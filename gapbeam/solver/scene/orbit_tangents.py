@@ -164,7 +164,8 @@ def _along(
         return np.concatenate([other.values(asked), other.miss])
 
     most = max(np.abs(along).max(), 1e-4 * np.abs(orbit.x).max())
-    sizes = np.maximum(np.abs(tangent), np.concatenate([orbit.values(asked), np.full(len(M), most)]))
+    scales = [one.scale(orbit.series(one), base.h) for one in asked]
+    sizes = np.maximum(np.abs(tangent), [*scales, *np.full(len(M), most)])
     measured, unsure = slope(changed, FIRST / 64.0, 0.1 * CONFIRMED * sizes)
     wrong = np.flatnonzero(~(np.abs(measured - tangent) <= CONFIRMED * sizes + np.minimum(unsure, UNSURE * sizes)))
     if len(wrong):
@@ -214,7 +215,7 @@ def slope(
         better = apart < miss
         best = np.where(better, (front + back + 12.0 * middle) / 14.0, best)
         miss = np.where(better, apart, miss)
-        if np.all(miss <= (1e-3 * SMOOTH * np.abs(best).max(initial=0.0) if enough is None else enough)):
+        if np.all(miss <= (1e-5 * SMOOTH * np.abs(best).max(initial=0.0) if enough is None else enough)):
             break
     return best, miss
 

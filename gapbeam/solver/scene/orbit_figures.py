@@ -67,7 +67,7 @@ class OrbitFigure:
         return amplitude, weight
 
     def scale(self, series: Array, h: float) -> float:
-        """Return the size that round-off is relative to: the figure, or the elastic work of which the work is a part."""
+        """Return the size that round-off is relative to: the figure, or the elastic work that the work is a part of."""
         value, weight = self.value(series, h)
         return 0.5 * float(np.abs(series[:, self.columns] * weight).sum()) if self.kind == "work" else value
 

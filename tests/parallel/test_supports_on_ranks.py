@@ -11,11 +11,11 @@ import gapbeam
 from gapbeam.postprocess.results.results import Results
 from gapbeam.solver.record_table import STRESS_FIELDS
 from tests.parallel.test_ranks_agree import CLOSE, check_fields, disagreements
-from tests.shared.command import DEMO, RATTLE, alone, on_ranks, settings
+from tests.shared.command import CASE_FOLDER, DEMO, RATTLE, alone, on_ranks, settings
 
 pytestmark = [alone, pytest.mark.versions]
 
-TUBE, BLOCKS = DEMO.with_name("tube-holes.toml"), DEMO.with_name("bar-vblocks.toml")
+TUBE, BLOCKS = CASE_FOLDER / "tube-holes.toml", CASE_FOLDER / "bar-vblocks.toml"
 LEFT = '{name = "left", from = 0.0, to = 0.02, clearance = 1e-4}'
 STOP = '{name = "stop", from = 0.25, to = 0.27, clearance = 5e-5, region = {type = "stop", side = "above"}}'
 RIGHT = '{name = "right", from = 0.45, to = 0.48, clearance = 1e-4, offset = 2e-5, stiffness = 5e11, damping = 1e6}'

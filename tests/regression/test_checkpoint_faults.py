@@ -25,7 +25,7 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import VERSION
 from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.output.results_folder import locked
 from gapbeam.solver.run.verdict import describe_march
-from tests.shared.command import DEMO, RATTLE, alone, called, settings
+from tests.shared.command import CASE_FOLDER, DEMO, RATTLE, alone, called, settings
 from tests.shared.interrupted import differing, run_in_parts, stopped_after
 from tests.shared.processes import beside, command, ended, often, until
 
@@ -383,7 +383,7 @@ def test_links_instead_of_results_are_refused(name: str, tmp_path: Path) -> None
 def test_periodic_search_is_not_resumed(tmp_path: Path) -> None:
     """Its runs have no checkpoints: exit status 2."""
     with pytest.raises(UserError, match="a search has no checkpoints"):
-        gapbeam.run(DEMO.with_name("periodic.toml"), (), tmp_path / "out", resume=True)
+        gapbeam.run((CASE_FOLDER / "periodic.toml"), (), tmp_path / "out", resume=True)
     assert not (tmp_path / "out").exists()
 
 

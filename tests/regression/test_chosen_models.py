@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import gapbeam
-from tests.shared.command import DEMO
+from tests.shared.command import CASE_FOLDER
 
-CASES = sorted(path.stem for path in DEMO.parent.glob("*.toml"))
+CASES = sorted(path.stem for path in CASE_FOLDER.glob("*.toml"))
 HEAVY = {"bar-vblocks", "dovetail-slide", "tube-baffles", "tube-holes", "tube-turbulence", "valve", "li2013"}
 STEPS = 400
 TOLERANCE = 0.02  # of the rms of the motion of the tip
@@ -40,7 +40,7 @@ def _tip(folder: Path, path: Path, model: dict[str, Any]) -> Any:
 
 
 def _check(name: str, folder: Path) -> None:
-    path = DEMO.with_name(f"{name}.toml")
+    path = CASE_FOLDER / f"{name}.toml"
     given = gapbeam.read_case(path).model
     keys = given.model_dump(exclude_none=True, exclude={"reasons"}) if given.type == "reduced" else {"type": "reduced"}
     reduced, _ = _tip(folder / "reduced", path, keys)

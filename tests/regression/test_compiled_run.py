@@ -20,11 +20,11 @@ from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.output_thread import OutputThread
 from gapbeam.solver.run.run_case import run_case
-from tests.shared.command import DEMO
+from tests.shared.command import CASE_FOLDER
 from tests.shared.models import COARSE, GRAVITY, beam_case
 from tests.shared.processes import until
 
-HOLES = DEMO.with_name("tube-holes.toml")
+HOLES = CASE_FOLDER / "tube-holes.toml"
 PUSH = {"type": "harmonic_force", "name": "push", "point": 0.4, "amplitude": 300.0, "frequency": 80.0}
 SHAKE = {"type": "base_motion", "name": "base", "amplitude": 20.0, "frequency": 60.0, "ramp": 2.0e-3}
 MODEL = {"type": "reduced", "modes": 8, "shapes": 4}

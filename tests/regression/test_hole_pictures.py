@@ -14,7 +14,7 @@ from gapbeam.postprocess.render import RenderError, render
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.scene import film as offscreen
 from gapbeam.postprocess.scene.support_surface import support_of
-from tests.shared.command import DEMO
+from tests.shared.command import CASE_FOLDER
 
 KEYS = (
     "model.type=rigid",
@@ -34,7 +34,7 @@ KEYS = (
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run a rigid tube in two holes."""
     path: Path = tmp_path_factory.mktemp("holes") / "run"
-    gapbeam.run(DEMO.with_name("tube-holes.toml"), KEYS, path)
+    gapbeam.run((CASE_FOLDER / "tube-holes.toml"), KEYS, path)
     return path
 
 

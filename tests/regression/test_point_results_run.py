@@ -17,11 +17,11 @@ from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.errors import CaseError
 from gapbeam.solver.record_table import POINTS_FILE
 from tests.regression.test_hole_pictures import KEYS
-from tests.shared.command import DEMO, alone, on_ranks
+from tests.shared.command import CASE_FOLDER, alone, on_ranks
 from tests.shared.interrupted import run_in_parts
 from tests.verification.test_rubbing_beam import SLICE
 
-TUBE, POINTS = DEMO.with_name("tube-holes.toml"), "output.points=true"
+TUBE, POINTS = (CASE_FOLDER / "tube-holes.toml"), "output.points=true"
 SHORT: dict[str, Any] = {
     "model": {"type": "beam", "elements": 51},
     "time": {"end": 0.02, "step": 1.0e-4},
@@ -89,7 +89,7 @@ def test_the_points_of_a_run_in_python_are_those_of_its_faces(tmp_path: Path) ->
 def test_the_points_of_a_periodic_response_are_those_of_its_faces(tmp_path: Path) -> None:
     """The records of a search are one period of the response that it has found."""
     coarse = ("model.elements=12", "mesh.support_size=0.0125", "mesh.size=0.06")
-    outcome = gapbeam.run(DEMO.with_name("periodic.toml"), (*coarse, POINTS), tmp_path / "run")
+    outcome = gapbeam.run((CASE_FOLDER / "periodic.toml"), (*coarse, POINTS), tmp_path / "run")
     assert outcome.exit_status == 0, outcome.message
     assert outcome.summary["periodic"]["periods"] == 1
     refuse_misfit(tmp_path / "run")

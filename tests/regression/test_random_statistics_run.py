@@ -20,10 +20,10 @@ from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStat
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.run_case import run_case
 from gapbeam.solver.run.stop_rule import StopRule, decay_time
-from tests.shared.command import DEMO, called, settings
+from tests.shared.command import CASE_FOLDER, DEMO, called, settings
 from tests.shared.interrupted import differing, run_in_parts
 
-CASE = DEMO.with_name("random-vibration.toml")
+CASE = CASE_FOLDER / "random-vibration.toml"
 KEYS = (
     "model.elements=12",
     "time.step=1e-4",
@@ -176,7 +176,7 @@ def test_options_that_do_not_fit_are_refused(words: dict[str, Any], expected: st
 
 def test_a_case_without_noise_has_no_statistics(tmp_path: Path) -> None:
     """Periodic loads, and searches for periodic responses: refused with the reason."""
-    for case in (DEMO, DEMO.with_name("periodic.toml")):
+    for case in (DEMO, (CASE_FOLDER / "periodic.toml")):
         with pytest.raises(UserError, match="no load of this case is random"):
             gapbeam.run(case, (), tmp_path / "run", relative_error=0.1, of=RMS)
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import gapbeam
-from tests.shared.command import DEMO
+from tests.shared.command import CASE_FOLDER
 from tests.shared.interrupted import differing, run_in_parts
 
-TUBE = DEMO.with_name("tube-holes.toml")
+TUBE = CASE_FOLDER / "tube-holes.toml"
 KEYS = (
     "model.sections=rigid",
     "model.modes=12",

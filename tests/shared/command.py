@@ -17,7 +17,9 @@ from gapbeam.command_line import main
 from tests.shared.processes import LONGEST, beside, ended
 
 PROJECT = Path(__file__).parents[2]
-DEMO = PROJECT / "cases" / "demo.toml"
+CASE_FOLDER = PROJECT / "cases"
+DEMO = PROJECT / "tests" / "shared" / "demo.toml"
+"""A beam that rattles, which no change of the demo changes."""
 GAPBEAM = (sys.executable, "-m", "gapbeam")
 FORKED = ("run", "check", "modes", "compare", "schema", "life")
 """Commands that start no processes of their own and draw nothing in three dimensions."""

@@ -65,7 +65,7 @@ from gapbeam.studies.error_estimate.run_errors import (
     without_errors,
 )
 from gapbeam.studies.trials import starts as kept_body
-from tests.shared.command import DEMO
+from tests.shared.command import CASE_FOLDER, DEMO
 
 FREQUENCY, INTERVAL = 20.0, 1.0e-4
 OMEGA = 2.0 * np.pi * FREQUENCY
@@ -595,7 +595,7 @@ def test_no_solid_with_every_interface_dof_is_a_companion_of_beam_elements() -> 
 def test_companions_of_a_tube_that_meets_circles_keep_its_sections() -> None:
     """A basis of deforming sections is refused there, and the whole estimate was (drawn case 3478)."""
     circles = {f"support.{name}.region": {"type": "hole", "contact": "circle"} for name in ("left", "right")}
-    case = gapbeam.read_case(DEMO.parent / "tube-holes.toml", {"model": {"type": "rigid"}} | circles)
+    case = gapbeam.read_case(CASE_FOLDER / "tube-holes.toml", {"model": {"type": "rigid"}} | circles)
     companions = {one.name: one for one in companions_of(case, 1.0e-5, 2.1e14, computed=True).companions}
     assert companions[FINEST].changes["model"]["sections"] == "rigid"
     gapbeam.read_case(case, dict(companions[FINEST].changes))

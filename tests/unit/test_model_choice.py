@@ -14,9 +14,9 @@ from gapbeam.solver.case.model_choice import bending_wavelength, graded_places
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, read_case_text
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
 from gapbeam.solver.models.body_key import body_key
-from tests.shared.command import DEMO
+from tests.shared.command import CASE_FOLDER, DEMO
 
-CASES = sorted(DEMO.parent.glob("*.toml"))
+CASES = sorted(CASE_FOLDER.glob("*.toml"))
 EXPLICIT = {"time.scheme": "central-difference", "contact.stiffness": 1e11, "time.step": 1e-7, "time.end": 1e-4}
 CHOSEN = {"valve": "reduced", "clamped": "reduced"}
 """Shipped cases on which no beam model is chosen: the overhang of the valve is short, the clamped beam is squeezed."""
@@ -64,7 +64,7 @@ def test_a_soft_contact_on_a_stiff_beam_is_rigid() -> None:
 def test_a_plane_scene_stays_plane_and_a_hole_asks_for_the_solid() -> None:
     """Where the case leaves the dimension out, it is 2 unless something asks for 3."""
     assert read_case(DEMO, {"model": "auto", "mesh.dimension": None}).mesh.dimension == 2
-    holes = read_case(DEMO.with_name("tube-holes.toml"), {"model": "auto", "mesh.dimension": None})
+    holes = read_case((CASE_FOLDER / "tube-holes.toml"), {"model": "auto", "mesh.dimension": None})
     assert holes.mesh.dimension == 3
     assert "beam on the solid: the simplest model that is left" in holes.model.reasons
     assert any("on the slice" in reason for reason in holes.model.reasons)
@@ -81,7 +81,7 @@ def test_choices_can_be_written_read_and_shared() -> None:
 
 def test_elements_are_as_short_as_supports_ask_for() -> None:
     """Five elements in each support, and graded ones between: equal ones would be 5 * 1.2 / 0.02 = 300."""
-    case = read_case(DEMO.with_name("baffles.toml"), {"model": "auto"})
+    case = read_case((CASE_FOLDER / "baffles.toml"), {"model": "auto"})
     assert isinstance(case.model, BeamModel)
     assert case.model.graded
     assert case.model.elements < 0.5 * 300

@@ -35,7 +35,7 @@ from gapbeam.solver.system.semi_discrete import VALUE, imaged
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import kicked
 from tests.regression.test_compiled_run import same_history
-from tests.shared.command import DEMO
+from tests.shared.command import CASE_FOLDER, DEMO
 from tests.shared.interrupted import differing, run_in_parts
 from tests.shared.models import COARSE, GRAVITY, beam_case, beam_model, out_of_reach
 from tests.shared.toys import SCHEMES, start, steps_of, stopped_oscillator
@@ -371,7 +371,7 @@ def test_what_check_says_of_a_record(tmp_path: Path) -> None:
 
 def test_the_case_with_a_record_has_nothing_to_reports() -> None:
     """The record of cases/recorded.toml is what its formula makes, in g, and raises no warning."""
-    case = read_case(DEMO.parent / "recorded.toml")
+    case = read_case(CASE_FOLDER / "recorded.toml")
     assert warnings(case) == []
     signal, times = signal_of(case.load[1]), np.linspace(0.0, 0.5, 777)
     swing = 2.0 * np.exp(-(((times - 0.14) / 0.05) ** 2)) * np.sin(46.0 * pi * times)

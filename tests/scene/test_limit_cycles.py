@@ -274,6 +274,17 @@ def test_atlas_over_the_velocity_has_the_cycles_of_the_equations(tmp_path: Path)
     assert (tmp_path / "a/atlas-responses.png").stat().st_size > 0
 
 
+def test_a_free_motion_sets_no_period() -> None:
+    """A wing without spring in pitch but what round-off leaves marches to its cycle from a start without a period."""
+    M, K, C = np.diag([51.0, 13.0]), np.diag([2.0, 1e-60]), np.diag([-0.1, 0.4])
+    wing = gb.Structure(M, K, C, points={"pitch": [0.0, 1.0], "plunge": [1.0, 0.0]}, name="wing")
+    stop = gb.Contact(wing["plunge"], gb.Slot(0.02), gb.KelvinVoigt(stiffness=12.5, damping=0.4), name="stop")
+    scene = gb.Scene(wing, contacts=[stop], joints=[gb.Joint(wing["pitch"], 20.0, 0.4)])
+    found = gb.limit_cycle(scene, start=scene.state(displacement={wing: [0.02, 0.0]}))
+    assert 5.0 < found.period < 2.0 * pi * np.sqrt(51.0 / 2.0)  # of the plunge, which the stops stiffen
+    assert found.is_stable
+
+
 def hopeless() -> dict[str, tuple[Callable[[], Any], type[Exception], str]]:
     tube = gb.mass(1.0, stiffness=100.0, damping=0.1, name="tube")
     law = gb.KelvinVoigt(stiffness=1e4)

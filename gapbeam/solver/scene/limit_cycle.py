@@ -136,6 +136,8 @@ VANISHED, UNBOUND = 1e-6, 1e6
 ACCEPTED = 1e-6
 """Largest change of the motion over a period, where contacts that open or close keep Newton's method from 1e-10."""
 DOUBLINGS = 120
+FREE = 1e-12
+"""Square of a frequency over the largest one below which a motion is free, but for round-off."""
 MOST_PARTS, PART = 8, 0.01  # of the motion: what a part of a cycle that is a period leaves at most
 
 
@@ -274,7 +276,7 @@ def touching(scene: Scene, state: SceneState, x: Array) -> float | None:
 
 def _slowest(scene: Scene) -> float:
     """Return the period of the slowest mode that oscillates."""
-    elastic = scene.squares[scene.squares > 0.0]
+    elastic = scene.squares[scene.squares > FREE * scene.squares.max(initial=0.0)]
     if not elastic.size:
         raise UserError("limit cycle: no mode oscillates by itself; give the period, about")
     return 2.0 * pi / float(np.sqrt(elastic.min()))

@@ -66,13 +66,12 @@ def modes(
     from gapbeam.commands.compare import fraction
 
     given, deviation = measured_frequencies(measured, count), fraction(accuracy)
-    from mpi4py import MPI
-
     from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+    from gapbeam.process.launcher import all_ranks
     from gapbeam.solver.case.reading.case_reader import read_case
     from gapbeam.studies.modes.find_modes import find_modes
 
-    comm = MPI.COMM_WORLD
+    comm = all_ranks()
     read = on_rank_zero(comm, lambda: read_case(case, override or []))
     folder = output if output is not None else Path("results") / f"{case.stem}-modes"
     result = find_modes(read, folder, comm, count, given, deviation)

@@ -63,14 +63,13 @@ def level_within(case: Path, override: list[str], tolerance: str, wall_time: flo
 
     Collective under mpirun.
     """
-    from mpi4py import MPI
-
     from gapbeam.commands.compare import fraction
     from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+    from gapbeam.process.launcher import all_ranks
     from gapbeam.studies.tradeoff.run_tradeoff import level_for
     from gapbeam.studies.tradeoff.tradeoff_study import overrides_as_mapping
 
-    comm, limit, fixed = MPI.COMM_WORLD, fraction(tolerance), overrides_as_mapping(override)
+    comm, limit, fixed = all_ranks(), fraction(tolerance), overrides_as_mapping(override)
     minutes = MINUTES if wall_time is None else min(MINUTES, 0.5 * wall_time / 60.0)
     return on_rank_zero(comm, lambda: level_for(case, fixed, limit, comm.size == 1, minutes))
 
@@ -80,11 +79,10 @@ def judged_by(outcome: Outcome, taken: Taken) -> Outcome:
 
     Collective under mpirun.
     """
-    from mpi4py import MPI
-
+    from gapbeam.process.launcher import all_ranks
     from gapbeam.studies.tradeoff.run_tradeoff import with_promise
 
-    return with_promise(outcome, taken, MPI.COMM_WORLD)
+    return with_promise(outcome, taken, all_ranks())
 
 
 STUDY = StudyCommand(tradeoff, shipped_kind("tradeoff"))

@@ -71,10 +71,10 @@ def set_up_of(case: Case) -> SetUp:
         MeshError: The mesh file does not fit the case.
     """
     import numpy as np
-    from dolfinx import fem
     from meshio import CellBlock
-    from mpi4py import MPI
 
+    from gapbeam.meshes.distribution.one_rank import ONE_RANK
+    from gapbeam.meshes.mesh_readings import vector_space
     from gapbeam.postprocess.results.supports_of_run import supports_of
     from gapbeam.postprocess.scene.set_up import SetUp
     from gapbeam.solver.assembly.case_mesh import mesh_of_case
@@ -82,8 +82,8 @@ def set_up_of(case: Case) -> SetUp:
     from gapbeam.solver.run.output.parallel_tables import MESHIO_CELLS, around
     from gapbeam.solver.run.output.run_summary import describe_supports
 
-    mesh = mesh_of_case(case, MPI.COMM_SELF).mesh
-    corners = fem.functionspace(mesh, ("Lagrange", 1))  # cells may be curved; pictures have their corners
+    mesh = mesh_of_case(case, ONE_RANK, assembled=False).mesh
+    corners = vector_space(mesh, 1)  # cells may be curved; pictures have their corners
     cell = mesh.topology.cell_name()
     blocks = [CellBlock(MESHIO_CELLS[cell], around(cell, np.asarray(corners.dofmap.list)))]
     supports = supports_of({"model": {"supports": describe_supports(case)}}, {})

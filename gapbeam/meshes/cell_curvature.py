@@ -2,37 +2,36 @@
 
 from __future__ import annotations
 
-import basix
+from typing import Any
+
 import numpy as np
-from dolfinx.mesh import Mesh
-from mpi4py import MPI
 
 from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.mesh_readings import cell_shapes
+from gapbeam.meshes.reference_cells import LagrangeCell
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
 
 STRAIGHT = 1.0e-6  # of the size of a cell
 
 
-def bulge(mesh: Mesh) -> float:
+def bulge(mesh: Any) -> float:
     """Return the largest distance of nodes from their places in straight-sided cells, over the size of their cell.
 
     Collective.
     """
-    order, cell = geometry_order(mesh), mesh.basix_cell()
+    shapes = cell_shapes(mesh)
     cells = mesh.topology.index_map(mesh.topology.dim).size_local
     largest = 0.0
-    if order > 1 and cells:
+    if shapes.degree > 1 and cells:
         nodes = mesh.geometry.x[coordinate_dofs(mesh)[:cells]]
-        variant = basix.LagrangeVariant.equispaced  # where DOLFINx puts the nodes of a geometry
-        places = basix.create_element(basix.ElementFamily.P, cell, order, variant).points
-        linear = basix.create_element(basix.ElementFamily.P, cell, 1, variant).tabulate(0, places)[0, :, :, 0]
+        linear, _ = LagrangeCell(shapes.cell, 1).tabulate(shapes.places)
         corners = nodes[:, : linear.shape[1]]
         apart = np.linalg.norm(nodes - linear @ corners, axis=2).max(axis=1)
         largest = float(np.max(apart / np.linalg.norm(np.ptp(corners, axis=1), axis=1)))
-    return float(mesh.comm.allreduce(largest, op=MPI.MAX))
+    return float(max(mesh.comm.allgather(largest)))
 
 
-def refuse_curved(mesh: Mesh, degree: int) -> None:
+def refuse_curved(mesh: Any, degree: int) -> None:
     """Refuse cells that displacements of a degree cannot turn: a rotation would strain them.
 
     The field of a rotation is linear in the coordinates. On a cell with straight sides it is one of degree 1, on a

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
-from dolfinx.mesh import Mesh, MeshTags, entities_to_geometry, exterior_facet_indices, meshtags
 from scipy.spatial import KDTree
 
 from gapbeam.meshes.beam_geometry import BeamGeometry, BeamStep, groups_of
+from gapbeam.meshes.mesh_readings import exterior_facets, facet_corners, tagged_facets
 from gapbeam.meshes.sections.section_grid import middles
 
 Array = npt.NDArray[np.float64]
@@ -16,17 +18,10 @@ Flags = npt.NDArray[np.bool_]
 NEAR = 1.0e-6  # of the thickness
 
 
-def facet_groups(mesh: Mesh, geometry: BeamGeometry) -> MeshTags:
+def facet_groups(mesh: Any, geometry: BeamGeometry) -> Any:
     """Return the tags of the facets at the ends of the beam and of those that face a support. Collective."""
-    dimension, near = mesh.topology.dim, NEAR * geometry.thickness
-    for first, second in ((dimension - 1, dimension), (dimension - 1, 0), (dimension, dimension - 1)):
-        mesh.topology.create_connectivity(first, second)
-    facets = np.sort(exterior_facet_indices(mesh.topology))
-    count = 4 if mesh.topology.cell_name() == "hexahedron" else dimension  # further nodes of curved facets come behind
-    corners = np.empty((0, count, dimension))
-    if len(facets) > 0:  # DOLFINx 0.9 divides by this number
-        nodes = entities_to_geometry(mesh, dimension - 1, facets)[:, :count]
-        corners = mesh.geometry.x[nodes][..., :dimension]
+    near, facets = NEAR * geometry.thickness, exterior_facets(mesh)
+    corners = facet_corners(mesh, facets)
     low, high = corners[..., 0].min(axis=1, initial=np.inf), corners[..., 0].max(axis=1, initial=-np.inf)
     groups, tags = groups_of(geometry), np.zeros(len(facets), dtype=np.int32)
     tags[high < near] = groups["end"]
@@ -39,7 +34,7 @@ def facet_groups(mesh: Mesh, geometry: BeamGeometry) -> MeshTags:
             met = met & (span.start - near <= low[here]) & (high[here] <= span.end + near)
             tags[np.flatnonzero(here)[met]] = groups[span.name]
     named = tags > 0
-    return meshtags(mesh, dimension - 1, facets[named], tags[named])
+    return tagged_facets(mesh, facets[named], tags[named])
 
 
 def _sides(step: BeamStep, corners: Array, near: float) -> tuple[Flags, Flags]:

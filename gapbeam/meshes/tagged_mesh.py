@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
-import basix
 import numpy as np
 import numpy.typing as npt
-from dolfinx.mesh import Mesh, MeshTags, entities_to_geometry
-from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BODY, ENDS, BeamGeometry, groups_of
-from gapbeam.meshes.distribution.distributed_mesh import mesh_from_gmsh
+from gapbeam.meshes.distribution.one_rank import with_mpi
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
-from gapbeam.meshes.distribution.slices import slices
 from gapbeam.meshes.facet_groups import facet_groups
-from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors, gmsh_session
 from gapbeam.meshes.layered_mesh import LayeredMesh, layered_mesh
 from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.mesh_readings import cell_shapes, facet_corners
+from gapbeam.meshes.reference_cells import quadrature
+from gapbeam.meshes.serial_mesh import SerialMesh
 from gapbeam.meshes.sizing.expected_size import STRUCTURED, expected_cells
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
-from gapbeam.meshes.versions.mesh_maker import made_mesh
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class TaggedMesh:
     """A distributed mesh with named groups of facets.
 
     Attributes:
-        mesh: the DOLFINx mesh; ghost cells across shared facets.
+        mesh: the DOLFINx mesh, with ghost cells across shared facets, or a serial mesh.
         facets: tags of the facets in `groups`.
         groups: name of a facet group to its tag: those that face a support always, end (x = 0) and tip (x = length)
             perhaps.
@@ -42,8 +43,8 @@ class TaggedMesh:
         facet_counts: facets of each group on all ranks.
     """
 
-    mesh: Mesh
-    facets: MeshTags
+    mesh: Any
+    facets: Any
     groups: dict[str, int]
     lower: tuple[float, ...] = field(init=False)
     upper: tuple[float, ...] = field(init=False)
@@ -60,8 +61,8 @@ class TaggedMesh:
         comm = mesh.comm
         counts = {name: comm.allreduce(len(self.facets_of(name))) for name in self.groups}
         found = {
-            "lower": tuple(comm.allreduce(float(value), MPI.MIN) for value in lower),
-            "upper": tuple(comm.allreduce(float(value), MPI.MAX) for value in upper),
+            "lower": tuple(map(float, np.min(comm.allgather(lower), axis=0))),
+            "upper": tuple(map(float, np.max(comm.allgather(upper), axis=0))),
             "cell_count": mesh.topology.index_map(dimension).size_global,
             "vertex_count": mesh.topology.index_map(0).size_global,
             "facet_counts": counts,
@@ -77,6 +78,8 @@ class TaggedMesh:
     def facets_of(self, group: str) -> npt.NDArray[np.int32]:
         """Indices of the facets of a group that this rank owns."""
         found = self.facets.find(self.groups[group])
+        if isinstance(self.mesh, SerialMesh):
+            return np.asarray(found, dtype=np.int32)
         owned = self.mesh.topology.index_map(self.dimension - 1).size_local
         return np.asarray(found[found < owned], dtype=np.int32)
 
@@ -85,7 +88,7 @@ MOST_CELLS = 2_000_000
 """More cells than this are a mistake in a size: a direct solver could not use them."""
 
 
-def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> TaggedMesh:
+def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing, assembled: bool = True) -> TaggedMesh:
     """Build and distribute the mesh of a beam.
 
     Facets end exactly at the edge of the support, and every point of the geometry is a vertex. Quadrilaterals
@@ -97,6 +100,7 @@ def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> Ta
         comm: Communicator over which the mesh is distributed.
         geometry: The beam; the same on all ranks.
         sizing: Cell type and sizes; the same on all ranks.
+        assembled: Whether finite elements are assembled on the mesh; else layers need no DOLFINx.
 
     Returns:
         Mesh with a group of facets for each face of a support, end (x = 0) and tip (x = length).
@@ -108,8 +112,12 @@ def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> Ta
     """
     on_rank_zero(comm, lambda: _refuse_too_many(expected_cells(geometry, sizing)))
     if geometry.section is not None or sizing.cell_of(geometry.dimension) in STRUCTURED:
-        mesh = _layered(comm, geometry, sizing)
+        mesh = _layered(comm, geometry, sizing, assembled)
     else:
+        from gapbeam.meshes.distribution.distributed_mesh import mesh_from_gmsh
+        from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_session
+
+        comm = with_mpi(comm)
         with gmsh_session(comm):
             on_rank_zero(comm, lambda: _draw(geometry, sizing))
             mesh, _, _ = mesh_from_gmsh(comm, geometry.dimension, lambda: geometry.support_length)
@@ -120,20 +128,26 @@ def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> Ta
     return tagged
 
 
-def _layered(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> Mesh:
+def _layered(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing, assembled: bool) -> Any:
     """Make the layers of a beam on rank 0, and distribute them. Collective."""
     made = list[LayeredMesh]()
     on_rank_zero(comm, lambda: made.append(layered_mesh(geometry, sizing)))
     order, dimension = 2 if geometry.section is not None and geometry.section.curved else 1, geometry.dimension
     layers = made[0] if made else LayeredMesh.empty(dimension, order)
+    if not assembled:
+        return SerialMesh(comm, layers)
+    from gapbeam.meshes.distribution.slices import slices
+    from gapbeam.meshes.versions.mesh_maker import made_mesh
+
     divide = slices(layers.centers, geometry.support_length)
-    return made_mesh(comm, layers.points, layers.cells, order, divide)
+    return made_mesh(with_mpi(comm), layers.points, layers.cells, order, divide)
 
 
 def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> None:
     """Fill the beam with triangles or tetrahedra in the current gmsh model."""
     import gmsh
 
+    from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors
     from gapbeam.meshes.gmsh_models.unstructured import draw_unstructured
 
     unit = geometry.thickness  # gmsh's tolerances are absolute: it sees a beam of thickness 1
@@ -196,21 +210,15 @@ def describe(tagged: TaggedMesh) -> Description:
         facets=dict(tagged.facet_counts),
         lower=tagged.lower,
         upper=tagged.upper,
-        smallest_cell=comm.allreduce(float(np.min(sizes, initial=np.inf)), MPI.MIN),
-        largest_cell=comm.allreduce(float(np.max(sizes, initial=0.0)), MPI.MAX),
+        smallest_cell=min(comm.allgather(float(np.min(sizes, initial=np.inf)))),
+        largest_cell=max(comm.allgather(float(np.max(sizes, initial=0.0)))),
         mean_contact_facet_length=math.fsum(part[0] for part in parts) / sum(part[1] for part in parts),
     )
 
 
 def _lengths_along_x(tagged: TaggedMesh, group: str) -> npt.NDArray[np.float64]:
     """Extent along x of each facet of a group that this rank owns."""
-    mesh, dimension = tagged.mesh, tagged.dimension
-    facets = tagged.facets_of(group)
-    if len(facets) == 0:  # DOLFINx 0.9 divides by this number
-        return np.empty(0)
-    mesh.topology.create_connectivity(dimension - 1, dimension)
-    x = mesh.geometry.x[entities_to_geometry(mesh, dimension - 1, facets), 0]
-    return np.asarray(np.ptp(x, axis=1), dtype=np.float64)
+    return np.asarray(np.ptp(facet_corners(tagged.mesh, tagged.facets_of(group))[..., 0], axis=1))
 
 
 Array = npt.NDArray[np.float64]
@@ -246,23 +254,25 @@ def mean_section(tagged: TaggedMesh, width: float) -> Section:
 
     Collective.
     """
-    mesh, dimension = tagged.mesh, tagged.dimension
-    cells = mesh.topology.index_map(dimension).size_local
-    nodes = mesh.geometry.x[coordinate_dofs(mesh)[:cells]][:, :, :dimension]
-    cell = mesh.basix_cell()
-    variant = basix.LagrangeVariant.equispaced  # where DOLFINx puts the nodes of a geometry
-    element = basix.create_element(basix.ElementFamily.P, cell, geometry_order(mesh), variant)
-    points, weights = basix.make_quadrature(cell, DEGREE)
-    values = element.tabulate(1, points)[..., 0]
     moments = np.zeros(3)
-    for value, gradients, weight in zip(values[0], np.moveaxis(values[1:], 1, 0), weights, strict=True):
-        volume = weight * np.abs(determinant(np.einsum("kn,cnd->ckd", gradients, nodes)))
-        height = nodes[:, :, -1] @ value
-        moments += [math.fsum(volume * height**power) for power in range(3)]
-    parts = mesh.comm.allgather(moments)
+    for volume, places in cell_points(tagged.mesh, DEGREE):
+        moments += [math.fsum(volume * places[:, -1] ** power) for power in range(3)]
+    parts = tagged.mesh.comm.allgather(moments)
     zeroth, first, second = (width * math.fsum(part[power] for part in parts) for power in range(3))
     length = tagged.upper[0] - tagged.lower[0]
     return Section(zeroth, zeroth / length, (second - first**2 / zeroth) / length)
+
+
+def cell_points(mesh: Any, degree: int) -> Iterator[tuple[Array, Array]]:
+    """Yield weight and place of a quadrature point in each cell of this rank, (cells,), and (cells, d), m."""
+    dimension, shapes = mesh.topology.dim, cell_shapes(mesh)
+    owned = mesh.topology.index_map(dimension).size_local
+    nodes = mesh.geometry.x[coordinate_dofs(mesh)[:owned]][:, :, :dimension]
+    points, weights = quadrature(shapes.cell, degree)
+    values, slopes = shapes.tabulate(points)
+    for value, gradients, weight in zip(values, np.moveaxis(slopes, 1, 0), weights, strict=True):
+        jacobians = np.einsum("kn,cnd->ckd", gradients, nodes)
+        yield weight * np.abs(determinant(jacobians)), np.einsum("n,cnd->cd", value, nodes)
 
 
 def determinant(matrices: Array) -> Array:

@@ -13,8 +13,10 @@ import signal
 import sys
 import threading
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING, NoReturn
 
+from gapbeam.meshes.distribution.one_rank import ONE_RANK
 from gapbeam.meshes.versions.launcher_variables import rank_of_launcher
 from gapbeam.process.process_environment import refuse_cramped
 
@@ -37,15 +39,20 @@ def end_with_launcher() -> None:
 
 
 def all_ranks() -> MPI.Comm:
-    """Return the communicator of all ranks, after a look at what the process is allowed.
+    """Return the communicator of all ranks, without MPI where no launcher is, after a look at what the process may.
 
     Raises:
         OutOfMemory: The limit of addresses of this process is too low to begin with.
     """
     refuse_cramped()
+    if rank_of_launcher() is None and "mpi4py.MPI" not in sys.modules:
+        return ONE_RANK
     from mpi4py import MPI
 
     end_with_launcher()
+    if MPI.COMM_WORLD.size > 1:  # PETSc starts on all ranks together, also where one of them will use it
+        with suppress(ImportError):
+            from slepc4py import SLEPc  # noqa: F401
     return MPI.COMM_WORLD
 
 

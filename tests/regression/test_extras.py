@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 
 import gapbeam as gb
@@ -41,11 +43,41 @@ def test_structures_need_no_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert all((found[name] == expected[name]).all() for name in expected)
 
 
+@pytest.mark.parametrize("model", ["beam", pytest.param("rigid", marks=pytest.mark.slow(minutes=0.1))])
+def test_beams_and_rigid_bodies_need_no_extra(model: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Such a case runs; its records and fields have the bits of the whole environment."""
+    chosen = [f'model={{type="{model}"}}', BRIEF]
+    options = [word for one in chosen for word in ("--set", one)]
+    done = bare("run", "cases/demo.toml", *options, "--output", tmp_path / "bare")
+    assert done.returncode == 0, done.stderr
+    monkeypatch.setenv("GAPBEAM_ERRORS", "none")
+    gb.run(PROJECT / "cases" / "demo.toml", chosen, tmp_path / "whole")
+    found, expected = (gb.open_results(tmp_path / name) for name in ("bare", "whole"))
+    assert len(found.history["time"]) > 1
+    assert all((found.history[name] == expected.history[name]).all() for name in expected.history)
+    fields = [h5py.File(tmp_path / name / "fields.h5")["displacement"] for name in ("bare", "whole")]
+    assert all(np.array_equal(fields[0][number], fields[1][number]) for number in fields[1])
+
+
+@pytest.mark.slow(minutes=0.2)
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("check", "cases/demo.toml"),
+        ("view", "cases/demo.toml", "--output", "{folder}/view.png"),
+        ("modes", "cases/demo.toml", "--output", "{folder}"),
+    ],
+)
+def test_commands_on_beams_need_no_extra(words: tuple[str, ...], tmp_path: Path) -> None:
+    done = bare(*(word.format(folder=tmp_path) for word in words), "--set", 'model={type="beam"}', "--set", BRIEF)
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.parametrize(
     ("words", "package", "extra"),
     [
-        (("check", "cases/demo.toml"), "mpi4py", "fem"),
-        (("view", "cases/demo.toml"), "dolfinx", "fem"),
+        (("check", "cases/demo.toml"), "dolfinx", "fem"),
+        (("run", "cases/demo.toml"), "dolfinx", "fem"),
         (("report", "{run}"), "plotly", "pictures"),
     ],
 )

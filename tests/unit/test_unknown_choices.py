@@ -21,6 +21,7 @@ from gapbeam.solver.march.compiled.plan_arrays import scheme_table
 from gapbeam.solver.march.python.march import EffectiveOperators, March
 from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.models import model as models
+from gapbeam.solver.models import solid_body
 from gapbeam.solver.models.bending_stiffness import BendingStiffness
 from gapbeam.solver.start.start_state import start_of_case
 from gapbeam.solver.system.accepted_step import Step
@@ -70,9 +71,10 @@ def test_models(monkeypatch: pytest.MonkeyPatch) -> None:
         ("refuse_too_large_before_meshing", None),
         ("mesh_beam", meshed),
         ("mesh_dofs", 1),
-        ("finite_elements", SimpleNamespace(seconds={"assembly": 0.0}, bending=BendingStiffness())),
     ):
         monkeypatch.setattr(models, name, lambda *_, result=result: result)
+    assembled = SimpleNamespace(seconds={"assembly": 0.0}, bending=BendingStiffness())
+    monkeypatch.setattr(solid_body, "finite_elements", lambda *_: assembled)
     with pytest.raises(AssertionError, match="made-up"):
         models.build_body(case, MPI.COMM_SELF)
 

@@ -15,12 +15,12 @@ from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.python.march import march
 from gapbeam.solver.march.simulation import march_of_model
-from gapbeam.solver.models.body import finite_elements
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.model import Model, build_body, build_model, model_of
 from gapbeam.solver.models.reduction.contact_lines import across_lines
 from gapbeam.solver.models.reduction.reduced_body import reduced_body
 from gapbeam.solver.models.reduction.vibration_modes import Modes, lowest_modes, with_rigid_motions
+from gapbeam.solver.models.solid_body import finite_elements
 from gapbeam.solver.run.verdict import remarks_on_model
 from gapbeam.solver.system.semi_discrete import VALUE
 from tests.shared.models import BEAM, COARSE, GRAVITY, SOLID, beam_case, beam_model, bending_frequencies, seat_of

@@ -54,7 +54,7 @@ class Whole:
     def __init__(self, model: Model) -> None:
         beam = BeamOfParts.of_case(model.case, 10)
         twist = np.zeros(beam.size)
-        twist[-beam.others[-1].size :] = 1.0
+        twist[-beam.parts[-1].size :] = 1.0
         self.motions = [beam.uniform(np.array([0.0, 1.0, 0.0])), beam.uniform(np.array([1.0, 0.0, 0.0])), twist]
         self._images = [model.body.operators.apply_mass(motion) for motion in self.motions]
         self.inertias = [float(a @ b) for a, b in zip(self.motions, self._images, strict=True)]

@@ -11,14 +11,17 @@ cuts to answer for, `gapbeam.solver.linear_algebra.substructuring.substructured_
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gapbeam.meshes.versions.mesh_geometry import Adjacency, adjacency
+from gapbeam.meshes.versions.mesh_geometry import adjacency
 
-Partitioner = Callable[[Any, int, Any, bool], Adjacency]
+if TYPE_CHECKING:
+    from gapbeam.meshes.versions.mesh_geometry import Adjacency
+
+Partitioner = Callable[[Any, int, Any, bool], "Adjacency"]
 Floats = npt.NDArray[np.float64]
 
 SAME = 1.0e-9  # of the length: cells of one layer

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import platform
+import sys
 from importlib import metadata
 
 import numpy as np
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of everything that results depend on."""
-    import dolfinx
-    import petsc4py
-    from mpi4py import MPI
+    """Return the versions of everything that results of this process depend on, of what it has loaded."""
+    found = python_versions()
+    if "dolfinx" in sys.modules:
+        import dolfinx
+        import petsc4py
 
-    return python_versions() | {
-        "dolfinx": dolfinx.__version__,
-        "petsc4py": petsc4py.__version__,
-        "gmsh": _installed("gmsh"),
-        "mpi": MPI.Get_library_version().split("\n")[0].split(",")[0].strip("\x00 "),
-    }
+        found |= {"dolfinx": dolfinx.__version__, "petsc4py": petsc4py.__version__, "gmsh": _installed("gmsh")}
+    if "mpi4py.MPI" in sys.modules:
+        from mpi4py import MPI
+
+        found["mpi"] = MPI.Get_library_version().split("\n")[0].split(",")[0].strip("\x00 ")
+    return found
 
 
 def python_versions() -> dict[str, str]:

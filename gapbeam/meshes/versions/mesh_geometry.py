@@ -2,34 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx import cpp
-from dolfinx.cpp.graph import AdjacencyList_int32
-from dolfinx.cpp.la.petsc import create_matrix
-from dolfinx.mesh import Mesh
+
+if TYPE_CHECKING:
+    from dolfinx.cpp.graph import AdjacencyList_int32
+    from dolfinx.mesh import Mesh
+
+    from gapbeam.meshes.serial_mesh import SerialMesh
+
+    Adjacency: TypeAlias = AdjacencyList_int32
 
 
-def coordinate_element(mesh: Mesh) -> Any:
+def coordinate_element(mesh: Mesh | SerialMesh) -> Any:
     """Map from the reference cell to the cells; 0.11 warns about the name that 0.9 knows."""
     geometry = mesh.geometry
     return geometry.cmaps[0] if hasattr(geometry, "cmaps") else geometry.cmap
 
 
-def coordinate_dofs(mesh: Mesh) -> npt.NDArray[np.int32]:
+def coordinate_dofs(mesh: Mesh | SerialMesh) -> npt.NDArray[np.int32]:
     """Rows of `mesh.geometry.x` of each cell; 0.11 warns about the name that 0.9 knows."""
     geometry = mesh.geometry
     return np.asarray(geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap)
 
 
-def geometry_order(mesh: Mesh) -> int:
+def geometry_order(mesh: Mesh | SerialMesh) -> int:
     """Polynomial order of the cells' shape."""
     return int(coordinate_element(mesh).degree)
-
-
-Adjacency: TypeAlias = AdjacencyList_int32
 
 
 def adjacency(values: npt.NDArray[np.integer], starts: npt.NDArray[np.integer]) -> Adjacency:
@@ -39,6 +40,8 @@ def adjacency(values: npt.NDArray[np.integer], starts: npt.NDArray[np.integer]) 
         values: All lists, one after the other.
         starts: Where each list begins, and the end of the last one, (lists + 1,).
     """
+    from dolfinx.cpp.graph import AdjacencyList_int32
+
     return AdjacencyList_int32(np.ascontiguousarray(values, np.int32), np.ascontiguousarray(starts, np.int32))
 
 
@@ -51,6 +54,9 @@ def cell_matrix(space: Any, cells: Any = None) -> Any:
 
     Collective.
     """
+    from dolfinx import cpp
+    from dolfinx.cpp.la.petsc import create_matrix
+
     mesh, dofmap = space.mesh, space.dofmap
     chosen = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local) if cells is None else np.unique(cells)
     pattern = cpp.la.SparsityPattern(mesh.comm, [dofmap.index_map] * 2, [dofmap.index_map_bs] * 2)

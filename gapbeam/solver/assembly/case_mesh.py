@@ -3,24 +3,39 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry, BeamStep
 from gapbeam.meshes.contact_span import ContactSpan
+from gapbeam.meshes.distribution.one_rank import with_mpi
 from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches, rectangle_patches, shared_patches
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
 from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam
-from gapbeam.meshes.user_mesh.user_mesh import read_mesh
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.solution_tables import BeamModel, RigidModel
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 
-def mesh_of_case(case: Case, comm: MPI.Comm) -> TaggedMesh:
-    """Mesh a case with gmsh, or read the mesh file that it names. Collective."""
+def mesh_of_case(case: Case, comm: MPI.Comm, assembled: bool = True) -> TaggedMesh:
+    """Mesh a case, or read the mesh file that it names.
+
+    Args:
+        case: The case.
+        comm: The ranks.
+        assembled: Whether the model of the case is made on the mesh: layers need no DOLFINx for pictures.
+
+    Collective.
+    """
     if case.mesh.file is not None:
-        return read_mesh(comm, Path(case.mesh.file), geometry_of(case))
-    return build_beam(comm, geometry_of(case), sizing_of(case))
+        from gapbeam.meshes.user_mesh.user_mesh import read_mesh
+
+        return read_mesh(with_mpi(comm), Path(case.mesh.file), geometry_of(case))
+    assembled = assembled and not isinstance(case.model, BeamModel | RigidModel)
+    return build_beam(comm, geometry_of(case), sizing_of(case), assembled)
 
 
 def geometry_of(case: Case) -> BeamGeometry:

@@ -14,18 +14,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import basix
 import numpy as np
-from petsc4py import PETSc
+import numpy.typing as npt
 
+from gapbeam.meshes import reference_cells
+from gapbeam.meshes.mesh_readings import cell_shapes, displacement_shapes, facet_cells
+from gapbeam.meshes.reference_cells import SIMPLICES
+from gapbeam.meshes.serial_mesh import SerialSpace
 from gapbeam.meshes.tagged_mesh import determinant
-from gapbeam.meshes.versions.mesh_geometry import cell_matrix, coordinate_dofs, geometry_order
-from gapbeam.solver.assembly.face_quadrature import facet_type, lagrange
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
 from gapbeam.solver.system.operators import Array, Indices
 
-SIMPLICES = (basix.CellType.triangle, basix.CellType.tetrahedron)
+if TYPE_CHECKING:
+    from petsc4py import PETSc
+
 AT_ONCE = 2**22  # slopes that are held at once
 
 
@@ -87,6 +91,19 @@ class CellMass:
         scaled = self.width * self.density[cells, None] * weights
         return _in_components(values.T @ (scaled[..., None] * values), self.space.mesh.topology.dim)
 
+    def of_nodes(self) -> Array:
+        """Return the diagonal of the mass of one component, on the nodes that this rank owns, (n,), kg. Collective."""
+        owned, components = self.space.dofmap.index_map.size_local, self.space.dofmap.index_map_bs
+        if isinstance(self.space, SerialSpace):
+            nodes = self.space.dofmap.list
+            of_cells = self.of_cells(np.arange(len(nodes)))
+            diagonal = np.einsum("cii->ci", of_cells)[:, ::components]
+            return np.asarray(np.bincount(nodes.reshape(-1), diagonal.reshape(-1), owned), dtype=float)
+        matrix = assembled(self)
+        found = np.array(matrix.getDiagonal().array_r)[: owned * components : components]
+        matrix.destroy()
+        return found
+
     def add_to(self, matrix: PETSc.Mat) -> None:
         """Add the cells that this rank owns to a matrix that has room for them, and assemble it. Collective."""
         _add_cells(self.space, self.of_cells, matrix)
@@ -109,23 +126,20 @@ class FacetSprings:
     width: float
 
     @cached_property
-    def cells(self) -> Indices:
+    def _found(self) -> tuple[Indices, Indices]:
+        return facet_cells(self.space.mesh, self.facets)
+
+    @property
+    def cells(self) -> npt.NDArray[np.int32]:
         """The cells of the facets, (facets,)."""
-        topology = self.space.mesh.topology
-        topology.create_connectivity(topology.dim - 1, topology.dim)
-        topology.create_connectivity(topology.dim, topology.dim - 1)
-        return np.array([topology.connectivity(topology.dim - 1, topology.dim).links(one)[0] for one in self.facets],
-                        dtype=np.int32)  # fmt: skip
+        return self._found[0].astype(np.int32)
 
     def add_to(self, matrix: PETSc.Mat) -> None:
         """Add the springs of facets to a matrix that has room for their cells, and assemble it. Collective."""
-        topology, nodes = self.space.mesh.topology, self.space.dofmap.list.astype(PETSc.IntType)
-        dimension, cells = topology.dim, self.cells
-        links = topology.connectivity(dimension, dimension - 1)
-        places = np.array(
-            [np.flatnonzero(links.links(cell) == one)[0] for one, cell in zip(self.facets, cells, strict=True)],
-            dtype=int,
-        )
+        from petsc4py import PETSc
+
+        nodes, dimension = self.space.dofmap.list.astype(PETSc.IntType), self.space.mesh.topology.dim
+        cells, places = self._found
         for place in np.unique(places):
             taken = cells[places == place]
             weights, values = _on_facets(self.space, taken, place)
@@ -140,6 +154,10 @@ class FacetSprings:
 
 def assembled(part: CellStiffness | CellMass | FacetSprings) -> PETSc.Mat:
     """Return a part as a symmetric matrix. Collective."""
+    from petsc4py import PETSc
+
+    from gapbeam.meshes.versions.mesh_geometry import cell_matrix
+
     matrix = cell_matrix(part.space, part.cells if isinstance(part, FacetSprings) else None)
     part.add_to(matrix)
     matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
@@ -147,6 +165,8 @@ def assembled(part: CellStiffness | CellMass | FacetSprings) -> PETSc.Mat:
 
 
 def _add_cells(space: Any, of_cells: Callable[[Indices], Array], matrix: PETSc.Mat) -> None:
+    from petsc4py import PETSc
+
     mesh = space.mesh
     owned = mesh.topology.index_map(mesh.topology.dim).size_local
     nodes = space.dofmap.list.astype(PETSc.IntType)
@@ -167,13 +187,6 @@ def _in_components(scalar: Array, dimension: int) -> Array:
     return np.asarray(blocks.reshape(-1, count, count))
 
 
-def _elements(space: Any) -> tuple[Any, Any, Any]:
-    """Return the type of the cells, and the elements of displacement and geometry."""
-    cell_type = getattr(basix.CellType, space.mesh.topology.cell_name())
-    displacement = lagrange(cell_type, space.element.basix_element.degree)
-    return cell_type, displacement, lagrange(cell_type, geometry_order(space.mesh))
-
-
 def _corners(space: Any, cells: Indices) -> Array:
     """Return the nodes of the geometry of cells, (cells, c, d), from the first of them."""
     mesh = space.mesh
@@ -181,52 +194,45 @@ def _corners(space: Any, cells: Indices) -> Array:
     return np.asarray(corners - corners[:, :1])  # short beside where the cell lies along the beam: no digits are lost
 
 
-def _tabulated(space: Any, cells: Indices, degree: Callable[[Any, int, int], int]) -> tuple[Array, Array, Array]:
+def _tabulated(space: Any, cells: Indices, degree: Callable[[str, int, int], int]) -> tuple[Array, Array, Array]:
     """Return weights (cells, q), values (q, n) and slopes (cells, q, n, d) at the quadrature points of cells."""
-    cell_type, element, geometry = _elements(space)
-    points, factors = basix.make_quadrature(cell_type, degree(cell_type, element.degree, geometry.degree))
-    shapes = geometry.tabulate(1, points)[1:, ..., 0]
-    jacobian = np.einsum("dqk,ckx->cqxd", shapes, _corners(space, cells), optimize=True)
-    values, slopes = element.tabulate(1, points)[0, ..., 0], element.tabulate(1, points)[1:, ..., 0]
+    element, geometry = displacement_shapes(space), cell_shapes(space.mesh)
+    points, factors = reference_cells.quadrature(element.cell, degree(element.cell, element.degree, geometry.degree))
+    jacobian = np.einsum("dqk,ckx->cqxd", geometry.tabulate(points)[1], _corners(space, cells), optimize=True)
+    values, slopes = element.tabulate(points)
     weights = factors * np.abs(determinant(jacobian))
     return weights, values, slopes.transpose(1, 2, 0) @ np.linalg.inv(jacobian)
 
 
 def _on_facets(space: Any, cells: Indices, place: int) -> tuple[Array, Array]:
     """Return weights (cells, q) and values (q, n) on the facets at one place of cells."""
-    cell_type, element, geometry = _elements(space)
-    dimension = len(basix.topology(cell_type)) - 1
-    corners = basix.geometry(cell_type)[basix.topology(cell_type)[dimension - 1][place]]
-    points, factors = basix.make_quadrature(
-        facet_type(dimension, len(corners)), facet_degree(cell_type, element.degree, geometry.degree)
+    element, geometry = displacement_shapes(space), cell_shapes(space.mesh)
+    cell = element.cell
+    corners = reference_cells.corners(cell)[list(reference_cells.facets(cell)[place])]
+    points, factors = reference_cells.quadrature(
+        reference_cells.FACETS[cell], facet_degree(cell, element.degree, geometry.degree)
     )
-    tangents = corners[1:dimension] - corners[0]
+    tangents = corners[1 : corners.shape[1]] - corners[0]
     on_cell = corners[0] + points @ tangents
-    jacobian = np.einsum(
-        "td,dqk,ckx->cqtx", tangents, geometry.tabulate(1, on_cell)[1:, ..., 0], _corners(space, cells)
-    )
+    jacobian = np.einsum("td,dqk,ckx->cqtx", tangents, geometry.tabulate(on_cell)[1], _corners(space, cells))
     area = np.sqrt(determinant(jacobian @ jacobian.swapaxes(-1, -2)))
-    return factors * area, element.tabulate(0, on_cell)[0, ..., 0]
+    return factors * area, element.tabulate(on_cell)[0]
 
 
-def stiffness_degree(cell_type: Any, displacement: int, geometry: int) -> int:
+def stiffness_degree(cell: str, displacement: int, geometry: int) -> int:
     """Return the degree of quadrature that UFL would choose for the stiffness of cells."""
-    if cell_type in SIMPLICES:
-        return 2 * (displacement - 1) + _dimension(cell_type) * (geometry - 1)
-    return 2 * displacement + _dimension(cell_type) * geometry
+    if cell in SIMPLICES:
+        return 2 * (displacement - 1) + reference_cells.corners(cell).shape[1] * (geometry - 1)
+    return 2 * displacement + reference_cells.corners(cell).shape[1] * geometry
 
 
-def mass_degree(cell_type: Any, displacement: int, geometry: int) -> int:
+def mass_degree(cell: str, displacement: int, geometry: int) -> int:
     """Return the degree of quadrature that UFL would choose for the mass of cells."""
-    lower = 1 if cell_type in SIMPLICES else 0
-    return 2 * displacement + _dimension(cell_type) * (geometry - lower)
+    lower = 1 if cell in SIMPLICES else 0
+    return 2 * displacement + reference_cells.corners(cell).shape[1] * (geometry - lower)
 
 
-def facet_degree(cell_type: Any, displacement: int, geometry: int) -> int:
+def facet_degree(cell: str, displacement: int, geometry: int) -> int:
     """Return the degree of quadrature that UFL would choose for springs over facets."""
-    order = geometry - 1 if cell_type in SIMPLICES else geometry
-    return 2 * displacement + (2 * (_dimension(cell_type) - 1) * order + 2 if order > 0 else 0)
-
-
-def _dimension(cell_type: Any) -> int:
-    return len(basix.topology(cell_type)) - 1
+    order = geometry - 1 if cell in SIMPLICES else geometry
+    return 2 * displacement + (2 * (reference_cells.corners(cell).shape[1] - 1) * order + 2 if order > 0 else 0)

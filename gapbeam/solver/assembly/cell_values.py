@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
-from dolfinx.mesh import Mesh
 
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
 from gapbeam.solver.case.beam_profile import BeamPiece, BeamProfile
 from gapbeam.solver.system.operators import Array
 
 
-def in_cells(mesh: Mesh, profile: BeamProfile, value: Callable[[BeamPiece], float]) -> Array:
+def in_cells(mesh: Any, profile: BeamProfile, value: Callable[[BeamPiece], float]) -> Array:
     """Return a value of the pieces of a beam in each cell on this rank, those of other ranks among them, (cells,).
 
     Args:

@@ -23,18 +23,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, vstack
 
 from gapbeam.solver.assembly.face_quadrature import FacePoints, PointRule, along_beam, face_points, gather_points
 from gapbeam.solver.assembly.gauss_rule import gauss_rule
-from gapbeam.solver.assembly.nitsche_terms import Nitsche, correction, stress_rows, trace_bounds
 from gapbeam.solver.supports.regions.around_face import BoreFace
 from gapbeam.solver.supports.support import Face, Support, along_faces
 from gapbeam.solver.system.operators import Array, Indices, Interface, Springs
 from gapbeam.solver.system.semi_discrete import ContactOperator
+
+if TYPE_CHECKING:
+    from gapbeam.solver.assembly.nitsche_terms import Nitsche
 
 NO_ENTRY = 1.0e-12  # basis functions that are zero but for round-off
 
@@ -111,6 +113,8 @@ def nitsche_operator(
     settings: Nitsche,
 ) -> NitscheContact:
     """Build G_N, H_N, w, g0, gamma and the correction of K; arguments as in `contact_operator`. Collective."""
+    from gapbeam.solver.assembly.nitsche_terms import correction, stress_rows, trace_bounds
+
     dimension, block = space.mesh.geometry.dim, space.dofmap.index_map_bs
     points, local_points = _points(space, faces, supported, width, rule)
     bounds = trace_bounds(space, local_points, settings)

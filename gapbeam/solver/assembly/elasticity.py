@@ -8,9 +8,9 @@ In 2D every part carries the width of the beam, so that forces are whole forces 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from dolfinx import fem
 
 from gapbeam.solver.assembly.cell_stiffness import CellMass, CellStiffness, FacetSprings
 from gapbeam.solver.assembly.cell_values import in_cells
@@ -43,7 +43,7 @@ def lame(material: Material, plane_stress: bool) -> tuple[float, float]:
 
 
 def elastic_parts(
-    space: fem.FunctionSpace,
+    space: Any,
     profile: BeamProfile,
     plane_stress: bool,
     width: float,
@@ -72,6 +72,6 @@ def elastic_parts(
     )
 
 
-def mass_of(space: fem.FunctionSpace, profile: BeamProfile, width: float) -> CellMass:
+def mass_of(space: Any, profile: BeamProfile, width: float) -> CellMass:
     """Return the mass of a beam on a vector Lagrange space; width as in `elastic_parts`."""
     return CellMass(space, in_cells(space.mesh, profile, lambda piece: piece.material.density), width)

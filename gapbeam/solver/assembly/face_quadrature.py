@@ -11,18 +11,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import basix
 import numpy as np
-from dolfinx import fem, la
-from mpi4py import MPI
 
-from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
+from gapbeam.meshes import reference_cells
+from gapbeam.meshes.mesh_readings import cell_shapes, displacement_shapes, facet_cells
+from gapbeam.meshes.reference_cells import corners as corners_of
+from gapbeam.meshes.serial_mesh import SerialMesh
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
 from gapbeam.solver.assembly.point_rows import PointFinder
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.supports.support import Face
 from gapbeam.solver.system.operators import Array, Indices
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 STEEPEST = 1.0e-6  # component of the unit normal along the bending axis, of faces that can be met along it
 
@@ -113,10 +117,6 @@ def face_points(space: Any, facets: Indices, rule: PointRule, width: float, face
     """
     mesh = space.mesh
     topology, dimension = mesh.topology, mesh.topology.dim
-    topology.create_connectivity(dimension - 1, dimension)
-    topology.create_connectivity(dimension, dimension - 1)
-    facet_to_cell = topology.connectivity(dimension - 1, dimension)
-    cell_to_facet = topology.connectivity(dimension, dimension - 1)
     owned_cells = topology.index_map(dimension).size_local
     rules = _rules(space, rule)
     coordinates, cell_coordinates = mesh.geometry.x, coordinate_dofs(mesh)
@@ -133,11 +133,10 @@ def face_points(space: Any, facets: Indices, rule: PointRule, width: float, face
             np.empty(0, dtype=np.int64),
         )
     ]
-    for facet in facets:
-        cell = facet_to_cell.links(facet)[0]
+    for cell, place in zip(*facet_cells(mesh, facets), strict=True):
         if cell >= owned_cells:
             continue
-        here = rules[int(np.flatnonzero(cell_to_facet.links(cell) == facet)[0])]
+        here = rules[place]
         corners = coordinates[cell_coordinates[cell]]
         cell_nodes = space.dofmap.index_map.local_to_global(space.dofmap.cell_dofs(cell).astype(np.int32))
         jacobian = np.einsum("dqc,cx->qdx", here.shape_derivatives, corners[:, :dimension])
@@ -210,49 +209,16 @@ def _normals(tangents: Array) -> Array:
 
 def _rules(space: Any, rule: PointRule) -> list[_Rule]:
     """Return one rule for each facet of the reference cell."""
-    mesh = space.mesh
-    dimension = mesh.topology.dim
-    cell_type = getattr(basix.CellType, mesh.topology.cell_name())
-    element = lagrange(cell_type, space.element.basix_element.degree)
-    geometry = lagrange(cell_type, geometry_order(mesh))
+    element, geometry = displacement_shapes(space), cell_shapes(space.mesh)
+    place = reference_cells.nodal_rule if rule.nodal else reference_cells.quadrature
+    points, factors = place(reference_cells.FACETS[element.cell], rule.degree)
     rules = []
-    for facet in basix.topology(cell_type)[dimension - 1]:
-        corners = basix.geometry(cell_type)[facet]
-        kind = facet_type(dimension, len(corners))
-        place = _nodal_rule if rule.nodal else basix.make_quadrature
-        points, factors = place(kind, rule.degree)
-        tangents = corners[1:dimension] - corners[0]
+    for facet in reference_cells.facets(element.cell):
+        corners = corners_of(element.cell)[list(facet)]
+        tangents = corners[1 : corners.shape[1]] - corners[0]
         on_cell = corners[0] + points @ tangents
-        basis, shape = element.tabulate(1, on_cell)[..., 0], geometry.tabulate(1, on_cell)[..., 0]
-        rules.append(_Rule(basis[0], basis[1:], shape[0], shape[1:], tangents, factors))
+        rules.append(_Rule(*element.tabulate(on_cell), *geometry.tabulate(on_cell), tangents, factors))
     return rules
-
-
-_FACETS = {
-    (2, 2): basix.CellType.interval,
-    (3, 3): basix.CellType.triangle,
-    (3, 4): basix.CellType.quadrilateral,
-}
-
-
-def facet_type(dimension: int, corners: int) -> Any:
-    """Return the type of a facet of a cell with so many corners."""
-    return _FACETS[dimension, corners]
-
-
-def _nodal_rule(kind: Any, degree: int) -> tuple[Array, Array]:
-    """Return the nodes of a facet that carry a uniform pressure, and their weights: Gauss-Lobatto's on edges."""
-    if kind != basix.CellType.triangle:
-        points, weights = basix.make_quadrature(kind, 2 * degree - 1, basix.QuadratureType.gll)
-        return np.asarray(points), np.asarray(weights)
-    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    return (corners if degree == 1 else 0.5 * (corners + np.roll(corners, -1, axis=0))), np.full(3, 1.0 / 6.0)
-
-
-def lagrange(cell_type: Any, degree: int) -> Any:
-    """Return the scalar Lagrange element that DOLFINx uses."""
-    variant = basix.LagrangeVariant.gll_warped
-    return basix.create_element(basix.ElementFamily.P, cell_type, degree, variant, dtype=np.float64)
 
 
 COARSE = 0.05  # of a cell: how far a point on the surface may lie outside of curved cells, which do not follow an arc
@@ -274,24 +240,21 @@ def body_points(space: Any, places: Sequence[tuple[str, Array]]) -> tuple[FacePo
     Collective.
     """
     mesh, finder = space.mesh, PointFinder(space)
-    dimension = mesh.topology.dim
-    cell_type = getattr(basix.CellType, mesh.topology.cell_name())
-    element = lagrange(cell_type, space.element.basix_element.degree)
-    geometry = lagrange(cell_type, geometry_order(mesh))
+    dimension, element, geometry = mesh.topology.dim, displacement_shapes(space), cell_shapes(mesh)
     first_cell = mesh.topology.index_map(dimension).local_range[0]
     mine = list[tuple[int, FacePoints]]()
     for number, (_, place) in enumerate(places):
         for _, cell, reference in finder.cells_at(place, COARSE if finder.curved else 0.0):
-            basis, shapes = element.tabulate(1, reference)[..., 0], geometry.tabulate(1, reference)[..., 0]
+            (values, derivatives), (_, slopes) = element.tabulate(reference), geometry.tabulate(reference)
             corners = mesh.geometry.x[coordinate_dofs(mesh)[cell]][:, :dimension]
-            jacobian = np.einsum("dqc,cx->qdx", shapes[1:], corners)
+            jacobian = np.einsum("dqc,cx->qdx", slopes, corners)
             nodes = space.dofmap.index_map.local_to_global(space.dofmap.cell_dofs(cell).astype(np.int32))
             point = FacePoints(
                 nodes[None].astype(np.int64),
-                basis[0],
+                values,
                 np.ones(1),
                 np.asarray(place, dtype=float)[None],
-                np.einsum("qxd,dqk->qkx", np.linalg.inv(jacobian), basis[1:]),
+                np.einsum("qxd,dqk->qkx", np.linalg.inv(jacobian), derivatives),
                 np.zeros((1, dimension)),
                 np.array([first_cell + cell]),
             )
@@ -338,10 +301,8 @@ class CornerGradients:
         mesh = space.mesh
         dimension = mesh.topology.dim
         cells = mesh.topology.index_map(dimension).size_local
-        cell_type = getattr(basix.CellType, mesh.topology.cell_name())
-        at = np.asarray(basix.geometry(cell_type))
-        slopes = lagrange(cell_type, space.element.basix_element.degree).tabulate(1, at)[1:, :, :, 0]
-        shapes = lagrange(cell_type, geometry_order(mesh)).tabulate(1, at)[1:, :, :, 0]
+        at = corners_of(mesh.topology.cell_name())
+        (_, slopes), (_, shapes) = displacement_shapes(space).tabulate(at), cell_shapes(mesh).tabulate(at)
         places = mesh.geometry.x[coordinate_dofs(mesh)[:cells]][:, :, :dimension]
         jacobians = np.einsum("eka,bck->ecab", places, shapes)
         corners = np.asarray(linear.dofmap.list[:cells], dtype=np.int64)
@@ -350,16 +311,16 @@ class CornerGradients:
         counts = _summed(linear, corners, ones)[:, 0]
         return cls(nodes, corners, slopes, np.linalg.inv(jacobians), linear, counts)
 
-    def mean(self, field: fem.Function) -> Array:
+    def mean(self, field: Array) -> Array:
         """Return the gradient du_i / dx_j at the corners that this rank owns, (n, d, d).
 
         Args:
-            field: In the space, its ghosts up to date.
+            field: DOFs in the space, ghosts among them.
 
         Collective.
         """
         dimension = self.inverse.shape[-1]
-        values = field.x.array.reshape(-1, dimension)[self.nodes]
+        values = field.reshape(-1, dimension)[self.nodes]
         reference = np.einsum("bck,eki->ecib", self.slopes, values, optimize=True)
         gradients = (reference @ self.inverse).reshape(*self.corners.shape, dimension**2)
         summed = _summed(self.linear, self.corners, gradients) / self.counts[:, None]
@@ -369,6 +330,12 @@ class CornerGradients:
 def _summed(linear: Any, corners: Indices, values: Array) -> Array:
     """Return sums over the cells of all ranks of values at their corners (cells, c, m), on owned corners (n, m)."""
     index_map, width = linear.dofmap.index_map, values.shape[-1]
+    if isinstance(linear.mesh, SerialMesh):
+        found = np.zeros((index_map.size_local, width))
+        np.add.at(found, corners.reshape(-1), values.reshape(-1, width))
+        return found
+    from dolfinx import la
+
     vector = la.vector(index_map, width, np.float64)
     whole = vector.array.reshape(-1, width)
     whole[:] = 0.0

@@ -8,9 +8,9 @@ from operator import itemgetter
 from typing import Any
 
 import numpy as np
-from dolfinx import geometry
-from mpi4py import MPI
 
+from gapbeam.meshes.mesh_readings import displacement_shapes
+from gapbeam.meshes.serial_mesh import SerialMesh
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, coordinate_element, geometry_order
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array, Indices, Operators
@@ -58,11 +58,15 @@ class PointFinder:
         mesh, index_map = space.mesh, space.dofmap.index_map
         self.space = space
         self.places = space.tabulate_dof_coordinates()[: index_map.size_local]
-        self.span = mesh.comm.allreduce(float(np.max(np.abs(self.places), initial=0.0)), op=MPI.MAX)
+        self.span = max(mesh.comm.allgather(float(np.max(np.abs(self.places), initial=0.0))))
         self.curved = geometry_order(mesh) > 1
         sides = np.ptp(mesh.geometry.x[:, : mesh.geometry.dim], axis=0) if len(mesh.geometry.x) else np.zeros(1)
-        padding = BULGE * float(np.min(sides)) if self.curved else 0.0
-        self.tree = geometry.bb_tree(mesh, mesh.topology.dim, padding=padding)
+        self.padding = BULGE * float(np.min(sides)) if self.curved else 0.0
+        self.tree: Any = None
+        if not isinstance(mesh, SerialMesh):
+            from dolfinx import geometry
+
+            self.tree = geometry.bb_tree(mesh, mesh.topology.dim, padding=self.padding)
 
     def row(self, point: Array, name: str, beyond: float = IN_CELL) -> PointRow:
         """Find the basis functions at a point: a node where one lies there, else by interpolation in its cell.
@@ -106,15 +110,23 @@ class PointFinder:
             point: (3,), m.
             beyond: As in `row`.
         """
+        for cell in map(int, self._cells_near(point)):
+            away, reference = self._reference(cell, point)
+            if away <= beyond:
+                yield away, cell, reference
+
+    def _cells_near(self, point: Array) -> Indices:
+        """Return owned cells that may hold a point."""
         mesh = self.space.mesh
+        if isinstance(mesh, SerialMesh):
+            return mesh.cells_near(point, self.padding + ON_NODE * self.span)
+        from dolfinx import geometry
+
         candidates = geometry.compute_collisions_points(self.tree, point.reshape(1, 3))
         if not self.curved:  # else cells bulge beyond the hull of their nodes, which is what is tested here
             candidates = geometry.compute_colliding_cells(mesh, candidates, point.reshape(1, 3))
         cells = candidates.links(0)
-        for cell in map(int, cells[cells < mesh.topology.index_map(mesh.topology.dim).size_local]):
-            away, reference = self._reference(cell, point)
-            if away <= beyond:
-                yield away, cell, reference
+        return np.asarray(cells[cells < mesh.topology.index_map(mesh.topology.dim).size_local], dtype=np.int64)
 
     def _in_cell(self, point: Array, beyond: float) -> tuple[float, Indices, Array] | None:
         """Return the distance of a point from the nearest owned cell, global nodes, and the basis functions there."""
@@ -127,7 +139,7 @@ class PointFinder:
         if nearest is None:
             return None
         away, cell, reference = nearest
-        values = self.space.element.basix_element.tabulate(0, reference)[0, 0, :, 0]
+        values = displacement_shapes(self.space).tabulate(reference)[0][0]
         nodes = self.space.dofmap.index_map.local_to_global(self.space.dofmap.cell_dofs(cell).astype(np.int32))
         return away, nodes.astype(np.int64), values
 
@@ -135,16 +147,19 @@ class PointFinder:
         """Return the distance of a point from the reference cell, and its place there, (1, dimension)."""
         mesh, dimension = self.space.mesh, self.space.mesh.geometry.dim
         corners = mesh.geometry.x[coordinate_dofs(mesh)[cell]][:, :dimension]
+        shapes, serial = coordinate_element(mesh), isinstance(mesh, SerialMesh)
         try:
-            found = np.asarray(coordinate_element(mesh).pull_back(point[:dimension].reshape(1, -1), corners))
+            place = point[:dimension] if serial else point[:dimension].reshape(1, -1)
+            found = np.asarray(shapes.pull_back(place, corners))
         except RuntimeError:  # Newton's method ends far outside of the cell
             return np.inf, np.empty((1, dimension))
-        if not self.curved:
+        if not self.curved and not serial:
             return 0.0, found
         outside = [float(np.max(-found)), float(np.max(found - 1.0))]
         if len(corners) in SIMPLICES[dimension]:
             outside.append(float(np.sum(found) - 1.0))
-        return max(0.0, *outside), found
+        away = max(0.0, *outside)
+        return (0.0 if away <= IN_CELL and not self.curved else away), found
 
 
 def point_row(space: Any, point: Array, name: str) -> PointRow:

@@ -15,20 +15,19 @@ from dataclasses import dataclass
 from itertools import permutations, product
 from typing import Any
 
-import basix
 import numpy as np
-from mpi4py import MPI
 
+from gapbeam.meshes import reference_cells
+from gapbeam.meshes.mesh_readings import cell_shapes, displacement_shapes
+from gapbeam.meshes.reference_cells import SIMPLICES
 from gapbeam.meshes.tagged_mesh import determinant
-from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
-from gapbeam.solver.assembly.face_quadrature import lagrange
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array, Indices
 
 ON_PLANE = 1.0e-9  # of the length of the mesh: nodes this near to the plane lie on it
 STRAIGHT = 1.0e-9  # of a cell's length along x: what x may differ from linear interpolation
 FINER = 4  # parts of each side of a cell in which x is not linear
-SIMPLICES = (basix.CellType.triangle, basix.CellType.tetrahedron)
 
 
 @dataclass(frozen=True)
@@ -58,20 +57,18 @@ class SectionCutter:
         mesh = space.mesh
         dimension = mesh.topology.dim
         owned = mesh.topology.index_map(dimension).size_local
-        cell_type = getattr(basix.CellType, mesh.topology.cell_name())
         self.space = space
         self.corners = mesh.geometry.x[coordinate_dofs(mesh)[:owned]][:, :, :dimension]
-        self.basis = lagrange(cell_type, space.element.basix_element.degree)
-        self.geometry = lagrange(cell_type, geometry_order(mesh))
+        self.basis, self.geometry = displacement_shapes(space), cell_shapes(mesh)
         x = mesh.geometry.x[:, 0]
         ends = [float(np.min(x, initial=np.inf)), -float(np.max(x, initial=-np.inf))]
-        low, high = (mesh.comm.allreduce(end, op=MPI.MIN) for end in ends)
+        low, high = np.min(mesh.comm.allgather(ends), axis=0)
         self.tolerance = ON_PLANE * (-high - low)
-        piece = basix.CellType.interval if dimension == 2 else basix.CellType.triangle
+        piece = "interval" if dimension == 2 else "triangle"
         # products of coordinates in the plane of a hexahedron; the area is a product of slopes of the geometry
         rule = dimension * self.basis.degree + 2 * self.geometry.degree
-        self.places, self.factors = basix.make_quadrature(piece, rule)
-        self.lattices = {count: _lattice(cell_type, count) for count in (1, FINER)}
+        self.places, self.factors = reference_cells.quadrature(piece, rule)
+        self.lattices = {count: _lattice(self.basis.cell, count) for count in (1, FINER)}
 
     def cut(self, place: float, name: str) -> SectionCut:
         """Cut the cross-section at x = place: through the cells that begin there, or at the end those that end there.
@@ -108,21 +105,21 @@ class SectionCutter:
         away = self._snapped(self.corners[:, :, 0] - place)
         met = away >= 0.0 if ends else away > 0.0  # nodes on the plane belong to the cell that is cut
         cells = np.flatnonzero(np.any(met, axis=1) & ~np.all(met, axis=1))
-        lattice, simplices = self.lattices[FINER if comm.allreduce(self._bent(away[cells]), op=MPI.LOR) else 1]
-        levels = self._snapped(away[cells] @ self.geometry.tabulate(0, lattice)[0, :, :, 0].T)
+        lattice, simplices = self.lattices[FINER if any(comm.allgather(self._bent(away[cells]))) else 1]
+        levels = self._snapped(away[cells] @ self.geometry.tabulate(lattice)[0].T)
         nodes, integrals = list[Indices](), list[Array]()
         moments = np.zeros((dimension, dimension))
         for owners, pieces in _pieces(lattice[simplices], levels[:, simplices], ends):
             sides = pieces[:, 1:] - pieces[:, :1]
             at = pieces[:, None, 0] + np.einsum("qs,psd->pqd", self.places, sides)
-            shapes = self.geometry.tabulate(1, at.reshape(-1, dimension))[..., 0]
-            shapes = shapes.reshape(1 + dimension, *at.shape[:2], -1)
+            shapes, turns = self.geometry.tabulate(at.reshape(-1, dimension))
+            shapes, turns = shapes.reshape(*at.shape[:2], -1), turns.reshape(dimension, *at.shape[:2], -1)
             corners = self.corners[cells[owners]]
-            across = np.einsum("pqc,pcx->pqx", shapes[0], corners[:, :, 1:])
-            slopes = np.einsum("psd,dpqc,pcx->pqsx", sides, shapes[1:], corners[:, :, 1:], optimize=True)
+            across = np.einsum("pqc,pcx->pqx", shapes, corners[:, :, 1:])
+            slopes = np.einsum("psd,dpqc,pcx->pqsx", sides, turns, corners[:, :, 1:], optimize=True)
             weights = self.factors * np.abs(determinant(slopes))
             fields = np.concatenate([np.ones((*at.shape[:2], 1)), across], axis=2)
-            values = self.basis.tabulate(0, at.reshape(-1, dimension))[0, :, :, 0].reshape(*at.shape[:2], -1)
+            values = self.basis.tabulate(at.reshape(-1, dimension))[0].reshape(*at.shape[:2], -1)
             integrals.append(
                 np.einsum("pq,pqk,pqs->pks", weights, values, fields, optimize=True).reshape(-1, dimension)
             )
@@ -142,9 +139,9 @@ class SectionCutter:
     def _bent(self, away: Array) -> bool:
         """Return whether x is not linear on the simplices of a cell, whose corners come first."""
         fine, (corners, simplices) = self.lattices[FINER][0], self.lattices[1]
-        at = self.geometry.tabulate(0, fine)[0, :, :, 0]
+        at = self.geometry.tabulate(fine)[0]
         exact, linear = away @ at.T, np.empty((len(away), len(fine)))
-        straight = away @ self.geometry.tabulate(0, corners)[0, :, :, 0].T
+        straight = away @ self.geometry.tabulate(corners)[0].T
         for simplex in simplices:
             edges = corners[simplex[1:]] - corners[simplex[0]]
             shares = np.linalg.solve(edges.T, (fine - corners[simplex[0]]).T).T
@@ -154,9 +151,9 @@ class SectionCutter:
         return bool(np.any(np.abs(exact - linear) > STRAIGHT * np.ptp(away, axis=1)[:, None]))
 
 
-def _lattice(cell_type: Any, count: int) -> tuple[Array, Indices]:
+def _lattice(cell: str, count: int) -> tuple[Array, Indices]:
     """Return points of a reference cell with so many parts a side, and the simplices between them (Kuhn's)."""
-    dimension = len(basix.geometry(cell_type)[0])
+    dimension = reference_cells.corners(cell).shape[1]
     simplices = list[list[tuple[int, ...]]]()
     for base in product(range(count), repeat=dimension):
         for order in permutations(range(dimension)):
@@ -165,12 +162,12 @@ def _lattice(cell_type: Any, count: int) -> tuple[Array, Indices]:
                 corner[axis] += 1
                 simplex.append(tuple(corner))
             simplices.append(simplex)
-    if cell_type in SIMPLICES:  # those in 1 >= y_1 >= y_2 >= ..., which is mapped onto the reference simplex
+    if cell in SIMPLICES:  # those in 1 >= y_1 >= y_2 >= ..., which is mapped onto the reference simplex
         simplices = [one for one in simplices if all(list(place) == sorted(place, reverse=True) for place in one)]
     places = sorted({place for one in simplices for place in one})
     numbers = {place: number for number, place in enumerate(places)}
     points = np.array(places, dtype=float) / count
-    if cell_type in SIMPLICES:
+    if cell in SIMPLICES:
         points[:, :-1] -= points[:, 1:]
     return points, np.array([[numbers[place] for place in one] for one in simplices])
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from dolfinx.mesh import compute_midpoints, exterior_facet_indices
 from scipy.sparse import csr_matrix
 
+from gapbeam.meshes.mesh_readings import exterior_facets, facet_middles
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
 from gapbeam.solver.assembly.contact_assembly import dof_interface
 from gapbeam.solver.assembly.face_quadrature import FacePoints, PointRule, along_beam, face_points, gather_points
@@ -54,9 +54,7 @@ def surface_rows(space: Any, faces: Indices) -> SurfaceRows:
     Collective.
     """
     mesh = space.mesh
-    dimension = mesh.topology.dim
-    mesh.topology.create_connectivity(dimension - 1, dimension)
-    outside = np.asarray(exterior_facet_indices(mesh.topology), dtype=np.int32)
+    outside = exterior_facets(mesh)
     chosen = [_spread(mesh, faces, MOST_ON_FACES), _spread(mesh, np.setdiff1d(outside, faces), MOST_POINTS)]
     parts = [gather_points(mesh.comm, face_points(space, facets, IN_THE_MIDDLE, 1.0)) for facets in chosen]
     return rows_at(space, FacePoints.join(parts), len(parts[0].weights))
@@ -103,8 +101,7 @@ def _cell_middles(mesh: Any, cells: Indices) -> Array:
 
 def _spread(mesh: Any, facets: Indices, most: int) -> Indices:
     """Return at most so many facets of all ranks, spread along the mesh, those of this rank. Collective."""
-    middles = compute_midpoints(mesh, mesh.topology.dim - 1, np.asarray(facets, dtype=np.int32))
-    gathered = mesh.comm.allgather(np.asarray(middles).reshape(-1, 3))
+    gathered = mesh.comm.allgather(facet_middles(mesh, facets))
     first = sum(len(part) for part in gathered[: mesh.comm.rank])
     order = along_beam(np.concatenate(gathered))
     step = -(-len(order) // most) | 1  # odd, so that facets above each other are not passed by

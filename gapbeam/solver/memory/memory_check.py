@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
-from typing import assert_never
-
-from mpi4py import MPI
+from typing import TYPE_CHECKING, assert_never
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.sizing.expected_size import expected_nodes
@@ -17,6 +15,9 @@ from gapbeam.solver.case.checks.periodic_checks import factor_needed
 from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.memory.memory_estimate import beam_needs, free_memory, memory_needs
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
 GIGABYTE = 1.0e9

@@ -13,8 +13,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf, log2
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from mpi4py import MPI
+from gapbeam.meshes.distribution.one_rank import of_machine
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 FACTOR_OF_MILLION, GROWTH = 11.5e9, 1.1
 FACTOR_2D = 50.0
@@ -57,7 +61,7 @@ UNLIMITED = 1 << 60  # control groups of version 1 write a number beyond this fo
 
 def free_memory(comm: MPI.Comm) -> float:
     """Return the memory that is free over all machines of a communicator, bytes. Collective."""
-    machine = comm.Split_type(MPI.COMM_TYPE_SHARED)
+    machine = of_machine(comm)
     mine = free_here() if machine.rank == 0 else 0.0
     machine.Free()
     return float(sum(comm.allgather(mine)))

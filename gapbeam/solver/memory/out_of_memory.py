@@ -8,8 +8,6 @@ import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from petsc4py import PETSc
-
 from gapbeam.solver.errors import OutOfMemory
 
 PETSC_OUT_OF_MEMORY = 55
@@ -28,7 +26,7 @@ def is_out_of_memory(error: BaseException | None) -> bool:
 def _says_so(error: BaseException) -> bool:
     if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
         return True
-    if isinstance(error, PETSc.Error) and error.ierr == PETSC_OUT_OF_MEMORY:
+    if type(error).__module__.startswith("petsc4py") and getattr(error, "ierr", 0) == PETSC_OUT_OF_MEMORY:
         return True
     return WORDS.search(str(error)) is not None
 

@@ -1,4 +1,4 @@
-"""A beam between the contact faces of a mesh: elements that bend, lengthen and twist as their case asks for.
+"""A beam between the contact faces of a mesh: elements that bend, lengthen and twist as their case asks for, or rigid.
 
 What moves is decided by `case.beam_motions`. Contact acts at the points of the mesh's contact faces, on the motion of
 these points with their sections, and so does friction, which acts at the surface and turns the section.
@@ -12,6 +12,7 @@ from math import ceil, pi
 from typing import assert_never
 
 import numpy as np
+from scipy.linalg import eigh
 from scipy.sparse import block_diag, csr_matrix, hstack, vstack
 
 from gapbeam.solver.assembly.assembled_system import acting_rows, attached_motions
@@ -19,7 +20,7 @@ from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.assembly.gauss_rule import gauss_rule
 from gapbeam.solver.attachments.attachment_tables import MeanMotion
 from gapbeam.solver.case.analysis_table import NAMES
-from gapbeam.solver.case.beam_motions import axial_restraint, beam_motions, lateral_restraint
+from gapbeam.solver.case.beam_motions import axial_restraint, beam_motions, is_symmetric, lateral_restraint
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import highest_frequency
@@ -32,8 +33,18 @@ from gapbeam.solver.models.elastic_rod import ElasticRod
 from gapbeam.solver.models.reduction.basis_report import MODES_ABOVE
 from gapbeam.solver.models.reduction.contact_lines import points_around
 from gapbeam.solver.models.reduction.line_points import gathered_points
-from gapbeam.solver.models.reduction.projection import DenseRow, held_rows, holding_shapes, spanned
+from gapbeam.solver.models.reduction.modal_basis import Basis
+from gapbeam.solver.models.reduction.projection import (
+    DenseRow,
+    held,
+    held_rows,
+    holding_shapes,
+    moved,
+    projected,
+    spanned,
+)
 from gapbeam.solver.models.reduction.span_basis import cut_nodes, free_motions, span_basis, wave_count
+from gapbeam.solver.models.rigid_part import RigidPart
 from gapbeam.solver.models.timoshenko_beam import AxialPart, BeamPart, BendingPart, SteppedBeam, TorsionPart
 from gapbeam.solver.supports.support import along_faces
 from gapbeam.solver.system.dense_operators import SparseOperators
@@ -51,16 +62,16 @@ class BeamOfParts:
     """The motions of a beam, their DOFs one after the other.
 
     Attributes:
-        bending: In the bending plane.
-        others: Other motions that the case asks for.
+        parts: Bending in its plane and other motions that the case asks for, or those of a rigid body.
         motions: The names of all.
         dimension: Of displacements, 2 or 3.
+        neutral: Height of the centroid above the axis, m, where axial motions are those of the centroid.
     """
 
-    bending: BendingPart
-    others: tuple[BeamPart, ...]
+    parts: tuple[BeamPart, ...]
     motions: tuple[BeamMotion, ...]
     dimension: int
+    neutral: float = 0.0
 
     @classmethod
     def of_case(cls, case: Case, elements: int, graded: bool = False) -> BeamOfParts:
@@ -83,12 +94,16 @@ class BeamOfParts:
                 case unknown:
                     assert_never(unknown)
 
-        return cls(bending, tuple(part(name) for name in motions if name != "bending"), motions, dimension)
+        others = [part(name) for name in motions if name != "bending"]
+        return cls((bending, *others), motions, dimension, upright.neutral)
 
-    @property
-    def parts(self) -> tuple[BeamPart, ...]:
-        """All motions."""
-        return (self.bending, *self.others)
+    @classmethod
+    def rigid(cls, case: Case, meshed: MeshedBeam) -> BeamOfParts:
+        """Return the rigid beam of a case. Collective."""
+        motions: tuple[BeamMotion, ...] = ("bending", "axial")
+        if case.mesh.dimension == 3:
+            motions = (*motions, "lateral", "torsion")
+        return cls((RigidPart.of_case(case, meshed),), motions, case.mesh.dimension)
 
     @property
     def size(self) -> int:
@@ -146,9 +161,9 @@ class BeamOfParts:
         found, first = np.zeros((len(NAMES), self.size)), 0
         for part in self.parts:
             for name, row in part.rigid_motions().items():
-                found[NAMES.index(name), first : first + part.size] = row
+                found[NAMES.index(name), first : first + part.size] += row
                 if name == "axial":  # of the centroid, in a rotation about the axis
-                    found[NAMES.index("rotation"), first : first + part.size] = -self.bending.beam.neutral * row
+                    found[NAMES.index("rotation"), first : first + part.size] -= self.neutral * row
             first += part.size
         return found
 
@@ -161,15 +176,74 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     """Return the body of a case as a beam, whose mesh gives the contact faces and the fields. Collective."""
     started = time.perf_counter()
     beam = BeamOfParts.of_case(case, settings.elements, settings.graded)
+    body, sparse = _on_parts(case, meshed, beam, settings.stations, "torsion" not in beam.motions)
+    whole = sparse.size <= (FEW if settings.graded else DENSE)
+    shift, spans, holding = (2.0 * pi * overhang_frequency(case)) ** 2, None, None
+    acting, highest = acting_rows(case, body.patterns), MODES_ABOVE * highest_frequency(case)
+    bending = beam.parts[0]
+    if not whole and isinstance(bending, BendingPart):
+        lengths, waves = np.diff(bending.beam.places), wave_count(case)
+        count = max(waves // WAVES_IN_SPAN, ceil(len(lengths) / LONGEST_SPAN))
+        cuts = beam.at_nodes(cut_nodes(lengths, count))
+        spans = span_basis(sparse, cuts, _touched(body.contact), acting, highest, waves * len(beam.parts))
+        body, sparse = spanned(body, sparse, spans.columns)
+    holds = held_rows(body)
+    if len(holds):
+        free = free_motions(holds, sparse, shift)
+        holding = holding_shapes(body, body.contact, sparse.factor(shift, 1.0).solve, free)
+        body, sparse = spanned(body, sparse, free)
+    report = None if spans is None else spans.report(sparse.dense, highest, len(acting))
+    seconds = {"mesh": meshed.seconds, "assembly": time.perf_counter() - started}
+    return replace(body, operators=sparse.dense, holding=holding, basis=report, seconds=seconds)
+
+
+def rigid_body(case: Case, meshed: MeshedBeam) -> Body:
+    """Return the body of a case as a rigid one.
+
+    Its DOFs are the motions with V^T M V = 1 and V^T K V = diag(s), K the restraint. Where the motion is symmetric,
+    those stay that loads or contact can cause: heave and pitch. Collective.
+    """
+    started = time.perf_counter()
+    beam, symmetric = BeamOfParts.rigid(case, meshed), is_symmetric(case)
+    body, sparse = _on_parts(case, meshed, beam, None, symmetric)
+    operators = sparse.dense
+    body = replace(body, operators=operators)
+    mass, restraint = operators.mass, operators.apply_restraint(np.identity(beam.size))
+    squares, turn = eigh(0.5 * (restraint + restraint.T), mass)
+    floating = Basis(np.asfortranarray(turn), np.maximum(squares, 0.0))
+    shift = (2.0 * pi * overhang_frequency(case)) ** 2
+    basis = held(body, floating, shift)
+    if symmetric:
+        basis = basis.kept(moved(body, body.contact, basis))
+    holding = holding_shapes(body, body.contact, floating.respond(operators, shift), basis.columns)
+    assert isinstance(body.expansion, csr_matrix)
+    expansion = np.asarray(body.expansion @ basis.columns)
+    seconds = {"mesh": meshed.seconds, "assembly": time.perf_counter() - started}
+    return replace(projected(body, body.contact, basis), holding=holding, expansion=expansion, seconds=seconds)
+
+
+def _on_parts(
+    case: Case, meshed: MeshedBeam, beam: BeamOfParts, stations: int | None, symmetric: bool
+) -> tuple[Body, SparseOperators]:
+    """Return the body of a case on the DOFs of a beam, and its M and K.
+
+    Args:
+        case: The case.
+        meshed: Contact faces and nodes.
+        beam: The beam.
+        stations: Sections along each support that contact points lie around; None: where the mesh has them.
+        symmetric: Whether nothing moves it out of the bending plane.
+
+    Collective.
+    """
     dimension = case.mesh.dimension
     contact = contact_operator(meshed.space, meshed.faces, case.layout.faces, meshed.width, point_rule(case))
     sparse = _restrained(case, beam, contact)
-    whole = sparse.size <= (FEW if settings.graded else DENSE)
     contact, patch = gathered(case, _on_beam(contact, beam))
-    if settings.stations is None:
-        contact = gathered_points(case, contact, "torsion" not in beam.motions, 1, meshed.facet_length)
+    if stations is None:
+        contact = gathered_points(case, contact, symmetric, 1, meshed.facet_length)
     else:
-        contact = _at_stations(contact, beam, settings.stations)
+        contact = _at_stations(contact, beam, stations)
     if case.follows_faces:
         contact = replace(contact, tangents=_tangents(contact, beam), frictionless=case.contact.rubs is None)
     patterns = []
@@ -204,24 +278,8 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
         np.stack([sparse.apply_mass(motion) for motion in beam.rigid_motions()]),
         patch=patch,
         expansion=beam.displacement(places),
-        seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started},
     )
-    shift, spans, holding = (2.0 * pi * overhang_frequency(case)) ** 2, None, None
-    acting, highest = acting_rows(case, patterns), MODES_ABOVE * highest_frequency(case)
-    if not whole:
-        lengths, waves = np.diff(beam.bending.beam.places), wave_count(case)
-        count = max(waves // WAVES_IN_SPAN, ceil(len(lengths) / LONGEST_SPAN))
-        cuts = beam.at_nodes(cut_nodes(lengths, count))
-        spans = span_basis(sparse, cuts, _touched(contact), acting, highest, waves * len(beam.parts))
-        body, sparse = spanned(body, sparse, spans.columns)
-    holds = held_rows(body)
-    if len(holds):
-        free = free_motions(holds, sparse, shift)
-        holding = holding_shapes(body, body.contact, sparse.factor(shift, 1.0).solve, free)
-        body, sparse = spanned(body, sparse, free)
-    report = None if spans is None else spans.report(sparse.dense, highest, len(acting))
-    seconds = {"mesh": meshed.seconds, "assembly": time.perf_counter() - started}
-    return replace(body, operators=sparse.dense, holding=holding, basis=report, seconds=seconds)
+    return body, sparse
 
 
 def _touched(contact: ContactOperator) -> csr_matrix:

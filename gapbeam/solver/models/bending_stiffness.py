@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.linalg import eigh, null_space
@@ -35,9 +35,11 @@ from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.timoshenko_beam import SteppedBeam
 from gapbeam.solver.system.operators import Array
+
+if TYPE_CHECKING:
+    from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 
 ELEMENTS = 40  # of the beam whose mode is looked at
 INDEPENDENT = 1.0e-9  # of rows of unit length: two holds may hold the same motion

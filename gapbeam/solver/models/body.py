@@ -7,42 +7,28 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Protocol
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
 
-import basix.ufl
-import numpy as np
-from dolfinx import fem
-from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
 from gapbeam.meshes.cell_curvature import refuse_curved
+from gapbeam.meshes.mesh_readings import vector_space
 from gapbeam.meshes.tagged_mesh import Section, TaggedMesh, describe, mean_section
-from gapbeam.solver.assembly.assembled_system import holding_springs
 from gapbeam.solver.assembly.case_mesh import mesh_of_case
-from gapbeam.solver.assembly.contact_assembly import contact_operator, nitsche_operator
-from gapbeam.solver.assembly.elasticity import elastic_parts, lame
 from gapbeam.solver.assembly.face_quadrature import PointRule
-from gapbeam.solver.assembly.load_patterns import load_patterns
-from gapbeam.solver.assembly.mass_redistribution import extrapolation
-from gapbeam.solver.assembly.nitsche_terms import Nitsche
-from gapbeam.solver.assembly.section_rows import SectionRows, row_at
-from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.checks.periodic_checks import factor_needed
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
 from gapbeam.solver.case.model_choice import whole_areas
-from gapbeam.solver.case.solution_tables import FullModel, RigidModel
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator, whole_contact
-from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
-from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
-from gapbeam.solver.loads.load_choice import axis_point
-from gapbeam.solver.memory.memory_estimate import free_memory, memory_needs
-from gapbeam.solver.models.bending_stiffness import BendingStiffness, bending_stiffness, rigid_motions
+from gapbeam.solver.models.bending_stiffness import BendingStiffness
 from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
 from gapbeam.solver.models.reduction.basis_report import BasisReport
-from gapbeam.solver.system.operators import Array, Indices, Operators, Springs
+from gapbeam.solver.system.operators import Array, Indices, Operators
 from gapbeam.solver.system.semi_discrete import ContactOperator
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 
 class ProbeRow(Protocol):
@@ -67,7 +53,7 @@ class MeshedBeam:
     """
 
     tagged: TaggedMesh
-    space: fem.FunctionSpace
+    space: Any
     faces: Mapping[str, Indices]
     width: float
     facet_length: float
@@ -139,12 +125,10 @@ def mesh_beam(case: Case, comm: MPI.Comm) -> MeshedBeam:
     tagged = mesh_of_case(case, comm)
     mesh = tagged.mesh
     refuse_curved(mesh, case.mesh.degree)
-    dimension = mesh.geometry.dim
-    element = basix.ufl.element("Lagrange", mesh.basix_cell(), case.mesh.degree, shape=(dimension,))
-    width = case.beam.width if dimension == 2 else 1.0
+    width = case.beam.width if mesh.geometry.dim == 2 else 1.0
     return MeshedBeam(
         tagged,
-        fem.functionspace(mesh, element),
+        vector_space(mesh, case.mesh.degree),
         {face.name: tagged.facets_of(face.name) for face in case.layout.faces},
         width,
         describe(tagged)["mean_contact_facet_length"],
@@ -159,85 +143,9 @@ def mesh_dofs(meshed: MeshedBeam) -> int:
     return int(dofmap.index_map.size_global * dofmap.index_map_bs)
 
 
-def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
-    """Assemble a meshed case.
-
-    Raises:
-        UserError: A point lies outside the mesh, or a patch of contact.points between its quadrature points.
-
-    Collective.
-    """
-    started = time.perf_counter()
-    space, width = meshed.space, meshed.width
-    explicit = case.time.scheme.explicit
-    contact, gamma, correction = _contact(case, meshed)
-    area = contact.support.area
-    parts = elastic_parts(
-        space,
-        case.profile,
-        case.mesh.plane == "stress",
-        width,
-        (axial_restraint(case).value / area, 0.0 if case.layout.holes else lateral_restraint(case).value / area),
-        np.concatenate(list(meshed.faces.values())),
-    )
-    moved = None
-    if case.contact.mass == "redistributed":
-        moved = extrapolation(space, np.concatenate(list(meshed.faces.values())), explicit)
-    marched = isinstance(case.model, FullModel) and not explicit
-    operators = PetscOperators(parts, space, correction, explicit, moved, _solver(case, meshed), marched)
-    contact, patch = gathered(case, contact)
-    sections = SectionRows(space)
-    patterns = load_patterns(case, sections, operators)
-    rigid = np.stack([operators.apply_mass(motion) for motion in rigid_motions(space)])
-    bends = not isinstance(case.model, RigidModel)
-    bending = bending_stiffness(case, space, operators, rigid) if bends else BendingStiffness()
-    if isinstance(case.model, FullModel):
-        operators.hold(*(holding_springs(case, patterns, restraining=restrains) for restrains in (False, True)))
-    body = Body(
-        case,
-        meshed,
-        operators,
-        contact,
-        patterns,
-        {probe.name: row_at(sections, probe.point, f"[[probe]] {probe.name}") for probe in case.probe}
-        | {
-            f"{probe.name}{TURNED}": sections.of_turn(float(axis_point(probe.point)[0]), f"[[probe]] {probe.name}")
-            for probe in case.probe
-            if probe.rotation
-        },
-        rigid,
-        gamma,
-        patch,
-        bending=bending,
-    )
-    return replace(body, seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started})
-
-
-def _solver(case: Case, meshed: MeshedBeam) -> LinearSolver:
-    """Return the solver for the effective operators of a case. Collective."""
-    needed = factor_needed(case.model, case.contact, case.time, case.analysis)
-    needs = memory_needs(mesh_dofs(meshed), case.mesh.dimension)
-    free = free_memory(meshed.tagged.mesh.comm)
-    return linear_solver(case.solver, needs, free, None if needed is None else needed[1])
-
-
 def gathered(case: Case, contact: ContactOperator) -> tuple[ContactOperator, Default | None]:
     """Return the operator of `contact.points` with the size of their patches, or of whole supports; or the same."""
     if case.contact.points is None:
         return whole_contact(contact, whole_areas(case)), None
     patch = contact_patch(case)
     return resultant_operator(contact, case.contact.points, patch.value), patch
-
-
-def _contact(case: Case, meshed: MeshedBeam) -> tuple[ContactOperator, Array | None, Springs | None]:
-    """Return the operator of the formulation; of Nitsche's method also gamma and the correction of K. Collective."""
-    supported, rule, terms = case.layout.faces, point_rule(case), case.contact.formulation.stress_terms
-    space, faces, width = meshed.space, meshed.faces, meshed.width
-    if terms is not None:
-        plane_stress = case.mesh.plane == "stress" and space.mesh.geometry.dim == 2
-        material = case.profile.supported(case.layout)[0].material  # the same all along, or the case was refused
-        settings = Nitsche(terms.theta, terms.factor, lame(material, plane_stress), width)
-        nitsche = nitsche_operator(space, faces, supported, width, rule, settings)
-        return nitsche.operator, nitsche.gamma, nitsche.correction
-    contact = contact_operator(space, faces, supported, width, rule, case.follows_faces)
-    return replace(contact, frictionless=case.contact.rubs is None), None, None

@@ -5,11 +5,9 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import assert_never
+from typing import TYPE_CHECKING, Any, assert_never
 
 import numpy as np
-from dolfinx import fem
-from mpi4py import MPI
 
 from gapbeam.meshes.tagged_mesh import Section, TaggedMesh
 from gapbeam.solver.assembly.assembled_system import assembled_system
@@ -29,9 +27,9 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.loads.support_walls import walls_of
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
-from gapbeam.solver.models.beam_body import beam_body
+from gapbeam.solver.models.beam_body import beam_body, rigid_body
 from gapbeam.solver.models.bending_stiffness import refuse_poor_bending
-from gapbeam.solver.models.body import TURNED, Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
+from gapbeam.solver.models.body import TURNED, Body, ProbeRow, mesh_beam, mesh_dofs, point_rule
 from gapbeam.solver.models.contact_setting import (
     contact_setting,
     friction_of,
@@ -41,8 +39,6 @@ from gapbeam.solver.models.contact_setting import (
     station_reactions,
     with_moving_holes,
 )
-from gapbeam.solver.models.reduction.projection import rigid_body
-from gapbeam.solver.models.reduction.reduced_body import reduced_body
 from gapbeam.solver.models.support_bodies import with_support_bodies
 from gapbeam.solver.models.time_step import (
     compared_depth,
@@ -55,6 +51,11 @@ from gapbeam.solver.supports.support import Support
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 from gapbeam.solver.system.slip_modes import SlipModes
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from gapbeam.solver.linear_algebra.solver_choice import LinearSolver
 
 LOG = logging.getLogger("gapbeam")
 GIVEN = "given in the case"
@@ -91,9 +92,14 @@ class Model:
         return self.body.meshed.tagged
 
     @property
-    def space(self) -> fem.FunctionSpace:
+    def space(self) -> Any:
         """Vector Lagrange space of the displacement."""
         return self.body.meshed.space
+
+    @property
+    def solver(self) -> LinearSolver | None:
+        """Choice of the solver for effective operators of a full model; None for others."""
+        return getattr(self.body.operators, "solver", None)
 
     @property
     def facet_length(self) -> float:
@@ -188,15 +194,19 @@ def build_body(case: Case, comm: MPI.Comm) -> Body:
         for name, why in motions_in_words(case):
             LOG.debug("beam motion beside bending: %s (%s)", name, why)
         return beam_body(case, meshed, case.model)
+    if isinstance(case.model, RigidModel):
+        return rigid_body(case, meshed)
+    from gapbeam.solver.models.solid_body import finite_elements
+
     body = finite_elements(case, meshed)
     LOG.debug("assembled: %d DOFs in %.2g s", mesh_dofs(meshed), body.seconds["assembly"])
     refuse_poor_bending(case, body.bending)
     match case.model:
         case FullModel():
             return body
-        case RigidModel():
-            return rigid_body(body)
         case ReducedModel():
+            from gapbeam.solver.models.reduction.reduced_body import reduced_body
+
             body = reduced_body(body, case.model)
             LOG.debug("%s; reduced in %.2g s", basis_words(body), body.seconds["reduction"])
             return body

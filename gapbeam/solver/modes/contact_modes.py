@@ -20,13 +20,10 @@ from math import pi
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.assembly.cell_stiffness import assembled
 from gapbeam.solver.assembly.elasticity import mass_of
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.models.reduction.vibration_modes import lowest_modes
 from gapbeam.solver.models.time_step import compared_depth
 from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.static_seat import find_seat
@@ -73,7 +70,7 @@ class Sections:
         self._components = space.dofmap.index_map_bs
         owned = space.dofmap.index_map.size_local
         x = space.tabulate_dof_coordinates()[:owned]
-        self._node_masses = self._masses(owned)
+        self._node_masses = self._masses()
         slices = self._slices(x)
         edges = np.linspace(0.0, model.case.beam.length, slices + 1)
         self._slice = np.clip(np.searchsorted(edges, x[:, 0], side="right") - 1, 0, slices - 1)
@@ -141,13 +138,11 @@ class Sections:
         self._comm.Bcast(total)
         return total
 
-    def _masses(self, owned: int) -> Array:
+    def _masses(self) -> Array:
         """Return masses of the nodes: the diagonal of the consistent mass matrix, scaled to the mass of the beam."""
         space, meshed = self._model.space, self._model.body.meshed
         profile = self._model.case.profile
-        matrix = assembled(mass_of(space, profile, 1.0))
-        diagonal = np.array(matrix.getDiagonal().array_r)[: owned * self._components : self._components]
-        matrix.destroy()
+        diagonal = mass_of(space, profile, 1.0).of_nodes()
         total = self._comm.bcast(self._comm.reduce(float(diagonal.sum())))
         mass = profile.pieces[0].material.density * meshed.section.volume if profile.one_material else profile.mass
         return np.asarray(diagonal * (mass / total))
@@ -332,18 +327,21 @@ def _of_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ..
 def _lowest(model: Model, springs: Springs, count: int) -> tuple[Array, Array]:
     """Return the lowest frequencies, (k,), Hz, and shapes, (n, k); fewer than asked for where there are fewer."""
     operators, on_mass, on_stiffness = model.system.operators, [], [springs]
-    if isinstance(operators, AttachedOperators):
-        outer, operators = operators, operators.body
+    if not isinstance(operators, DenseOperators):
+        from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
+        from gapbeam.solver.models.reduction.vibration_modes import lowest_modes
+
+        if isinstance(operators, AttachedOperators):
+            outer, operators = operators, operators.body
+            assert isinstance(operators, PetscOperators)
+            on_mass.append(operators.as_springs(outer.masses))
+            on_stiffness.append(operators.as_springs(outer.springs))
         assert isinstance(operators, PetscOperators)
-        on_mass.append(operators.as_springs(outer.masses))
-        on_stiffness.append(operators.as_springs(outer.springs))
-    if isinstance(operators, PetscOperators):
         mass, stiffness = operators.with_springs(on_mass, on_stiffness)
         shift = (2.0 * pi * overhang_frequency(model.case)) ** 2
         factor = operators.shifted_solver(mass, stiffness.copy(), shift, operators.solver.tolerance)
         modes = lowest_modes(mass, stiffness, factor, shift, count)
         return modes.frequencies, modes.shapes
-    assert isinstance(operators, DenseOperators)
     owned, slots = springs.interface.owned, springs.interface.slots
     stiffness = operators.stiffness.copy()
     stiffness[np.ix_(owned, owned)] += springs.matrix.toarray()[np.ix_(slots, slots)]

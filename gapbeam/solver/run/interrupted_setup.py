@@ -5,9 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from pathlib import Path
-from typing import Any
-
-from mpi4py import MPI
+from typing import TYPE_CHECKING, Any
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.versions.installed_versions import versions
@@ -17,6 +15,9 @@ from gapbeam.solver.errors import Interrupted, NotWritten, UserError
 from gapbeam.solver.record_table import SUMMARY_FILE
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.results_folder import check_folder, locked, prepare_folder, write_summary
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
 

@@ -219,6 +219,4 @@ class Interruption:
         mine = max(own, signals.heard)
         if self._comm.size == 1:
             return mine
-        from mpi4py import MPI
-
-        return Wish(self._comm.allreduce(int(mine), op=MPI.MAX))
+        return Wish(max(self._comm.allgather(int(mine))))

@@ -9,9 +9,7 @@ from dataclasses import replace
 from functools import lru_cache
 from math import ceil
 from pathlib import Path
-from typing import Any
-
-from mpi4py import MPI
+from typing import TYPE_CHECKING, Any
 
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.checks.periodic_checks import value_of
@@ -26,6 +24,9 @@ from gapbeam.solver.run.output.field_files import coverage, curve_rows, unit_of,
 from gapbeam.solver.run.output.progress import ProgressLine
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
 

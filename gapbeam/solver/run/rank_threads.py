@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
+from gapbeam.meshes.distribution.one_rank import of_machine
+
 if TYPE_CHECKING:
     from mpi4py import MPI
 
@@ -29,9 +31,7 @@ def cores() -> int:
 
 def crowded(comm: MPI.Comm) -> str | None:
     """Return in words that threads are more than the cores of some machine; None: they are not. Collective."""
-    from mpi4py import MPI  # not at the top: threads are chosen before anything heavy is loaded
-
-    machine = comm.Split_type(MPI.COMM_TYPE_SHARED)
+    machine = of_machine(comm)
     threads = machine.allreduce(threads_a_rank())
     mine = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set(range(cores()))
     available = len(set().union(*machine.allgather(mine)))

@@ -8,9 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
-
-from mpi4py import MPI
+from typing import TYPE_CHECKING, Any
 
 from gapbeam.meshes.distribution.rank_zero import all_there, on_rank_zero
 from gapbeam.meshes.versions.installed_versions import versions
@@ -52,6 +50,9 @@ from gapbeam.solver.run.stop_rule import StopRule, refuse_not_met, statistics_wo
 from gapbeam.solver.run.verdict import describe_march, judge_curve, judge_run, remarks_on_model
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.system.semi_discrete import State
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
 MARCHED = "the model was marched"

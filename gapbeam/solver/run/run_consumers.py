@@ -9,8 +9,7 @@ from copy import copy
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-
-from mpi4py import MPI
+from typing import TYPE_CHECKING
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.face_wear import face_wear
@@ -41,6 +40,9 @@ from gapbeam.solver.run.stop_rule import StopRule, statistics_of
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Snapshots, State
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LEAST_BLOCKS = 32  # of a run with many fields: an assumption that is broken beyond all sense ends it after a few
 

@@ -19,10 +19,9 @@ import logging
 from collections.abc import Iterator, Mapping, Sequence
 from math import inf
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.case import Case
@@ -49,7 +48,6 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import LEAST, PARTS
 from gapbeam.solver.diagnostics.step_counts import Tally
 from gapbeam.solver.errors import RangeNotCovered
 from gapbeam.solver.integrators.noise_bias import bias_at
-from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.python.march import RESOLVING_SHARE
 from gapbeam.solver.models.bending_stiffness import bending_remarks
 from gapbeam.solver.models.model import Model
@@ -65,6 +63,9 @@ from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.run.stop_rule import has_statistics
 from gapbeam.solver.system.operators import Array
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 
 def doubts_of(model: Model, accounts: Accounts) -> Doubts:
@@ -206,10 +207,9 @@ def remarks_on_model(model: Model) -> list[str]:
     """Return the remarks on a basis, or on steps by iterations, before their use, one sentence each."""
     found = [*basis_remarks(model.body.basis, frequency_of_interest(model.case)[0]), *noise_remarks(model)]
     found += bending_remarks(model.case, model.body.bending)
-    operators = model.body.operators
-    if isinstance(operators, PetscOperators) and operators.solver.iterative:
+    if model.solver is not None and model.solver.iterative:
         found.append(
-            f"{model.dofs} DOFs are marched by conjugate gradients ({operators.solver.reason}), several solves of "
+            f"{model.dofs} DOFs are marched by conjugate gradients ({model.solver.reason}), several solves of "
             'dozens of products in every step: type = "reduced" in [model] needs them only once, for its basis'
         )
     return found

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import floor
 
 from gapbeam.postprocess.results.columns_of_run import as_history
+from gapbeam.process.extra_packages import MissingExtraError
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case_text
@@ -85,7 +86,7 @@ def companion_motions(
                 start = seated(model).state
         except Interrupted:
             raise
-        except (CaseError, RunError) as error:
+        except (CaseError, RunError, MissingExtraError) as error:
             yield CompanionMotion(companion.name, None, failure=in_one_line(str(error)))
             continue
         limit = None if longest is None else longest * companion.steps / whole

@@ -7,10 +7,9 @@ import os
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.postprocess.results.results import open_results
@@ -53,6 +52,9 @@ from gapbeam.studies.error_estimate.force_peaks import (
     spans_of,
 )
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
 

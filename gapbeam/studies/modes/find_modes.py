@@ -6,8 +6,8 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from mpi4py import MPI
 from rich.table import Table
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
@@ -34,6 +34,9 @@ from gapbeam.studies.modes.theory_comparison import (
 )
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 COUNT, ACCURACY = 4, 0.01
 NOT_REPRODUCED = 5

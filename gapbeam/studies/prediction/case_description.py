@@ -6,9 +6,9 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
-from mpi4py import MPI
 from rich.table import Table
 from rich.text import Text
 
@@ -26,6 +26,9 @@ from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.verdict import remarks_on_model
 from gapbeam.studies.prediction.trial_prediction import LARGEST, Prediction, predict, predict_large
 from gapbeam.studies.printed_results import PrintedResult
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 Row = tuple[str, str, str]
 

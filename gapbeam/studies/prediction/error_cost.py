@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mpi4py import MPI
+from typing import TYPE_CHECKING
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.analysis_table import Transient
@@ -10,6 +10,9 @@ from gapbeam.solver.case.solution_tables import FullModel
 from gapbeam.solver.models.model import Model
 from gapbeam.studies.error_estimate.companion_marches import companion_motions
 from gapbeam.studies.error_estimate.run_errors import errors_wanted, plan_of
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 RECORDS = 256  # of each companion that is tried out
 

@@ -24,8 +24,7 @@ from dataclasses import dataclass, replace
 from math import log
 from pathlib import Path
 from statistics import median
-
-from mpi4py import MPI
+from typing import TYPE_CHECKING
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.case import Case
@@ -42,6 +41,9 @@ from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.system.semi_discrete import Snapshots
 from gapbeam.studies.prediction.error_cost import cost_of_errors
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
 FIELDS = 3  # written for the time that one takes

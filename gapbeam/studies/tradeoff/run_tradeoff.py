@@ -13,9 +13,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from mpi4py import MPI
 from rich.table import Table
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
@@ -44,6 +43,9 @@ from gapbeam.studies.tradeoff.level_errors import (
 )
 from gapbeam.studies.tradeoff.level_measurement import Level, MeasuredLevel
 from gapbeam.studies.tradeoff.tradeoff_study import TradeoffStudy, run_study
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 DATA_FILE = "tradeoff.json"
 PICTURE = "tradeoff.png"

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from mpi4py import MPI
 
+from gapbeam.meshes.distribution.one_rank import ONE_RANK
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.assumptions.assumption import Finding
@@ -247,7 +247,7 @@ def try_case(case: Case) -> Trial:
     started = time.perf_counter()
     response = TrialResponse()
     try:
-        simulation = Simulation.of_case(case, MPI.COMM_SELF)
+        simulation = Simulation.of_case(case, ONE_RANK)
         response = respond(simulation.model, simulation.start(simulation.seat()), simulation.steps)
     except RunError as error:
         response.failed(error)

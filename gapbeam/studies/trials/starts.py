@@ -20,9 +20,9 @@ from dataclasses import dataclass, replace
 from math import ceil, floor, pi
 
 import numpy as np
-from mpi4py import MPI
 from scipy.optimize import linprog
 
+from gapbeam.meshes.distribution.one_rank import ONE_RANK
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.loads.load_choice import forcing_frequencies
@@ -274,6 +274,6 @@ class KeptBody:
         if self._kept is None or self._kept[0] != key:
             self._kept = None  # frees the memory of the old body before the new one takes its own
             clock = time.perf_counter()
-            self._kept = key, build_body(key, MPI.COMM_SELF)
+            self._kept = key, build_body(key, ONE_RANK)
             self.seconds = time.perf_counter() - clock
         return model_of(case, self._kept[1])

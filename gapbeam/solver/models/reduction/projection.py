@@ -13,36 +13,23 @@ coordinates y = (s + sigma)^(1/2) q in which the energy of K + sigma M is 1: the
 inertia on the null space of B (s + sigma)^(-1/2) give the low frequencies of the held body to full accuracy, and their
 vectors its vibration modes. Householder reflections give the null space; they do not change what no joint holds, such
 as the lateral motions of a symmetric body.
-
-A rigid body on the contact faces of its mesh, as in multibody programs, has
-
-    u = V q,    V^T M V = 1,    V^T K_restraint V = diag(s)
-
-V are the three rigid motions in 2D, the six in 3D. Contact, loads and probes are those of the mesh. Of a solid that
-moves symmetrically those motions stay which loads or contact can cause: heave and pitch.
 """
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh, qr
+from scipy.linalg import qr
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.assembled_system import attached_rows
-from gapbeam.solver.case.beam_motions import is_symmetric
-from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
-from gapbeam.solver.linear_algebra.deflation import rigid_body_modes
 from gapbeam.solver.loads.places import patterned
 from gapbeam.solver.models.body import Body, ProbeRow
 from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
-from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
 from gapbeam.solver.system.operators import Array, Interface, Operators, row_product
@@ -231,23 +218,3 @@ def held(body: Body, basis: Basis, shift: float) -> Basis:
     compliances, modes = compliances[::-1], modes[:, ::-1]
     columns = basis.columns @ (soft[:, None] * (free @ (modes / np.sqrt(compliances))))
     return Basis(np.asfortranarray(columns), np.maximum(1.0 / compliances - shift, 0.0))
-
-
-def rigid_body(body: Body) -> Body:
-    """Return a finite element body as a rigid one. Collective."""
-    started = time.perf_counter()
-    case, operators = body.case, body.operators
-    motions = rigid_body_modes(body.meshed.space)
-    images = [(operators.apply_mass(motion), operators.apply_restraint(motion)) for motion in motions.T]
-    mass, restraint = operators.sum(np.stack([[motions.T @ image for image in pair] for pair in images], axis=-1))
-    squares, turn = eigh(0.5 * (restraint + restraint.T), 0.5 * (mass + mass.T))
-    floating = Basis(np.asfortranarray(motions @ turn), np.maximum(squares, 0.0))
-    shift = (2.0 * pi * overhang_frequency(case)) ** 2
-    basis = held(body, floating, shift)
-    symmetric = is_symmetric(case)
-    contact = gathered_points(case, body.contact, symmetric, 1, body.meshed.facet_length)
-    if symmetric:
-        basis = basis.kept(moved(body, contact, basis))
-    seconds = body.seconds | {"reduction": time.perf_counter() - started}
-    holding = holding_shapes(body, contact, floating.respond(operators, shift), basis.columns)
-    return replace(projected(body, contact, basis), holding=holding, seconds=seconds)

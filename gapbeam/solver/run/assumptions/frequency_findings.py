@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import hypot, isfinite, pi, sqrt
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import h5py
 import numpy as np
-from mpi4py import MPI
 
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.beam_profile import BeamPiece
@@ -27,6 +26,9 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import HISTORY_FILE
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 Rate = TypeVar("Rate", float, Array)
 

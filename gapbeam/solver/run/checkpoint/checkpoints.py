@@ -8,9 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
-
-from mpi4py import MPI
+from typing import TYPE_CHECKING, Any
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.case import Case
@@ -45,6 +43,9 @@ from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, on_rank_zero_with
 from gapbeam.solver.run.output.results_folder import clear
 from gapbeam.solver.wording.short_words import apart
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
 LARGEST_SHARE = 0.01  # of the wall time, for checkpoints

@@ -5,10 +5,9 @@ from __future__ import annotations
 import logging
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.analysis_table import Periodic, Transient
@@ -30,6 +29,9 @@ from gapbeam.solver.run.run_consumers import steps_between
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
 

@@ -18,10 +18,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import isclose
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mpi4py import MPI
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, eigh
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
@@ -44,6 +43,9 @@ from gapbeam.solver.run.checkpoint.state_checks import NODES, POINTS, DofLayout,
 from gapbeam.solver.run.output.parallel_tables import on_rank_zero_with, taken
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 ROUND_OFF = 1.0e-12  # of lengths and areas that ranks add up in another order
 

@@ -16,10 +16,9 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from math import inf, isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mpi4py import MPI
 from numpy.typing import NDArray
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
@@ -37,6 +36,9 @@ from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import modal_system
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, State
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 CARRIED = 1.0e-4  # of an image: how far it may have drifted since it was formed anew, iterative solves included
 ROUND_OFF = 1.0e6  # of the round-off of a product with K

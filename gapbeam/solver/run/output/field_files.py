@@ -21,11 +21,10 @@ from typing import Any
 
 import h5py
 import numpy as np
-from dolfinx import fem
-from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.mesh_readings import vector_space
 from gapbeam.solver.assembly.face_quadrature import FacePoints, at_nodes, face_points, gather_points
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
@@ -73,7 +72,7 @@ class FieldWriter:
     def __init__(self, folder: Path, model: Model, times: Sequence[float] | None = None) -> None:
         mesh = model.space.mesh
         self._comm = mesh.comm
-        self._space = fem.functionspace(mesh, ("Lagrange", 1, (mesh.geometry.dim,)))
+        self._space = vector_space(mesh, 1)
         self._corners = CornerValues.of_model(model, self._space)
         self._folder = folder
         self._contact_rows(model)
@@ -310,7 +309,7 @@ def write_mode_fields(folder: Path, model: Model, modes: HeldModes) -> None:
         for frequency, shape in zip(modes.frequencies, modes.shapes.T, strict=True):
             bodies = shape[model.body.operators.size :]  # of supports, beside which the beam may be at rest
             moved = np.abs(np.concatenate([model.expand(shape), bodies]))
-            largest = comm.allreduce(float(np.max(moved, initial=0.0)), op=MPI.MAX)
+            largest = max(comm.allgather(float(np.max(moved, initial=0.0))))
             scaled = shape * (LARGEST * model.case.beam.length / largest)
             still, none = np.zeros((1, len(scaled))), np.zeros((1, contact.size))
             writer.write(Snapshots(np.array([frequency]), scaled[None], still, none), model)

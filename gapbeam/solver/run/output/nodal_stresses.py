@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from dolfinx import fem
 from scipy.sparse import issparse
 
+from gapbeam.meshes.serial_mesh import SerialSpace
 from gapbeam.solver.assembly.face_quadrature import CornerGradients
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseScales, axial_stress, deformation
 from gapbeam.solver.models.model import Model
@@ -23,23 +23,24 @@ class StressFields:
     Attributes:
         gradients: Give its gradient.
         scales: Material, and how strain is completed.
-        displacement: On the mesh, which the values go to.
+        displacement: On the mesh, which the values go to; None where a rank has all that it needs.
     """
 
     gradients: CornerGradients
     scales: PoseScales
-    displacement: fem.Function
+    displacement: Any
 
     @classmethod
     def of_model(cls, model: Model, linear: Any) -> StressFields | None:
         """Return the stress fields of a model whose case asks for them, at corners of a linear space. Collective."""
         if not model.case.output.stress:
             return None
-        return cls(
-            CornerGradients.of_spaces(model.space, linear),
-            scales_of(model.case, np.zeros(1)),
-            fem.Function(model.space),
-        )
+        displacement = None
+        if not isinstance(model.space, SerialSpace):
+            from dolfinx import fem
+
+            displacement = fem.Function(model.space)
+        return cls(CornerGradients.of_spaces(model.space, linear), scales_of(model.case, np.zeros(1)), displacement)
 
     def at_corners(self, values: Array) -> dict[str, Array]:
         """Return the stresses at the corners that this rank owns, (n,) each, Pa.
@@ -49,9 +50,11 @@ class StressFields:
 
         Collective.
         """
-        self.displacement.x.array[: len(values)] = values
-        self.displacement.x.scatter_forward()
-        gradient = self.gradients.mean(self.displacement)
+        if self.displacement is not None:
+            self.displacement.x.array[: len(values)] = values
+            self.displacement.x.scatter_forward()
+            values = self.displacement.x.array
+        gradient = self.gradients.mean(values)
         return {
             "axial_stress": axial_stress(gradient, self.scales),
             "von_mises_stress": deformation(gradient, self.scales)[2],
@@ -85,11 +88,11 @@ class CornerValues:
 
         Collective.
         """
-        fine, coarse = fem.Function(model.space), fem.Function(linear)
         block, owned = linear.dofmap.index_map_bs, linear.dofmap.index_map.size_local
-        fine.x.array[:] = np.arange(len(fine.x.array))
-        coarse.interpolate(fine)  # the number of the node that lies there
-        rows = np.rint(coarse.x.array[: owned * block]).astype(np.int64)
+        corners, nodes = np.asarray(linear.dofmap.list), np.asarray(model.space.dofmap.list)
+        there = np.zeros(int(np.max(corners, initial=-1)) + 1, dtype=np.int64)
+        there[corners] = nodes[:, : corners.shape[1]]  # of a cell corners come first
+        rows = (there[:owned, None] * block + np.arange(block)).reshape(-1)
         assert np.all(rows < model.space.dofmap.index_map.size_local * block), "a rank owns a corner, not its node"
         expansion = model.body.expansion
         if expansion is None:

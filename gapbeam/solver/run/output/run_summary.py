@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import resource
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mpi4py import MPI
 
 from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case, own_law
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.solution_tables import BeamModel
-from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.loads.support_walls import face_motions
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.seat.static_seat import Seat
@@ -21,14 +19,17 @@ from gapbeam.solver.supports.support import Face
 from gapbeam.solver.supports.support_tables import OWN_CONTACT
 from gapbeam.solver.system.semi_discrete import VALUE
 
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
 
 def describe_model(model: Model) -> dict[str, Any]:
     """Return the size of a model. Collective."""
     contact, comm = model.system.contact, model.space.mesh.comm
     topology = model.space.mesh.topology
     parts: dict[str, Any] = {} if model.body.basis is None else {"basis": vars(model.body.basis)}
-    if isinstance(model.body.operators, PetscOperators):
-        parts["solver"] = vars(model.body.operators.solver)
+    if model.solver is not None:
+        parts["solver"] = vars(model.solver)
     if isinstance(model.case.model, BeamModel):
         parts["motions"] = beam_motions(model.case)
     if model.case.model.reasons:

@@ -14,6 +14,7 @@ EXTRAS = (
     | dict.fromkeys(("distributed", "dask_jobqueue"), "workers")
 )
 """Extra of each package that gapbeam runs without, where nothing needs it."""
+PART_OF = {"basix": "dolfinx", "ufl": "dolfinx"}
 WITHOUT_FEM = 'cases with model.type = "beam" or "rigid", files with [[structure]] and scenes'
 OF_WHEEL = "dolfinx_solver"  # DOLFINx, petsc4py and slepc4py from PyPI
 ON_MPI = ("dolfinx", "petsc4py", "slepc4py", OF_WHEEL)
@@ -38,9 +39,9 @@ class _Advice:
         extra = EXTRAS.get(name)
         if extra is not None and _importer().startswith("gapbeam."):
             also = f"; {WITHOUT_FEM} need no extra" if extra == "fem" else ""
+            package, install = PART_OF.get(name, name), f"pip install 'gapbeam[{extra}]'"
             raise MissingExtraError(
-                f"{name} is not installed; it comes with the extra `{extra}`: pip install 'gapbeam[{extra}]'{also}",
-                name=name,
+                f"{package} is not installed; it comes with the extra `{extra}`: {install}{also}", name=name
             )
 
 

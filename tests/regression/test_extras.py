@@ -63,6 +63,7 @@ def test_beams_and_rigid_bodies_need_no_extra(model: str, tmp_path: Path, monkey
 @pytest.mark.parametrize(
     "words",
     [
+        ("sweep", "cases/demo.toml", "load.shaker.amplitude=15,17", "--workers", "1", "--output", "{folder}"),
         ("check", "cases/demo.toml"),
         ("view", "cases/demo.toml", "--output", "{folder}/view.png"),
         ("modes", "cases/demo.toml", "--output", "{folder}"),

@@ -14,7 +14,8 @@ from markdown_it import MarkdownIt
 from markupsafe import Markup
 
 from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, cell, percent
-from gapbeam.postprocess.report.charts import Chart, Surface, chart_figure, surface_figure
+from gapbeam.postprocess.report.chart_figures import chart_figure, surface_figure
+from gapbeam.postprocess.report.charts import Chart, Surface
 from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, scene_values
 from gapbeam.postprocess.report.surface_picture import surface_picture
 from gapbeam.postprocess.results.bounded_files import read_plain

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import logging
-import platform
 import re
 import sys
 import time
@@ -56,13 +55,15 @@ def _print_versions(wanted: bool) -> None:
         return
     if first_rank():
         try:
-            from gapbeam.meshes.versions.installed_versions import versions
+            import dolfinx  # noqa: F401
+            from mpi4py import MPI  # noqa: F401
 
-            words = versions()
-        except ImportError as lacking:
-            from importlib.metadata import version
+            lacking = {}
+        except ImportError as fault:
+            lacking = {"lacking": str(fault)}
+        from gapbeam.meshes.versions.installed_versions import versions
 
-            words = {"gapbeam": version("gapbeam"), "python": platform.python_version(), "lacking": str(lacking)}
+        words = versions() | lacking
         print(*(f"{name} {harmless(number)}" for name, number in words.items()), sep="\n")
     raise typer.Exit
 

@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 from benchmarks.similarity.size_exponents import size_exponent
 from gapbeam.solver.case.case import Case, law_at
+from gapbeam.solver.case.figure_table import RECORDED, Figure
 from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.reading.case_reader import read_case_tables
 from gapbeam.solver.supports.support_tables import OneSupport
@@ -62,6 +63,7 @@ CHOSEN: dict[tuple[str, str], Unit] = {
     ("TableSpectrum", "densities"): lambda _, tables: f"({_load_unit(tables)})^2/Hz",
     ("Output", "checkpoint_interval"): lambda *_: "no unit",  # of the clock on the wall
     ("Output", "wall_time"): lambda *_: "no unit",
+    ("Figure", "limit"): lambda _, tables: RECORDED[cast(Figure, tables[-1]).quantity].unit,
     ("Continuation", "low"): _of_key,
     ("Continuation", "high"): _of_key,
 }

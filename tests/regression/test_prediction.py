@@ -83,8 +83,9 @@ def test_the_time_that_makes_machine_code_is_not_that_of_a_step(monkeypatch: pyt
 
 
 @alone
-def test_check_reports_the_cost() -> None:
-    """The command: time of the run, of its parts, and memory, with what they stand on."""
+def test_check_reports_the_cost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command: time of the run, of its parts, of the error estimate, and memory, with what they stand on."""
+    monkeypatch.delenv("GAPBEAM_ERRORS")
     done = called("check", DEMO, *settings("time.end=0.05"))
     assert done.returncode == 0, done.stderr
     rows = {line.split("  ")[0]: line for line in done.stdout.splitlines()}

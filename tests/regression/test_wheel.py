@@ -20,7 +20,7 @@ from tests.shared.processes import LONGEST
 
 pytestmark = alone
 # What .dockerignore lets into an image, and sdists hold.
-SOURCES = ("gapbeam", "LICENSE", "README.md", "pyproject.toml")
+SOURCES = ("gapbeam", "LICENSE", "MANIFEST.in", "README.md", "pyproject.toml")
 FOLDERS = ("benchmarks", "cases", "docs", "environment", "meshes", "postprocess", "solver", "studies", "tests")
 PROGRAM = """
 import importlib.util, json, sys

@@ -37,7 +37,7 @@ def curved(cell, order):
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize(
     ("cell", "degree"),
-    [*((cell, degree) for cell in PLANE for degree in (1, 2, 3)), *((c, d) for c in SOLID for d in (1, 2))],
+    [*((cell, degree) for cell in PLANE for degree in (1, 2)), *((c, d) for c in SOLID for d in (1, 2))],
 )
 def test_matrix_of_the_textbook_form(cell: str, degree: int, order: int) -> None:
     """On every cell, straight and curved, with moduli that change from cell to cell, but for round-off."""

@@ -128,8 +128,10 @@ Array = NDArray[np.float64]
 
 def highest_frequency(case: Case) -> float:
     """Return the highest frequency of interest, Hz."""
+    if case.time.frequency:
+        return case.time.frequency
     interest = [one[0] for one in (load.frequency_of_interest for load in case.load) if one is not None]
-    return case.time.frequency or max([overhang_frequency(case, 2), *interest])
+    return max([overhang_frequency(case, 2), *interest])
 
 
 def graded_count(case: Case) -> int:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from gapbeam.solver.case.beam_motions import axial_restraint
 from gapbeam.solver.case.case import Case, Contact, Damping, Friction, Gates, Output, Wear
-from gapbeam.solver.case.solution_tables import Time
+from gapbeam.solver.case.model_choice import highest_frequency
+from gapbeam.solver.case.solution_tables import BeamModel, Time
 from gapbeam.solver.supports.support_tables import without_play
 
 
@@ -25,7 +26,7 @@ def body_key(case: Case) -> Case:
             "wear": None if case.wear is None else Wear(),
             "load": tuple(load.without_cheap_keys() for load in case.load),
             "figure": (),
-            "time": _time(case.time),
+            "time": _time(case),
             "analysis": case.analysis.for_body,
             "model": case.model.model_copy(update={"reasons": ()}),
             "restraint": case.restraint.model_copy(update={"axial": axial}) if axial > 0.0 else case.restraint,
@@ -48,5 +49,8 @@ def _contact(contact: Contact) -> Contact:
     )
 
 
-def _time(time: Time) -> Time:
-    return Time(end=1.0, step="auto", scheme=time.scheme) if time.scheme.explicit else Time(end=1.0, step="auto")
+def _time(case: Case) -> Time:
+    """Return what a body depends on: whether steps are explicit, and how far the spans of a beam are resolved."""
+    explicit = {"scheme": case.time.scheme} if case.time.scheme.explicit else {}
+    resolved = {"frequency": highest_frequency(case)} if isinstance(case.model, BeamModel) else {}
+    return Time(end=1.0, step="auto", **explicit, **resolved)

@@ -88,6 +88,7 @@ def connors(
 OCTAVES, PARTS = 3, 4
 """Octaves above and below the present velocity that are looked at, and velocities in each."""
 UNDECIDED = 1e-10  # of an eigenvalue: growth that round-off makes
+FREE = 1e-12  # of the largest eigenvalue: round-off in one of a motion that nothing holds
 MODES = 12
 """Modes that Connors' formula is asked for."""
 
@@ -139,8 +140,13 @@ def flow_margin(scene: Scene, closed: Closed = ()) -> FlowMargin:
         raise UserError("flow margin: the scene has no force of a flow")
     at_factor(scene, 1.0)
 
+    def leading(factor: float) -> complex:
+        values = eigenvalues(at_factor(scene, factor), closed)
+        moving = np.abs(values) > FREE * np.abs(values).max()
+        return complex(values[moving][0]) if moving.any() else 0j
+
     def growth(factor: float) -> float:
-        value = complex(eigenvalues(at_factor(scene, factor), closed)[0])
+        value = leading(factor)
         return value.real - UNDECIDED * abs(value)
 
     lowest, last, factor = 0.0, -inf, 1.0
@@ -158,8 +164,7 @@ def flow_margin(scene: Scene, closed: Closed = ()) -> FlowMargin:
                 return FlowMargin(0.0, float("nan"), lowest, lowest)
         if last <= 0.0 < now:
             found = float(brentq(growth, factor * 2.0 ** (-1.0 / PARTS), factor, rtol=1e-12))
-            value = eigenvalues(at_factor(scene, found), closed)[0]
-            frequency = abs(float(value.imag))
+            frequency = abs(leading(found).imag)
             for one in flows_of(at_factor(scene, found)) if frequency > 0.0 else ():
                 one.check(frequency)
             return FlowMargin(found, frequency, lowest, float(factor))

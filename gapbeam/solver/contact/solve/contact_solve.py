@@ -34,7 +34,7 @@ UNRESOLVED = 1.0e-14  # of d_held, as work of the forces
 EPSILON = 1.0e-15  # of the pressure before: what a pressure cannot be resolved to
 SETTLED = 1.0e-7  # of the largest force: what round-off of the penetration leaves of an update
 PATIENCE = 10  # iterations, after which a solution that stands still is one although the law is missed by a little more
-NEARLY, STILL = 100.0, 1.0e-14  # of the tolerance or the floor, of the largest force
+NEARLY = 100.0  # of the tolerance or the floor
 FULL_STEPS = 3
 FULL_STEPS_NOT_SYMMETRIC = 20  # there is no potential to search along
 SOFTENED = (1.0e-4, 1.0e-3, 1.0e-2, 0.1, 1.0)  # shares of the law on the way to a hard solution
@@ -193,9 +193,9 @@ def _solve(
             moves, most = _largest(update), _largest(forces)
             # a nearly rigid law turns round-off in depths into pressures, but the forces no longer move
             at_floor = residual <= floor and moves <= SETTLED * most
-            # or nothing moves at all: which sums a processor takes side by side decides by how much the law is missed
-            stands = iteration > PATIENCE and residual <= NEARLY * max(wanted, floor) and moves <= STILL * most
-            if at_floor or stands:
+            # or nothing moves but by round-off: which sums a processor takes side by side decides what is missed
+            stands = residual <= NEARLY * max(wanted, floor) and moves <= RELATIVE_TOLERANCE * most
+            if at_floor or (stands and iteration > PATIENCE):
                 return _settled(held, change, depth, stage, iteration, size, response)
         # iterations leave an error in depths that a search would take for a slope
         exhausted = condensed.iterative and _largest(update) <= SETTLED * _largest(forces)

@@ -64,7 +64,7 @@ lint: ## style, types and scripts
 	$(run) ruff check
 	$(run) ruff format --check
 	$(run) mypy
-	$(run) shellcheck .ci/run environment/run environment/image environment/steps/*.sh environment/container/*.sh environment/slurm/*.sbatch
+	$(run) shellcheck .ci/run environment/run environment/image environment/build-kernel environment/steps/*.sh environment/container/*.sh environment/slurm/*.sbatch
 
 format: ## format the Python files
 	$(run) ruff format

@@ -24,6 +24,16 @@ def versions() -> dict[str, str]:
     return found
 
 
+def all_versions() -> dict[str, str]:
+    """Return the versions of everything that results may depend on, and the first package that is lacking."""
+    try:
+        import dolfinx  # noqa: F401
+        from mpi4py import MPI  # noqa: F401
+    except ImportError as fault:
+        return versions() | {"lacking": str(fault)}
+    return versions()
+
+
 def python_versions() -> dict[str, str]:
     """Return the versions of what results of scenes depend on, which need no DOLFINx."""
     own = {"gapbeam": _installed("gapbeam"), "python": platform.python_version()}

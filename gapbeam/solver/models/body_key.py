@@ -50,7 +50,7 @@ def _contact(contact: Contact) -> Contact:
 
 
 def _time(case: Case) -> Time:
-    """Return what a body depends on: whether steps are explicit, and how far the spans of a beam are resolved."""
+    """Return the scheme of explicit steps, and the frequency up to which the spans of a beam are resolved."""
     resolved = highest_frequency(case) if isinstance(case.model, BeamModel) else None
     key = Time(end=1.0, step="auto", frequency=resolved)
     return key.model_copy(update={"scheme": case.time.scheme}) if case.time.scheme.explicit else key

@@ -53,7 +53,11 @@ def cache_by_default() -> None:
 
 
 def signals_by_default() -> None:
-    """Keep PETSc from signals: on a closed pipe or terminal it would end the process, results and all."""
+    """Keep PETSc and UCX from signals, also where a run loads them after it has begun to listen.
+
+    On a closed pipe or terminal PETSc would end the process, results and all; UCX would take SIGHUP for its debugger.
+    """
+    os.environ.setdefault("UCX_DEBUG_SIGNO", "0")
     options = os.environ.get("PETSC_OPTIONS", "")
     if "signal_handler" not in options:
         os.environ["PETSC_OPTIONS"] = f"{options} -no_signal_handler".strip()

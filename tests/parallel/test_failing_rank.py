@@ -50,7 +50,7 @@ def test_error_on_one_rank_ends_all(module: str, place: str, error: str, tmp_pat
     ("module", "place", "error", "status"),
     [
         pytest.param("run_case", "build_model", "UserError", 2, marks=pytest.mark.slow),
-        ("march_summary", "figures", "NotFinite", 4),
+        ("verdict", "figures", "NotFinite", 4),
     ],
     ids=["set-up", "figures"],
 )

@@ -164,7 +164,8 @@ def test_closed_pipe_ends_short_commands_quietly(words: tuple[str | Path, ...]) 
 def test_interrupt_while_libraries_load(library: str, tmp_path: Path) -> None:
     """Ctrl-C in the first seconds: exit status 130, one line, no trace, no abort, nothing written.
 
-    On a busy machine the run may be past its libraries before the test looks again: then once more.
+    PETSc loads when the results folder is there, with the files that every run begins with. On a busy machine the
+    run may be past its libraries before the test looks again: then once more.
     """
     gently = ("nice", "-n", "10")
     for attempt in range(ATTEMPTS):
@@ -176,6 +177,10 @@ def test_interrupt_while_libraries_load(library: str, tmp_path: Path) -> None:
             process.send_signal(signal.SIGINT)
             said = process.communicate(timeout=LONGEST)[1].decode()
         assert process.returncode == 130, said
+        if library == "libpetsc":
+            assert "interrupted before the march began" in said
+            assert "Traceback" not in said
+            return
         if not out.exists():
             break
     assert said == "gapbeam: interrupted\n"

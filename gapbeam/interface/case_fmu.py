@@ -58,11 +58,11 @@ def marched_scene(case: CaseSource, overrides: Overrides = ()) -> MarchedScene:
     from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
 
     if is_scene(case):
-        asked = read_scene(case, overrides).march()
+        read = read_scene(case, overrides)
+        asked = read.march()
         if asked["scheme"] != MIDPOINT:
             raise UserError("fmu: found another scheme than the default; leave out time.scheme")
-        scene = read_scene(case, overrides).scene
-        return MarchedScene(scene, asked["step"], asked["end"], asked["start"], ())
+        return MarchedScene(read.scene, asked["step"], asked["end"], asked["start"], ())
     from gapbeam.interface.case_scene import scene_of_model
     from gapbeam.process.launcher import all_ranks
     from gapbeam.solver.march.simulation import Simulation

@@ -42,21 +42,12 @@ class LagrangeCell:
         """The nodes, (k, d)."""
         if self.cell in PRODUCTS:
             return np.array(_numbered(PRODUCTS[self.cell], self.degree)) / self.degree
-        return np.asarray(self._basix.points)
-
-    @property
-    def _basix(self) -> Any:
-        import basix
-
-        kind = getattr(basix.CellType, self.cell)
-        return basix.create_element(
-            basix.ElementFamily.P, kind, self.degree, basix.LagrangeVariant.gll_warped, dtype=np.float64
-        )
+        return np.asarray(_simplex_element(self.cell, self.degree).points)
 
     def tabulate(self, points: Array) -> tuple[Array, Array]:
         """Return values, (q, k), and derivatives, (d, q, k), at points of the reference cell, (q, d)."""
         if self.cell not in PRODUCTS:
-            found = self._basix.tabulate(1, points)[..., 0]
+            found = _simplex_element(self.cell, self.degree).tabulate(1, points)[..., 0]
             return found[0], found[1:]
         numbers = np.array(_numbered(PRODUCTS[self.cell], self.degree))
         values, slopes = _along_axis(np.asarray(points, dtype=float), self.degree)
@@ -83,6 +74,15 @@ class LagrangeCell:
             if np.max(np.abs(found)) > FAR:
                 break
         raise RuntimeError("the point lies outside")
+
+
+@cache
+def _simplex_element(cell: str, degree: int) -> Any:
+    """Return the element of basix."""
+    import basix
+
+    kind = getattr(basix.CellType, cell)
+    return basix.create_element(basix.ElementFamily.P, kind, degree, basix.LagrangeVariant.gll_warped, dtype=np.float64)
 
 
 def corners(cell: str) -> Array:

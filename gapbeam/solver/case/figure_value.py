@@ -8,7 +8,7 @@ values at the ends of an interval,
     share    of the time above a limit L: sum h_i p_i / T, p_i the part of the line that is above L
 
 The probability that x is above L within a time d is the share of the windows of length d whose largest value is. Its
-95 % interval is that of k windows out of m, which count as independent: quantiles of beta distributions.
+95 % interval is that of k windows out of m, which count as independent.
 Source: Clopper and Pearson, Biometrika 26 (1934) 404.
 """
 
@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import beta
+from scipy.stats import binomtest
 
 Array = np.ndarray
 CONFIDENCE = 0.95
@@ -81,10 +81,9 @@ def probability(blank: FigureValue, t: Array, x: Array, limit: float, duration: 
     edges = t[0] + duration * np.arange(count + 1)
     t, x = np.concatenate([t, edges]), np.concatenate([x, np.interp(edges, t, x)])
     ends = ((t[x > limit, None] >= edges[:-1]) & (t[x > limit, None] <= edges[1:])).any(axis=0)
-    k, tail = int(ends.sum()), 0.5 * (1.0 - CONFIDENCE)
-    low = 0.0 if k == 0 else float(beta.ppf(tail, k, count - k + 1))
-    high = 1.0 if k == count else float(beta.ppf(1.0 - tail, k + 1, count - k))
-    return replace(blank, value=k / count, low=low, high=high)
+    happened = binomtest(int(ends.sum()), count)
+    interval = happened.proportion_ci(CONFIDENCE)
+    return replace(blank, value=float(happened.statistic), low=float(interval.low), high=float(interval.high))
 
 
 def mean(t: Array, x: Array) -> float:

@@ -64,7 +64,7 @@ class _Followed:
         Raises:
             NotConverged: The response ends on the way, or has no derivatives.
         """
-        begin, done, part = self.u, 0.0, 1.0
+        begin, done, part = self.u, float(np.array_equal(u, self.u)), 1.0
         while done < 1.0:
             part = min(part, 1.0 - done)
             try:
@@ -81,10 +81,10 @@ class _Followed:
     def step(self, u: Array) -> None:
         """Move to values in one part."""
         state = self.found.state
-        x = _column(state)
+        x = state.x[:, 0]
         move: Any = sum(self.found.moved[path] * (a - b) for path, a, b in zip(self.paths, u, self.u, strict=True))
         orbit = self.orbit(u, state_of(self.make(self.values(u)), (x + move)[:, None], state.t))
-        if not np.abs(_column(orbit.state) - x - move).max() <= BENT * np.abs(move).max() + WITHIN * np.abs(x).max():
+        if not np.abs(orbit.state.x[:, 0] - x - move).max() <= BENT * np.abs(move).max() + WITHIN * np.abs(x).max():
             raise NotConverged("the next response is another one")
         self.u, self.found = u, orbit
 
@@ -95,10 +95,6 @@ class _Followed:
         found = periodic(self.make(values), period, self.steps, start, scheme=self.scheme)
         given = {"period": period, "steps": self.steps, "start": found.state, "scheme": self.scheme}
         return tangents(self.make, self.names, values, **given)
-
-
-def _column(state: SceneState) -> Any:
-    return np.concatenate([state.q[:, 0], state.v[:, 0], state.z[:, 0]])
 
 
 @checked

@@ -85,7 +85,7 @@ def periodic(
     if begin.q.shape[1] != 1:
         raise UserError("periodic: the start has several members; take one")
     h, t = period / steps, begin.t
-    x: Any = np.concatenate([begin.q[:, 0], begin.v[:, 0], begin.z[:, 0]])
+    x: Any = begin.x[:, 0]
     best = np.inf
     for count in range(1, passes + 1):
         miss, P, size = returned(scene, x, t, h, steps, scheme)
@@ -342,13 +342,13 @@ def _alike(values: Array) -> bool:
 def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: int) -> LimitCycle:
     """Solve for the state and the period by Newton's method."""
     t, T = start.t, period
-    x: Any = np.concatenate([start.q[:, 0], start.v[:, 0], start.z[:, 0]])
+    x: Any = start.x[:, 0]
     first = np.linalg.norm(x)
 
     def end(period: float) -> Array:
         marcher = Marcher(scene, period / steps, state_of(scene, x[:, None], t))
         marcher.advance(steps)
-        return np.concatenate([marcher.q[:, 0], marcher.v[:, 0], marcher.z[:, 0]])
+        return marcher.state.x[:, 0]
 
     least, found, growth = np.inf, None, float(np.linalg.eigvals(state_matrix(scene)).real.max())
     for count in range(1, passes + 1):
@@ -372,6 +372,6 @@ def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: in
             f"limit cycle: after {passes} passes a period of {T:.6g} s leaves {least:.2g} of the motion; it may be "
             "irregular, or graze a contact; start nearer, or take more steps"
         )
-    if np.linalg.norm(np.vstack([found.state.q, found.state.v, found.state.z])) < 1e-3 * first:
+    if np.linalg.norm(found.state.x) < 1e-3 * first:
         raise NotConverged("limit cycle: shooting came to rest: no cycle is near the start")
     return found

@@ -109,7 +109,7 @@ def tangents(
     _refuse(whole, start, scheme)
     base = _Problem(whole, period / steps, steps, start.t, scheme)
     asked = [figure_of(whole, name) for name in figures]
-    orbit = _converged(base, np.concatenate([start.q[:, 0], start.v[:, 0], start.z[:, 0]]))
+    orbit = _converged(base, start.x[:, 0])
     M = orbit.carried(np.eye(len(orbit.x)))[0][-1]
     multipliers = np.linalg.eigvals(M)
     gap = float(np.abs(1.0 - multipliers).min())
@@ -279,7 +279,7 @@ class _Orbit:
         marcher = Marcher(problem.scene, problem.h, start, 1, problem.scheme, problem.linear)
         seen, felt, *_ = marcher.advance(problem.steps, record=True)
         self.U, self.F = seen[..., 0], felt[..., 0]
-        self.x, self.miss = x, np.concatenate([marcher.q, marcher.v, marcher.z])[:, 0] - x
+        self.x, self.miss = x, marcher.state.x[:, 0] - x
 
     def values(self, figures: list[OrbitFigure]) -> Array:
         """Return figures."""

@@ -47,6 +47,11 @@ class SceneState:
     a: Array | None = None
     memory: Array | None = None
 
+    @property
+    def x(self) -> Array:
+        """Coordinates, velocities and states of the feedback below each other, (2 n + states, lanes)."""
+        return np.vstack([self.q, self.v, self.z])
+
     def spread(self, lanes: int) -> SceneState:
         """Return the state for so many lanes: repeated where it has one."""
 

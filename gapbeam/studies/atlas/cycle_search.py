@@ -9,25 +9,23 @@ the cycle, over its size: where in a step a contact closes moves a cycle by some
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import pi
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from scipy.stats import binomtest
 
 from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, journal_style, panels
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.scene.lane_ensemble import ensemble
-from gapbeam.solver.scene.limit_cycle import VANISHED, LimitCycle, check_autonomous, limit_cycle, touching
+from gapbeam.solver.scene.limit_cycle import VANISHED, LimitCycle, check_autonomous, limit_cycle, state_of, touching
 from gapbeam.solver.scene.linear_scheme import MIDPOINT
 from gapbeam.solver.scene.linear_scheme import rest as touched
 from gapbeam.solver.scene.linear_stability import state_matrix
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import Marcher
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response
+from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, share_of
 from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, StrobeMap, growth
 
 MIXED = 4
@@ -69,8 +67,8 @@ def cycle_starts(scene: Scene, rest: SceneState, count: int, reach: float, seed:
     turns = np.exp(2j * pi * draw.random((len(mixed), count)))
     shares = draw.standard_normal((len(mixed), count))
     shares *= reach * draw.random(count) / np.linalg.norm(shares, axis=0)
-    x = np.vstack([rest.q, rest.v, rest.z]) + np.real(np.column_stack(mixed) @ (shares * turns))
-    return SceneState(rest.t, x[:n], x[n : 2 * n], x[2 * n :], np.zeros((scene.motions, count))), periods[0]
+    x = rest.x + np.real(np.column_stack(mixed) @ (shares * turns))
+    return state_of(scene, x, rest.t), periods[0]
 
 
 class CycleSearch:
@@ -90,8 +88,8 @@ class CycleSearch:
     ) -> None:
         self.scene, self.rest, self.steps, self.settle = scene, rest, steps, settle
         self.strobe = StrobeMap(scene, {}, np.array([period]), steps, MIDPOINT, starts.t)
-        self.still: Any = np.vstack([rest.q, rest.v, rest.z])
-        self.X: Any = np.vstack([starts.q, starts.v, starts.z])
+        self.still: Any = rest.x
+        self.X: Any = starts.x
         self.floor = VANISHED * float(self.strobe.size(self.X - self.still).max())
         self.which = np.full(self.X.shape[1], UNSETTLED)
         self.values = np.linalg.eigvals(state_matrix(scene))
@@ -149,8 +147,7 @@ class CycleSearch:
 
     def shoot(self, i: int) -> None:
         """Look for a stable cycle from a start; keep it where the start is on it."""
-        n, x = self.scene.size, self.X[:, i : i + 1].copy()
-        start = SceneState(self.strobe.t, x[:n], x[n : 2 * n], x[2 * n :], np.zeros((self.scene.motions, 1)))
+        start = state_of(self.scene, self.X[:, i : i + 1].copy(), self.strobe.t)
         try:
             cycle = limit_cycle(self.scene, self.steps, start, cycles=self.settle)
         except (NotConverged, UserError):
@@ -160,7 +157,7 @@ class CycleSearch:
         marcher, states = Marcher(self.scene, cycle.period / self.steps, cycle.state), list[Array]()
         for _ in range(self.steps):
             marcher.advance(1)
-            states.append(np.concatenate([marcher.q[:, 0], marcher.v[:, 0], marcher.z[:, 0]]))
+            states.append(marcher.state.x[:, 0])
         known = (k for k, (one, line) in enumerate(self.found)
                  if one is not None and self.apart(states[0][:, None], line)[0] <= NEAR)  # fmt: skip
         self.which[i] = next(known, len(self.found))
@@ -175,8 +172,7 @@ class CycleSearch:
         for k in order:
             cycle, _ = self.found[k]
             mine = int(np.sum(self.which == k))
-            share = binomtest(mine, count)
-            ends = share.proportion_ci(method="wilson")
+            share, interval = share_of(mine, count)
             period = float("nan") if cycle is None else cycle.period
             span = float(self.strobe.period[0]) if cycle is None else period
             state = self.rest if cycle is None else cycle.state
@@ -186,8 +182,7 @@ class CycleSearch:
             named.append(
                 Response(
                     0 if cycle is None else 1, state, np.vstack([state.q, state.v]).T,
-                    np.exp(self.values * span) if cycle is None else cycle.multipliers, mine, float(share.statistic),
-                    (float(ends.low), float(ends.high)),
+                    np.exp(self.values * span) if cycle is None else cycle.multipliers, mine, share, interval,
                     {name: np.linalg.norm(np.atleast_1d(one[..., 0])) for name, one in once.peak.items()},
                     {name: float(one[0]) for name, one in once.impacts.items()},
                     {name: float(one[0]) for name, one in once.peak_force.items()}, period,
@@ -222,7 +217,7 @@ def cycle_atlas(
     search = CycleSearch(scene, rest, begin, period, steps, settle)
     search.run(rounds)
     point, which = search.point({})
-    return Atlas({}, [replace(point)], which[None], begin, {})
+    return Atlas({}, [point], which[None], begin, {})
 
 
 @journal_style()

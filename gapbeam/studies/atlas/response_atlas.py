@@ -15,6 +15,7 @@ from scipy.stats import binomtest
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite
+from gapbeam.solver.scene.limit_cycle import state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
@@ -165,20 +166,25 @@ def _numbered(search: ResponseSearch, i: int) -> Any:
     return table
 
 
+def share_of(count: int, starts: int) -> tuple[float, tuple[float, float]]:
+    """Return a share of starts, and its 95 % interval (Wilson)."""
+    share = binomtest(count, starts)
+    ends = share.proportion_ci(method="wilson")
+    return float(share.statistic), (float(ends.low), float(ends.high))
+
+
 def _summary(search: ResponseSearch, i: int, values: dict[str, float], exponent: Any) -> AtlasPoint:
     """Return everything found at a parameter point."""
-    which, n = search.which[search.point == i], search.strobe.scene.size
+    which = search.which[search.point == i]
     responses = []
     for k in search.ranked(i):
         one = search.found[k]
-        share = binomtest(len(one.members), search.each)
-        ends = share.proportion_ci(method="wilson")
-        x = one.orbit.x[:, None]
-        state = SceneState(search.strobe.t, x[:n], x[n : 2 * n], x[2 * n :], np.zeros((search.strobe.scene.motions, 1)))
+        share, interval = share_of(len(one.members), search.each)
+        state = state_of(search.strobe.scene, one.orbit.x[:, None], search.strobe.t)
         responses.append(
             Response(
-                one.order, state, one.strobes, one.orbit.multipliers, len(one.members), float(share.statistic),
-                (float(ends.low), float(ends.high)), one.peak, one.impacts, one.peak_force,
+                one.order, state, one.strobes, one.orbit.multipliers, len(one.members), share, interval,
+                one.peak, one.impacts, one.peak_force,
             )
         )  # fmt: skip
     chaos = exponent[(search.point == i) & (search.which == CHAOTIC)]

@@ -14,6 +14,7 @@ import numpy as np
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.lane_ensemble import ensemble
+from gapbeam.solver.scene.limit_cycle import state_of
 from gapbeam.solver.scene.linear_scheme import RESOLVED, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
@@ -47,8 +48,7 @@ class StrobeMap:
 
     def march(self, points: Any, X: Array, periods: int, **features: Any) -> Any:
         """March states X (2 n + states, members) at these parameter points over some periods."""
-        n, T = self.scene.size, self.period[points]
-        start = SceneState(self.t, X[:n], X[n : 2 * n], X[2 * n :], np.zeros((self.scene.motions, X.shape[1])))
+        T, start = self.period[points], state_of(self.scene, X, self.t)
         return ensemble(
             self.scene, {path: value[points] for path, value in self.values.items()}, step=T / self.steps,
             end=self.t + periods * T, start=start, members=X.shape[1], threads=self.threads, scheme=self.scheme,

@@ -95,8 +95,7 @@ class SceneModel:
         every = [{path: float(value[i]) for path, value in own.items()} for i in range(count)]
         T = finite([self.period(one) if callable(self.period) else self.period for one in every], "uncertain: period")
         strobe = repeating(self.scene, own, T, lanes, self.steps, self.scheme, self.threads)
-        X = np.vstack([lanes.q, lanes.v, lanes.z])
-        search = ResponseSearch(strobe, 1, X, self.settle, self.rounds, self.orders, self.exponents)
+        search = ResponseSearch(strobe, 1, lanes.x, self.settle, self.rounds, self.orders, self.exponents)
         search.run()
         return self._measured(search)
 

@@ -124,17 +124,8 @@ def write_report(
 ) -> list[Path]:
     """Write a report on results: one page that works offline, and a PDF.
 
-    Arguments are those of `gapbeam.report`, where they are described, the kinds of folders that studies write, the most
-    particular first, and a function of a run's folder that returns data of its live model, or None.
-
-    Returns:
-        The page and, where there is one, its PDF.
-
-    Raises:
-        ResultsError: A folder that is not there, holds nothing that is known, or a file that cannot be read.
-        OptionError: Another suffix, a report that is there, or a span of time that there is not.
-        UserError: A place that cannot be written.
-        BrowserError: No browser for a PDF that was asked for, or one that printed nothing.
+    Arguments, what is returned and errors are as in `gapbeam.report`; beside these the kinds of folders that studies
+    write, the most particular first, and a function of a run's folder that returns data of its live model, or None.
     """
     page = page if page is not None else page_of(results)
     _check(page, page.with_suffix(".pdf"), pdf is not False, overwrite)

@@ -78,7 +78,7 @@ def test_commands_on_beams_need_no_extra(words: tuple[str, ...], tmp_path: Path)
     ("words", "package", "extra"),
     [
         (("check", "cases/demo.toml"), "dolfinx", "fem"),
-        (("run", "cases/demo.toml"), "dolfinx", "fem"),
+        (("run", "cases/demo.toml", "--output", "{out}"), "dolfinx", "fem"),
         (("report", "{run}"), "plotly", "pictures"),
     ],
 )
@@ -90,7 +90,7 @@ def test_the_extra_that_a_command_needs_is_named(
     monkeypatch.setenv("GAPBEAM_ERRORS", "none")
     if "{run}" in words:
         gb.run(CLIP, [BRIEF], run)
-    done = bare(*(word.format(run=run) for word in words))
+    done = bare(*(word.format(run=run, out=tmp_path / "out") for word in words))
     assert done.returncode == 2
     assert f"{package} is not installed" in done.stderr
     assert f"pip install 'gapbeam[{extra}]'" in done.stderr

@@ -34,6 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gapbeam.meshes.sizing.mesh_size import CellLength
+from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case, law_at
 from gapbeam.solver.case.checks.all_checks import contradictions_in
@@ -132,6 +133,13 @@ def highest_frequency(case: Case) -> float:
         return case.time.frequency
     interest = [one[0] for one in (load.frequency_of_interest for load in case.load) if one is not None]
     return max([overhang_frequency(case, 2), *interest])
+
+
+def resolved_frequency(case: Case) -> float | None:
+    """Return the frequency that the spans of a beam resolve, Hz; None where the motions of all nodes are marched."""
+    if not isinstance(case.model, BeamModel) or case.model.is_whole(len(beam_motions(case))):
+        return None
+    return highest_frequency(case)
 
 
 def graded_count(case: Case) -> int:

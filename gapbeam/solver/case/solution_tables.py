@@ -17,6 +17,8 @@ RIGID_SHARE = 0.3  # of the first bending frequency, up to which a body may be r
 THICKNESS_OF_WAVE = 0.125  # thickness over the bending wavelength, up to which beam theory holds
 SPACING_OF_WAVE = 0.125  # distance of nodes over the bending wavelength
 ELEMENTS_IN_SUPPORT = 5
+DENSE = 1000  # DOFs up to which a beam of equal elements is marched whole: its modes take about a second
+FEW = 300  # the same of graded elements, which are few where nothing happens: a basis is smaller from there on
 MUCH_FEWER = 0.5  # of as many equal elements: graded ones
 MODES_BEYOND = 2  # modes for each half wave along the beam: those across its plane, along it and in torsion, too
 
@@ -217,6 +219,10 @@ class BeamModel(_AnyModel):
     def graded(self) -> bool:
         """True where elements are shorter in supports than between them."""
         return self.spacing == "graded"
+
+    def is_whole(self, motions: int) -> bool:
+        """Return True where the motions of all nodes are marched, and not those of a basis span by span."""
+        return 2 * motions * (self.elements + 1) <= (FEW if self.graded else DENSE)
 
     def fitted(self, scene: SceneFigures) -> Self:
         """Return the model with elements as short as bending waves and supports ask for.

@@ -51,8 +51,6 @@ from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array, Indices, Interface
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
-DENSE = 1000  # DOFs up to which a beam of equal elements is marched whole: its modes take about a second
-FEW = 300  # the same of graded elements, which are few where nothing happens: a basis is smaller from there on
 WAVES_IN_SPAN = 4  # half waves in a span of the basis
 LONGEST_SPAN = 500  # elements
 
@@ -177,7 +175,7 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     started = time.perf_counter()
     beam = BeamOfParts.of_case(case, settings.elements, settings.graded)
     body, sparse = _on_parts(case, meshed, beam, settings.stations, "torsion" not in beam.motions)
-    whole = sparse.size <= (FEW if settings.graded else DENSE)
+    whole = settings.is_whole(len(beam.motions))
     shift, spans, holding = (2.0 * pi * overhang_frequency(case)) ** 2, None, None
     acting, highest = acting_rows(case, body.patterns), MODES_ABOVE * highest_frequency(case)
     bending = beam.parts[0]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from gapbeam.solver.case.beam_motions import axial_restraint
 from gapbeam.solver.case.case import Case, Contact, Damping, Friction, Gates, Output, Wear
-from gapbeam.solver.case.model_choice import highest_frequency
-from gapbeam.solver.case.solution_tables import BeamModel, Time
+from gapbeam.solver.case.model_choice import resolved_frequency
+from gapbeam.solver.case.solution_tables import Time
 from gapbeam.solver.supports.support_tables import without_play
 
 
@@ -51,6 +51,5 @@ def _contact(contact: Contact) -> Contact:
 
 def _time(case: Case) -> Time:
     """Return the scheme of explicit steps, and the frequency up to which the spans of a beam are resolved."""
-    resolved = highest_frequency(case) if isinstance(case.model, BeamModel) else None
-    key = Time(end=1.0, step="auto", frequency=resolved)
+    key = Time(end=1.0, step="auto", frequency=resolved_frequency(case))
     return key.model_copy(update={"scheme": case.time.scheme}) if case.time.scheme.explicit else key

@@ -19,7 +19,12 @@ from gapbeam.postprocess.analysis_files import (
     write_tables,
 )
 from gapbeam.postprocess.figures.contact_map import draw_contact_map
-from gapbeam.postprocess.figures.curve_figures import draw_impacts, draw_response_curve, draw_wear
+from gapbeam.postprocess.figures.curve_figures import (
+    draw_coefficients,
+    draw_impacts,
+    draw_response_curve,
+    draw_wear,
+)
 from gapbeam.postprocess.figures.figure_style import journal_style, save
 from gapbeam.postprocess.figures.motion_figures import (
     draw_contact,
@@ -237,6 +242,10 @@ def _figures(
         figures["energy"] = lambda: draw_energy(history, frequency, zoom)
     if maps := wear_of(results.folder):
         figures["wear"] = lambda: draw_wear(maps)
+    feedbacks = (results.summary.get("scene") or {}).get("feedbacks")
+    for one in feedbacks if isinstance(feedbacks, list) else ():
+        if one.get("coefficients"):
+            figures[f"coefficients_{one['name']}"] = partial(draw_coefficients, one["coefficients"])
     points = points_of(results.folder)
     for support in supports_of(results.summary, results.case) if points else ():
         met = {face.face: points[face.face] for face in support.faces if face.face in points}

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 import gapbeam as gb
+from gapbeam.postprocess.report.charts import Chart
+from gapbeam.postprocess.report.sections.flow_section import flow_section
 from gapbeam.solver.diagnostics.statistics.batch_interval import burn_in
 from tests.shared import slips
 from tests.shared.slips import Change, Tables, check_refused
@@ -169,6 +171,50 @@ def test_wear_under_a_flow_is_that_of_motion_and_force_in_a_round_hole(tmp_path:
     assert found["verdict"] == "too short"
 
 
+def test_a_fit_that_misses_is_stated_drawn_and_warned_of(tmp_path: Path) -> None:
+    """A bump of c that no exponential has: the misfit is that of an own search of all rates; runs without contact."""
+    given = tables(tmp_path)
+    given = {key: given[key] for key in ("structure", "feedback", "load", "time")}
+    given["structure"], given["feedback"] = [given["structure"][1]], [given["feedback"][2] | {"states": 1}]
+    given["load"] = [{"type": "step_force", "name": "push", "point": "arm.s2", "amplitude": 5.0, "end": 0.01}]
+    reduced = np.linspace(2.0, 40.0, 20)
+    k = 2j * pi / reduced
+    c = -2.0 - 0.7 * k + 1.3 * k / (k + 0.4) + 0.3 * np.exp(-((reduced - 20.0) ** 2) / 8.0)
+    np.savetxt(tmp_path / "c.csv", np.column_stack([reduced, c.real, c.imag]), delimiter=",")
+
+    def left(rate: float) -> Any:
+        columns = np.stack([k**0, k, k / (k + rate)], axis=1)
+        both, right = np.vstack([columns.real, columns.imag]), np.concatenate([c.real, c.imag])
+        found = both @ np.linalg.lstsq(both, right, rcond=None)[0] - right
+        return found[:20] + 1j * found[20:]
+
+    rates = np.geomspace(1e-2, 30.0, 20_001)
+    least = min((left(rate) for rate in rates), key=lambda one: float(np.linalg.norm(one)))
+    misfit = float(np.abs(least).max() / np.abs(c).max())
+    assert misfit > 0.05
+    described = gb.check(given)
+    assert f"misfit {100 * misfit:.2g} %" in {row[0]: row[2] for row in described.sections["flow"]}["table"]
+    drawn = described.sections["coefficients of table"]
+    assert drawn[-1][0] == "warning"
+    bump = next(row for row in drawn if row[0] == "U/(f D) 20")
+    assert bump[2].index("o") > bump[2].index("+")  # the data lie above the fit
+    outcome = gb.run(given, output=tmp_path / "run")
+    assert outcome.exit_status == 0
+    assert sum("misses measured coefficients" in one for one in outcome.summary["warnings"]) == 1
+    kept = outcome.summary["scene"]["feedbacks"][0]["coefficients"]
+    assert kept["misfit"] == pytest.approx(misfit, rel=1e-3)
+    assert kept["measured"]["c"]["real"] == pytest.approx(c.real)
+    line = np.interp(reduced, kept["fit"]["reduced_velocity"], kept["fit"]["c"]["real"])
+    assert line == pytest.approx((c + least).real, abs=2e-2)
+    assert tmp_path / "run" / "figures" / "coefficients_table.png" in gb.plot(tmp_path / "run")
+    section = flow_section(outcome.summary, "gapbeam report run")
+    assert section is not None
+    chart = next(block for block in section.blocks if isinstance(block, Chart))
+    assert [curve.name for curve in chart.curves][:2] == ["real part, measured", "real part, fit"]
+    given["feedback"][0]["tolerance"] = 0.5
+    assert gb.check(given).sections["coefficients of table"][-1][0] != "warning"
+
+
 def test_a_tube_in_two_planes_has_each_frequency_twice() -> None:
     """Frequencies of a pinned tube with added mass: (n pi / L)^2 sqrt(E I / (m + m_a)), slender, in both planes."""
     model = {"type": "beam", "length": 4.0, "thickness": 0.019, "section": {"type": "tube", "wall": 1.1e-3},
@@ -239,9 +285,17 @@ SLIPS: dict[str, tuple[Change, str, str]] = {
                                "the shape of stiffness"),
     "no file": (put(TABLE, "file", value="none.csv"), "table.*file", "no file"),
     "two columns": (coefficients("1.0,2.0\n2.0,3.0\n"), "table.*file", "3 or 9 columns"),
-    "words in the table": (coefficients("U,re,im\n1.0,two,3.0\n2.0,1.0,1.0\n"), "table.*file", "finite"),
-    "one velocity twice": (coefficients("3.0,1.0,0.0\n3.0,2.0,0.0\n9.0,1.0,0.0\n"), "table.*file", "each once"),
-    "more states than rows": (put(TABLE, "states", value=12), "table.*states", "fewer states than rows"),
+    "a column missing in a row": (coefficients("1,2,3\n2,1\n3,1,1\n4,1,1\n"), "table.*file", "2 numbers in line 2"),
+    "words in the table": (coefficients("U,re,im\n1.0,two,3.0\n2.0,1.0,1.0\n"), "table.*file", "in line 2[^$]*finite"),
+    "a hole in the table": (coefficients("1,2,3\n2,1,\n3,1,1\n4,1,1\n"), "table.*file", "in line 2[^$]*finite"),
+    "not a number": (coefficients("1,2,3\n2,1,1\n3,nan,1\n4,1,1\n"), "table.*file", "in line 3[^$]*finite"),
+    "an empty table": (coefficients("U,re,im\n"), "table.*file", "0 rows for 2 states"),
+    "one velocity twice": (coefficients("3,1,0\n3,2,0\n9,1,0\n10,1,0\n"), "table.*file", "3 in line 2 after 3 in"),
+    "velocities in disorder": (coefficients("3,1,0\n9,2,0\n4,1,0\n5,1,0\n"), "table.*file", "4 in line 3 after 9 in"),
+    "a velocity of 0": (coefficients("0,1,0\n3,2,0\n9,1,0\n10,1,0\n"), "table.*file", "0 in line 1[^$]*above 0"),
+    "few rows": (coefficients("3,1,0\n4,2,0\n9,1,0\n"), "table.*file", "3 rows for 2 states[^$]*4 or more"),
+    "more states than rows": (put(TABLE, "states", value=12), "table.*file", "fewer states"),
+    "a misfit of everything": (put(TABLE, "tolerance", value=1.0), "table.*tolerance", "less than 1"),
     "outside of the table": (put(TABLE, "frequencies", value=[2.0]), "table.*velocity", "table, 1 to 40"),
     "rows of two lengths": (put(LAG, "steady", value=[[1.0, 2.0], [3.0]]), "lag.*steady", "1 and 2 numbers"),
     "not square": (put(LAG, "steady", value=[[1.0, 2.0]]), "lag.*steady", "square matrix"),

@@ -219,3 +219,24 @@ def draw_impacts(impacts: Mapping[str, np.ndarray]) -> Figure:
     letter(drawn)
     figure.legend(*drawn[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
     return figure
+
+
+def draw_coefficients(found: Mapping[str, Any]) -> Figure:
+    """Draw measured coefficients of a flow and their fit over the reduced velocity, real and imaginary parts.
+
+    Args:
+        found: `coefficients` of a feedback in a summary.
+    """
+    names = [name for name in found["measured"] if name != "reduced_velocity"]
+    figure, axes = panels(len(names), 2, width=DOUBLE, height=2.2, sharex=True)
+    for row, name in zip(axes, names, strict=True):
+        for panel, part in zip(row, ("real", "imaginary"), strict=True):
+            for kind, style in (("measured", "o"), ("fit", "-")):
+                x, y = found[kind]["reduced_velocity"], found[kind][name][part]
+                panel.plot(x, y, style, color=BLACK if kind == "measured" else COLORS[0], markersize=3, label=kind)
+            panel.set_ylabel(f"{part} part of {name}")
+            panel.margins(x=0.02)
+    for panel in axes[-1]:
+        panel.set_xlabel("reduced velocity U/(f D)")
+    axes[0, 0].legend(title=f"misfit {100.0 * found['misfit']:.2g} % of the largest", loc="best")
+    return figure

@@ -17,12 +17,14 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, A
 from gapbeam.solver.run.assumptions.motion_findings import RESOLVED
 from gapbeam.solver.run.outcome import all_rates, work_rate
 from gapbeam.solver.run.scene_records import SceneAccounts, promises_balance
+from gapbeam.solver.scene.feedback import Feedback, Joint
+from gapbeam.solver.scene.flow_force import Flow, fit_doubts
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.scene import Scene
 
 
 def describe_scene(scene: Scene, step: float, end: float, scheme: LinearScheme) -> dict[str, Any]:
-    """Return structures, contacts and loads of a scene with their values, the step, and the numbers of the scheme."""
+    """Return structures, contacts, loads and feedback of a scene, the step, and the numbers of the scheme."""
     contacts = [
         {
             "name": one.name,
@@ -42,13 +44,22 @@ def describe_scene(scene: Scene, step: float, end: float, scheme: LinearScheme) 
         ],
         "contacts": contacts,
         "loads": [{"name": one.name, "type": getattr(one, "kind", type(one).__name__.lower())} for one in scene.loads],
-        "feedbacks": len(scene.feedbacks),
+        "feedbacks": [_feedback(one) for one in scene.feedbacks if not isinstance(one, Joint)],
         "step": step,
         "end": end,
         "scheme": scheme._asdict(),
         "keeps_energy": promises_balance(scheme),
         "geometry": False,
     }  # fmt: skip
+
+
+def _feedback(one: Feedback) -> dict[str, Any]:
+    found: dict[str, Any] = {"name": one.name, "states": len(one.A)}
+    if isinstance(one, Flow):
+        fit = one.law.fit
+        found |= {"velocity": one.velocity, "density": one.density, "delay": one.delay, "delay_error": one.error,
+                  "coefficients": None if fit is None else fit.as_data()}  # fmt: skip
+    return found
 
 
 def _clearance(region: Any) -> Any:
@@ -138,6 +149,7 @@ def remarks_of(accounts: SceneAccounts, findings: Sequence[Finding]) -> list[str
     """Return the remarks on the figures, one sentence each."""
     found = [one.remark for one in findings if one.verdict == WARNING]
     gates, ledger = accounts.gates, accounts.ledger
+    found += fit_doubts(accounts.scene.feedbacks)
     if not accounts.balanced:
         found.append(
             "the scheme promises no energy balance: energy that is missing counts as its dissipation, so that the "

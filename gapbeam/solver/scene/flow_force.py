@@ -15,7 +15,7 @@ the partial fractions of this quotient.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from math import factorial, pi
@@ -27,6 +27,7 @@ from scipy.interpolate import make_interp_spline
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
+from gapbeam.solver.scene.coefficient_fit import CoefficientFit
 from gapbeam.solver.scene.feedback import Feedback, Place, motions_of
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.system.operators import Array
@@ -178,14 +179,14 @@ class FlowLaw:
         diameter: D, m.
         reduced: Range of U/(f D) that was measured; default any.
         highest: Angular frequency up to which a delay keeps its error, rad/s; default any.
-        misfit: Largest error of a fit over the largest coefficient.
+        fit: Of measured coefficients, where there are such.
     """
 
     section: Callable[[float], SectionForce]
     diameter: float
     reduced: tuple[float, float] | None = None
     highest: float | None = None
-    misfit: float = 0.0
+    fit: CoefficientFit | None = None
 
     def check(self, velocity: float, frequency: float, where: str) -> None:
         """Raise UserError if the law does not hold for a velocity, m/s, and an angular frequency, rad/s."""
@@ -276,6 +277,12 @@ class Flow(Feedback):
         setattr(other, name, float(positive(value, f"{where}: {name}")))
         other.A, other.B, other.C, other.D = other._matrices(where)
         return other
+
+
+def fit_doubts(feedbacks: Iterable[Feedback]) -> list[str]:
+    """Return a sentence for each fit of measured coefficients that misses them by more than its tolerance."""
+    fits = [(one.name, one.law.fit) for one in feedbacks if isinstance(one, Flow)]
+    return [f"{name or 'flow'}: {fit.doubt}" for name, fit in fits if fit is not None and fit.doubt]
 
 
 def lagging(

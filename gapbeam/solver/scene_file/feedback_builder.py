@@ -98,7 +98,8 @@ def made_feedback(
         )  # fmt: skip
     if isinstance(table, MeasuredFlow):
         frequencies = 2.0 * pi * np.array(table.frequencies)
-        return measured(place, table.file, **given, frequencies=frequencies, states=table.states)
+        given |= {"states": table.states, "tolerance": table.tolerance}
+        return measured(place, table.file, **given, frequencies=frequencies)
     return unsteady(
         place, **given, stiffness=table.stiffness, damping=table.damping, amplitudes=table.amplitudes, rates=table.rates
     )

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model
 
+from gapbeam.solver.scene.coefficient_fit import TOLERANCE
 from gapbeam.solver.scene_file.mesh_tables import FileName
 from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Table, Whole
 
@@ -100,6 +101,9 @@ class MeasuredFlow(_Tube):
         description="frequencies of interest, Hz, which the file must cover", examples=[[20.0, 60.0]]
     )
     states: Annotated[Whole, Field(ge=0, le=12)] = Field(default=2, description="exponentials of the fit")
+    tolerance: Number = Field(
+        default=TOLERANCE, gt=0.0, lt=1.0, description="misfit that is accepted, over the largest coefficient, no unit"
+    )
 
 
 class LaggedForces(_Stream):

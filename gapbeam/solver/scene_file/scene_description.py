@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.scene.coefficient_fit import CoefficientFit
 from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.flow_margin import FlowMargin, connors_of_modes, flow_margin, flows_of
 from gapbeam.solver.scene.linear_stability import idle_supports
@@ -43,8 +44,26 @@ def flow_rows(read: ReadScene) -> tuple[Row, ...]:
 def _force(one: Flow) -> Row:
     words = [f"{len(one.A)} states"]
     words += [f"delay {one.delay:.4g} s, error {one.error:.1g}"] if one.delay else []
-    words += [f"misfit {one.law.misfit:.2g} of the largest coefficient"] if one.law.misfit else []
+    if one.law.fit is not None:
+        words.append(f"misfit {100.0 * one.law.fit.misfit:.2g} % of the largest coefficient")
     return one.name, f"{one.velocity:g} m/s", ", ".join(words)
+
+
+def _drawn(fit: CoefficientFit) -> tuple[Row, ...]:
+    """Return measured coefficients and their fit, drawn over the reduced velocity: o measured, + fit, * both."""
+    places = np.unique(np.linspace(0, len(fit.reduced) - 1, LINES).round().astype(int))
+    fitted, rows = fit.fitted(fit.reduced), list[Row]()
+    for name, data, line in zip(fit.names, fit.measured.T, fitted.T, strict=True):
+        for words, a, b in ((f"Re {name}", data.real, line.real), (f"Im {name}", data.imag, line.imag)):
+            low, high = min(a.min(), b.min()), max(a.max(), b.max())
+            span = high - low or 1.0
+            rows.append((words, f"{low:.3g} to {high:.3g}", "o measured, + fit, * both"))
+            for i in places:
+                strip = [" "] * WIDTH
+                o, plus = (round((WIDTH - 1) * float((one[i] - low) / span)) for one in (a, b))
+                strip[o], strip[plus] = "o", "*" if o == plus else "+"
+                rows.append((f"U/(f D) {fit.reduced[i]:.4g}", f"{a[i]:.4g}, fit {b[i]:.4g}", f"|{''.join(strip)}|"))
+    return (*rows, ("warning", fit.doubt, "")) if fit.doubt else tuple(rows)
 
 
 def _margins(scene: Scene, supports: Sequence[str]) -> Iterator[Row]:
@@ -99,6 +118,7 @@ def _connors(read: ReadScene, one: ConnorsCheck, supports: Sequence[str]) -> Ite
         )  # fmt: skip
 
 
+LINES, WIDTH = 12, 33  # of drawn coefficients
 MOST = 6
 FIRST_GUESS = 1e-9  # of the mean ratio of stiffness to mass
 STILL = 1e-13  # of the largest: squares below belong to rigid motions
@@ -143,6 +163,7 @@ def describe_scene(read: ReadScene) -> SceneDescription:
     steps = round(time.end / time.step)
     how = "sparse matrices, factored once" if scene.is_large else "all modes of the structures"
     flow = flow_rows(read)
+    drawn = {f"coefficients of {one.name}": _drawn(one.law.fit) for one in flows_of(scene) if one.law.fit is not None}
     return SceneDescription(
         read.case.title or read.name,
         {
@@ -162,6 +183,7 @@ def describe_scene(read: ReadScene) -> SceneDescription:
             ),
             "seat at t = 0": rest,
             **({"flow": flow} if flow else {}),
+            **drawn,
         },
         seated,
     )

@@ -79,8 +79,12 @@ class MotionRecord:
             farthest = float(np.abs(history["displacement"].values).max())
             gained = np.cumsum(acceleration * steps, axis=0)
             probes = (*probes, *(f"{name} lateral" for name in probes)) if in_space else probes
-        faces = tuple(str(name) for name in history["face"].values)
-        force, impulse = (np.asarray(history[name].values).reshape(count, -1) for name in ("contact_force", "impulse"))
+        faces, force, impulse = tuple[str, ...](), still, still
+        if "face" in history.coords:
+            faces = tuple(str(name) for name in history["face"].values)
+            force, impulse = (
+                np.asarray(history[name].values).reshape(count, -1) for name in ("contact_force", "impulse")
+            )
         gauges = tuple(str(name) for name in history["gauge"].values) if "gauge" in history.coords else ()
         stress = np.zeros((count, 2, 0))
         if gauges:

@@ -27,6 +27,7 @@ from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope
 from gapbeam.postprocess.report.html_page import sentence
 from gapbeam.postprocess.report.sections.contact_section import contact_section, random_loads_section, wear_section
 from gapbeam.postprocess.report.sections.curve_section import comparison_blocks, curve_section, periodic_section
+from gapbeam.postprocess.report.sections.flow_section import flow_section
 from gapbeam.postprocess.report.sections.motion_section import motion_section, periodicity_section, spectra_section
 from gapbeam.postprocess.report.sections.orbits_section import orbits_section
 from gapbeam.postprocess.report.sections.scene_section import scene_of, still_scene_of
@@ -97,8 +98,9 @@ def run_report(results: Results, command: str) -> Report:
     worn = wear_section(results.summary, wear_of(results.folder), command)
     figures = figures_section(results, peak_rows(results.history) if recorded else ())
     ends = (
-        figures, statistics_section(results.summary), worn, random_loads_section(results.summary), margins,
-        _pictures(results.folder), case_section(results), scene_table(results.summary), cost,
+        figures, statistics_section(results.summary), worn, random_loads_section(results.summary),
+        flow_section(results.summary, command), margins, _pictures(results.folder), case_section(results),
+        scene_table(results.summary), cost,
     )  # fmt: skip
     sections += [section for section in ends if section is not None]
     sections = [one if one.anchor in OPEN else replace(one, folded=True) for one in sections]

@@ -1,0 +1,214 @@
+"""Complex coefficients that were measured over the reduced velocity, and the states fitted to them.
+
+A tube that moves as y e^(i w t) feels, per length, rho U^2 / 2 c(U / (f D)) y e^(i w t), f = w / (2 pi). With
+k = w D / U the fit is
+
+    c = c_0 + c_1 i k + sum_j a_j i k / (i k + d_j),     d_j > 0,
+
+with the same rates d_j for all coefficients.
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from itertools import pairwise, product
+from math import pi
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.argument_checks import ArgumentError, finite
+from gapbeam.solver.system.operators import Array
+
+NAMES = {3: ("c",), 9: ("c_xx", "c_xy", "c_yx", "c_yy")}
+"""Coefficients by the number of columns of a table."""
+DRAWN = 121
+"""Points of the line that stands for a fit."""
+TOLERANCE = 0.05
+"""Misfit above which a fit is doubted, of the largest coefficient."""
+
+
+@dataclass(frozen=True, eq=False)
+class CoefficientFit:
+    """Measured coefficients and their fit.
+
+    Attributes:
+        reduced: Reduced velocities U/(f D), increasing, (rows,).
+        measured: Coefficients at these, complex, (rows, coefficients).
+        rates: d_j, (states,).
+        values: c_0, c_1, a_1, a_2, ..., (2 + states, coefficients).
+        tolerance: Misfit above which the fit is doubted.
+    """
+
+    reduced: Array
+    measured: Any
+    rates: Array
+    values: Array
+    tolerance: float = TOLERANCE
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coefficients."""
+        return NAMES[1 + 2 * self.measured.shape[1]]
+
+    @property
+    def misfit(self) -> float:
+        """Largest error over the largest coefficient."""
+        size = float(np.abs(self.measured).max())
+        return float(np.abs(self.fitted(self.reduced) - self.measured).max()) / size if size > 0.0 else 0.0
+
+    @property
+    def doubt(self) -> str:
+        """A sentence where the misfit exceeds the tolerance, otherwise empty."""
+        if self.misfit <= self.tolerance:
+            return ""
+        return (
+            f"the fit of {len(self.rates)} states misses measured coefficients by {self.misfit:.2g} of the largest, "
+            f"more than the tolerance of {self.tolerance:g}: take more states, or a smaller range of reduced velocities"
+        )
+
+    def fitted(self, reduced: ArrayLike) -> Any:
+        """Return the coefficients of the fit, complex, (velocities, coefficients), at reduced velocities."""
+        return _columns(2.0 * pi / np.asarray(reduced), self.rates) @ self.values
+
+    def as_data(self) -> dict[str, Any]:
+        """Return data and fit in the form of a summary: parts over the reduced velocity by name of a coefficient."""
+        fine = np.linspace(self.reduced[0], self.reduced[-1], DRAWN)
+
+        def parts(values: Any) -> dict[str, Any]:
+            found = zip(self.names, values.T, strict=True)
+            return {name: {"real": one.real.tolist(), "imaginary": one.imag.tolist()} for name, one in found}
+
+        return {
+            "misfit": self.misfit,
+            "tolerance": self.tolerance,
+            "states": len(self.rates),
+            "measured": {"reduced_velocity": self.reduced.tolist(), **parts(self.measured)},
+            "fit": {"reduced_velocity": fine.tolist(), **parts(self.fitted(fine))},
+        }
+
+
+def _columns(k: Any, rates: Array) -> Any:
+    s = 1j * k[:, None]
+    return np.hstack([np.ones_like(s), s, s / (s + rates)])
+
+
+def fit(rows: Array, states: int, tolerance: float = TOLERANCE) -> CoefficientFit:
+    """Return the fit of least squares; coefficients are linear for given rates, which a search finds.
+
+    Args:
+        rows: As of `table_rows`.
+        states: Exponentials.
+        tolerance: See `CoefficientFit`.
+    """
+    reduced, c = rows[:, 0], rows[:, 1::2] + 1j * rows[:, 2::2]
+    k, right = 2.0 * pi / reduced, np.vstack([c.real, c.imag])
+
+    def solved(logs: Array) -> tuple[Array, Array]:
+        columns = _columns(k, np.exp(logs))
+        both = np.vstack([columns.real, columns.imag])
+        values = np.linalg.lstsq(both, right, rcond=None)[0]
+        return values, both @ values - right
+
+    low, high = np.log(k.min() / 3.0), np.log(k.max() * 3.0)
+    starts = np.linspace(low, high, max(2 * states, 3))
+    best, least = np.zeros(0), np.inf
+    for some in product(starts, repeat=states) if states <= 2 else [np.linspace(low, high, states)]:
+        if states and np.all(np.diff(some) > 0.0):
+            bounds = low - 2.0, high + 2.0
+            options = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-14)
+            found = least_squares(lambda x: solved(x)[1].ravel(), some, bounds=bounds, **options)
+            if found.cost < least:
+                best, least = found.x, found.cost
+    return CoefficientFit(reduced, c, np.exp(best), solved(best)[0], tolerance)
+
+
+def table_rows(table: ArrayLike | PathLike[str] | str, states: int, where: str) -> Array:
+    """Return the rows of a table, (rows, 3 or 9): reduced velocity, then real and imaginary parts.
+
+    Args:
+        table: Rows, or a CSV file of them with or without a line of names; # begins a comment.
+        states: Of the fit: two rows more are needed, so that the misfit shows something.
+        where: For messages.
+
+    Raises:
+        UserError: The file cannot be read, or has too few rows, other columns, values that are not finite, or reduced
+            velocities that do not increase.
+    """
+    where = f"{where}: table"
+    if isinstance(table, str | PathLike):
+        where = f"{where} {table}"
+        given = _lines(Path(table), where)
+    else:
+        try:
+            rows = np.atleast_2d(finite(table, where))
+        except UserError as error:
+            raise ArgumentError(str(error), "table") from None
+        given = {f"row {i}": row for i, row in enumerate(rows, start=1)}
+    widths = {name: len(row) for name, row in given.items()}
+    for name, width in widths.items():
+        if width not in NAMES or width != next(iter(widths.values())):
+            raise ArgumentError(
+                f"{where}: found {width} numbers in {name}, expected 3 or 9 columns: the reduced velocity, then real "
+                "and imaginary part of each coefficient",
+                "table",
+            )
+    if len(given) < states + 2:
+        raise ArgumentError(
+            f"{where}: found {len(given)} rows for {states} states, expected {states + 2} or more; measure at more "
+            "velocities, or take fewer states",
+            "table",
+        )
+    found = np.array(list(given.values()))
+    for (name, last), (after, one) in pairwise([("", 0.0), *zip(given, found[:, 0], strict=True)]):
+        if not one > last:
+            raise ArgumentError(
+                f"{where}: found the reduced velocity {one:g} in {after}{f' after {last:g} in {name}' * bool(name)}, "
+                "expected numbers above 0 that increase; sort the rows, and take the mean of those at one velocity",
+                "table",
+            )
+    return found
+
+
+def _lines(path: Path, where: str) -> dict[str, Array]:
+    """Return the rows of a file by the number of their line.
+
+    Raises:
+        ArgumentError: It cannot be read, or a cell is no finite number.
+    """
+    found = dict[str, Array]()
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            for number, cells in enumerate(csv.reader(file), start=1):
+                line = f"line {number}"
+                if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
+                    continue
+                try:
+                    row = np.array([float(cell) for cell in cells])
+                except ValueError:
+                    if not found and not _begins_with_number(cells):  # a line of names
+                        continue
+                    row = np.array([np.nan])
+                if not np.isfinite(row).all():
+                    raise ArgumentError(
+                        f"{where}: found {','.join(cells)!r} in {line}, expected finite numbers with commas between",
+                        "table",
+                    )
+                found[line] = row
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ArgumentError(f"{where}: {error}", "table") from None
+    return found
+
+
+def _begins_with_number(cells: list[str]) -> bool:
+    try:
+        float(cells[0])
+    except ValueError:
+        return False
+    return True

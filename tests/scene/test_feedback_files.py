@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 import gapbeam as gb
+from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.report.sections.flow_section import flow_section
+from gapbeam.postprocess.report.sections.verdict_tables import scene_table
 from gapbeam.solver.diagnostics.statistics.batch_interval import burn_in
 from tests.shared import slips
 from tests.shared.slips import Change, Tables, check_refused
@@ -215,6 +217,35 @@ def test_a_fit_that_misses_is_stated_drawn_and_warned_of(tmp_path: Path) -> None
     assert gb.check(given).sections["coefficients of table"][-1][0] != "warning"
 
 
+def test_two_phase_damping_has_a_source(tmp_path: Path) -> None:
+    """Each mode of a tube decays by exp(-zeta w t) of the sum; Connors takes 2 pi times it; the source is shown."""
+    given = tables(tmp_path)
+    given = {key: given[key] for key in ("structure", "point", "joint", "feedback", "load", "time")}
+    given["structure"], given["feedback"] = given["structure"][:1], given["feedback"][5:]
+    dry = gb.eigenvalues(gb.scene(given))
+    assert np.allclose(dry.real, -0.01 * np.abs(dry))
+    given["structure"][0]["two_phase"] = {"ratio": 0.03, "source": "loop test 7, void fraction 0.6"}
+    del given["feedback"][0]["decrement"]
+    scene, described = gb.scene(given), gb.check(given)
+    wet = gb.eigenvalues(scene)
+    assert np.allclose(wet.real, -0.04 * np.abs(wet))
+    assert (
+        "tube",
+        "two-phase damping 0.03 beside 0.01",
+        "source: loop test 7, void fraction 0.6",
+    ) in described.sections["structures"]
+    first = sqrt(scene.squares[0]) / (2.0 * pi)
+    critical = 3.0 * first * 0.019 * sqrt(0.8 * 2 * pi * 0.04 / (1000.0 * 0.019**2))
+    assert next(row for row in described.sections["flow"] if "Connors" in row[0])[1].startswith(f"{critical:.4g} m/s")
+    outcome = gb.run(given, output=tmp_path / "run")
+    assert outcome.summary["sources"] == {"tube: two-phase damping 0.03 beside 0.01": "loop test 7, void fraction 0.6"}
+    section = scene_table(outcome.summary)
+    assert section is not None
+    table = section.blocks[-1]
+    assert isinstance(table, TableBlock)
+    assert table.rows[0][1] == "loop test 7, void fraction 0.6"
+
+
 def test_a_tube_in_two_planes_has_each_frequency_twice() -> None:
     """Frequencies of a pinned tube with added mass: (n pi / L)^2 sqrt(E I / (m + m_a)), slender, in both planes."""
     model = {"type": "beam", "length": 4.0, "thickness": 0.019, "section": {"type": "tube", "wall": 1.1e-3},
@@ -312,6 +343,15 @@ SLIPS: dict[str, tuple[Change, str, str]] = {
                                     r"grows as exp\(1 t\) and no output"),
     "Connors without span": (put(DESIGN, "span", value=None), "design.*span", "no such table"),
     "a negative decrement": (put(DESIGN, "decrement", value=-0.1), "design.*decrement", "greater than 0"),
+    "Connors without damping": (lambda given, _: (given["feedback"][DESIGN].pop("decrement"),
+                                                  given["structure"][0].pop("ratio")), "design.*decrement",
+                                "no damping ratio"),
+    "no source of two-phase damping": (lambda given, _: given["structure"][0].update(two_phase={"ratio": 0.02}),
+                                       "tube.*source", "missing"),
+    "two-phase damping of a mass": (lambda given, _: given["structure"][2].update(
+        two_phase={"ratio": 0.02, "source": "test"}), "box.*two_phase", "leave two_phase out"),
+    "damping of more than 1": (lambda given, _: given["structure"][0].update(
+        two_phase={"ratio": 0.995, "source": "test"}), "tube.*ratio", "below 1"),
     "two names": (put(MEMORY, "name", value="steady"), "steady.*name", "different names"),
     "an unknown key": (put(STEADY, "lag", value=1.0), "steady.*lag", "unknown|no such"),
     "a rectangle in two planes": (lambda given, _: given["structure"][0]["model"].update(

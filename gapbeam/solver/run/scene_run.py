@@ -75,6 +75,7 @@ class SceneRun:
         penalty: Contacts, by name with stars, whose stiffness stands for rigid contact: their errors include what a
             rigid contact would change, by the same scene with twice the stiffness.
         figures: Figures of one's own, of what is recorded at points ("probe") and contacts ("face").
+        sources: Where values given by hand are from, for the report, by a description of the value.
         wear: Archard's coefficient, 1/Pa, and the worn area of each contact, m^2: {"coefficient": 1e-14, "area": 1e-5}.
     """
 
@@ -93,6 +94,7 @@ class SceneRun:
     penalty: Sequence[str] = ()
     wear: Mapping[str, float | None] | None = None
     figures: Sequence[Figure] = ()
+    sources: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def limits(self) -> Gates:
@@ -262,6 +264,7 @@ def _opening(asked: SceneRun, folder: Path, marcher: Marcher) -> dict[str, Any]:
         "model": {"type": "scene", "dofs": asked.scene.size, "contact_points": len(asked.scene.contacts),
                   "supports": []},
         "scene": describe_scene(asked.scene, marcher.h, asked.end, asked.scheme),
+        "sources": dict(asked.sources),
         "defaults": [],
         "wall_time": {},
         "resumed": [],

@@ -10,6 +10,7 @@ from typing import Any
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.scene_file.feedback_tables import (
     AnyFeedback,
+    ConnorsCheck,
     Controller,
     LaggedForces,
     MeasuredFlow,
@@ -54,6 +55,9 @@ def feedback_faults(
         if span is not None and not unknown and span.structure in by_name:
             faults = list(_span((*key, "span"), span, by_name[span.structure], point))
             yield from faults
+            if isinstance(one, ConnorsCheck) and one.decrement is None and not by_name[span.structure].damping:
+                yield Fault((*key, "decrement"), f'nothing, and no damping ratio of "{span.structure}"',
+                            "a decrement, or a structure with ratio or two_phase")  # fmt: skip
             slowest = min((row[1] for row in span.velocity or ()), default=1.0) if not faults else 1.0
         if isinstance(one, QuasiSteadyFlow) and time is not None:
             lag = one.delay * one.diameter / (one.velocity * slowest)

@@ -138,7 +138,12 @@ class ConnorsCheck(_Stream):
     diameter: Positive = Field(description="outer diameter of the tube, m", examples=[0.019])
     constant: Positive = Field(description="Connors' K of the bundle, no unit", examples=[3.0])
     mass: Positive = Field(description="mass per length with the added mass, kg/m", examples=[0.8])
-    decrement: Positive = Field(description="logarithmic decrement of the damping, no unit", examples=[0.06])
+    decrement: Positive | None = Field(
+        default=None,
+        description="logarithmic decrement of the damping, no unit; default 2 pi times the damping ratio of the tube, "
+        "with its two-phase part",
+        examples=[0.06],
+    )
 
 
 FEEDBACKS = (QuasiSteadyFlow, UnsteadyFlow, MeasuredFlow, LaggedForces, Controller, ConnorsCheck)

@@ -238,13 +238,13 @@ def _body(site: _Site, table: BodyTable) -> Structure:
         raise ArgumentError(f"found velocity {table.velocity}, expected {expected}", "velocity")
     if table.reduce is not None:
         one = reduced_at_points(one, table.reduce.modes, [name for name in one.points if not STATION.match(name)])
-    if table.ratio:
+    if table.damping:
         if one.is_large:
             raise ArgumentError(
                 f"found a ratio for {one.size} DOFs, expected a reduced structure; add reduce = {{ modes = 40 }}",
-                "ratio",
+                "ratio" if table.ratio else "two_phase",
             )
-        one = one.reduced(one.size, table.ratio)
+        one = one.reduced(one.size, table.damping)
     return one
 
 

@@ -112,9 +112,13 @@ def _bodies(tables: Mapping[str, Any], bodies: Mapping[int, BodyTable]) -> Itera
         if one.reduce is not None and isinstance(model, RigidBar | LumpedMass | ModesOfFile):
             yield Fault((*where, "reduce"), f"a reduction of a model {model.type}",
                         "no reduction: it has no more motions than it needs", "leave reduce out")  # fmt: skip
-        if one.ratio and isinstance(model, RigidBar | LumpedMass | ModesOfFile):
-            yield Fault((*where, "ratio"), f"ratio = {one.ratio:g} of a model {model.type}",
-                        "damping in the file of modes, or in the keys of the model", "leave ratio out")  # fmt: skip
+        if one.damping and isinstance(model, RigidBar | LumpedMass | ModesOfFile):
+            name = "ratio" if one.ratio else "two_phase"
+            yield Fault((*where, name), f"{name} of a model {model.type}",
+                        "damping in the file of modes, or in the keys of the model", f"leave {name} out")  # fmt: skip
+        if one.damping >= 1.0 and one.two_phase is not None:
+            yield Fault((*where, "two_phase", "ratio"), f"{one.damping:g} with ratio = {one.ratio:g}",
+                        "a sum below 1", related=((*where, "ratio"),))  # fmt: skip
         if isinstance(model, ElementBeam) and model.motions == 2 and one.place is not None:
             yield Fault((*where, "place"), "a place of a beam with motions = 2", "one of them",
                         "motions = 1: a beam with a place bends in one plane")  # fmt: skip

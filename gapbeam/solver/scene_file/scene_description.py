@@ -107,7 +107,9 @@ def _margin_words(found: FlowMargin, flow: Flow, words: str) -> tuple[str, str]:
 
 
 def _connors(read: ReadScene, one: ConnorsCheck, supports: Sequence[str]) -> Iterator[Row]:
-    figures = {"K": one.constant, **{key: getattr(one, key) for key in ("mass", "decrement", "diameter", "density")}}
+    tube = next(body for body in read.case.structure if body.name == read.spans[one.name].structure.name)
+    figures = {"K": one.constant, **{key: getattr(one, key) for key in ("mass", "diameter", "density")}}
+    figures["decrement"] = 2.0 * pi * tube.damping if one.decrement is None else one.decrement
     for closed, words in [(supports, "all closed"), ((), "all idle")][: 1 + bool(supports)]:
         found, w = connors_of_modes(read.scene, read.spans[one.name], closed, one.velocity, **figures)
         state = "stable" if found.ratio < 1.0 else "unstable"
@@ -167,7 +169,8 @@ def describe_scene(read: ReadScene) -> SceneDescription:
     return SceneDescription(
         read.case.title or read.name,
         {
-            "structures": tuple(_body(one) for one in scene.structures),
+            "structures": tuple(_body(one) for one in scene.structures)
+            + tuple((name, what, f"source: {source}") for name, what, source in read.sources),
             "points": tuple(
                 (f"{one.name}.{name}", f"{len(point.rows)} motion{'s' * (len(point.rows) > 1)}", "")
                 for one in scene.structures

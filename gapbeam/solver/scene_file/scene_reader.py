@@ -51,8 +51,18 @@ class ReadScene:
             "period": self.period,
             "title": self.case.title,
             "figures": self.case.figure,
+            "sources": {f"{name}: {what}": source for name, what, source in self.sources},
             "wear": None if self.case.wear is None else self.case.wear.model_dump(),
         }
+
+    @property
+    def sources(self) -> list[tuple[str, str, str]]:
+        """Values given by hand with their source: the structure, the value in words, the source."""
+        return [
+            (one.name, f"two-phase damping {one.two_phase.ratio:g} beside {one.ratio:g}", one.two_phase.source)
+            for one in self.case.structure
+            if one.two_phase is not None
+        ]
 
     @property
     def period(self) -> float | None:

@@ -145,6 +145,18 @@ class PlaceTable(Table):
         return Pose(self.origin, self.axis, self.across)
 
 
+class TwoPhaseDamping(Table):
+    """Damping by a two-phase flow around a tube, from a test or a guide."""
+
+    ratio: Annotated[Positive, Field(lt=1)] = Field(
+        description="fraction of critical damping that each mode gets beside `ratio` of the structure, no unit"
+    )
+    source: str = Field(
+        min_length=3, max_length=200, description="where the ratio is from: a report, a guide, a test, with its values",
+        examples=["test of 2024, void fraction 0.6"],
+    )  # fmt: skip
+
+
 class BodyTable(Table):
     """A linear body."""
 
@@ -155,6 +167,9 @@ class BodyTable(Table):
     )
     ratio: Annotated[NonNegative, Field(lt=1)] = Field(
         default=0.0, description="fraction of critical damping that each mode gets beside its own, no unit"
+    )
+    two_phase: TwoPhaseDamping | None = Field(
+        default=None, description="damping by a two-phase flow, a table with its source; default none"
     )
     frame: Direction | None = Field(
         default=None,
@@ -170,6 +185,11 @@ class BodyTable(Table):
         description="velocity of the whole structure along its motion with the frame at the start, m/s; a vector where "
         "it has a place",
     )
+
+    @property
+    def damping(self) -> float:
+        """Fraction of critical damping that each mode gets beside its own."""
+        return self.ratio + (0.0 if self.two_phase is None else self.two_phase.ratio)
 
 
 class PointTable(Table):

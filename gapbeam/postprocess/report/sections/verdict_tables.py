@@ -124,6 +124,8 @@ def scene_table(summary: Mapping[str, Any]) -> ReportSection | None:
     loads = [(one["name"] or "?", one["type"]) for one in scene.get("loads", ())]
     if loads:
         blocks.append(TableBlock("Loads", ("load", "kind"), loads))
+    if summary.get("sources"):
+        blocks.append(TableBlock("Values given by hand", ("value", "source"), [*summary["sources"].items()]))
     return ReportSection("The scene", "scene", blocks)
 
 

@@ -27,7 +27,7 @@ from benchmarks.table import (
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.run.run_case import run_case
-from gapbeam.studies.prediction.trial_prediction import predict
+from gapbeam.studies.trial_prediction import predict
 
 CASES = Path(__file__).parents[1] / "cases"
 SHORT = (

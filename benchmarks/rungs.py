@@ -21,8 +21,8 @@ from mpi4py import MPI
 from benchmarks.fidelity_levels import LEVELS, PERIODIC, Level
 from benchmarks.table import Cell, Table, machine_words, options, seconds
 from benchmarks.textbook_newton import TextbookBeam, seated
-from gapbeam.postprocess.comparison.run_comparison import RunComparison, compare
 from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.run_comparison import RunComparison, compare
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.run.run_case import run_case
 

@@ -25,8 +25,8 @@ from gapbeam.solver.assembly.elasticity import lame
 from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
 from gapbeam.solver.case.case import Case, Material
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.march.python.march import March, march
 from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.march.stepwise_march import March, march
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.semi_discrete import VALUE, State
 

@@ -13,7 +13,7 @@ from typing import Any
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.solver.attachments.attachment_tables import ElasticJoint, Fluid
+from gapbeam.solver.attachments import ElasticJoint, Fluid
 from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.periodic_checks import factor_needed

@@ -74,7 +74,7 @@ WARM = (
     "gapbeam.studies.identification.misfit",
     "gapbeam.studies.sweep.sweep_tables",
     "gapbeam.postprocess.plot",
-    "gapbeam.postprocess.comparison.comparison_report",
+    "gapbeam.postprocess.comparison_report",
     "gapbeam.postprocess.report.html_page",
     "gapbeam.postprocess.report.sections.run_section",
     "gapbeam.postprocess.report.sections.run_section",

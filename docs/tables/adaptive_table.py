@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from gapbeam.solver.case.case import Gates
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
-from gapbeam.solver.march.python.march import EffectiveOperators, March, Resolution, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Resolution, march
 from gapbeam.solver.system.accepted_step import Step
 from tests.shared.toys import SCHEMES, ledger_of, start, stopped_oscillator
 

@@ -21,7 +21,7 @@ from gapbeam.solver.case.reading.known_keys import KeyTable, tables
 from gapbeam.solver.case.reading.value_words import options, toml_value
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.table import POINT_PATTERN, models_in
-from gapbeam.solver.wording.short_words import either
+from gapbeam.solver.wording import either
 from gapbeam.studies.identification.identification_tables import Identification
 from gapbeam.studies.library.library_file import LibraryStudy
 from gapbeam.studies.uncertain.uncertain_file import UncertainStudy

@@ -14,8 +14,8 @@ from mpi4py import MPI
 
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.python.march import march
 from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.march.stepwise_march import march
 
 DEMO = Path(__file__).parents[2] / "cases" / "demo.toml"
 HOLES = DEMO.with_name("tube-holes.toml")

@@ -76,7 +76,7 @@ class SuggestingGroup(TyperGroup):
 
 
 def _hint(word: str, commands: list[str]) -> str:
-    from gapbeam.solver.wording.short_words import near
+    from gapbeam.solver.wording import near
 
     if word.endswith(".toml"):
         return f"did you mean: {harmless(shell_command('gapbeam', 'run', Path(word)))}?"

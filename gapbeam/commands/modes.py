@@ -66,7 +66,7 @@ def modes(
     from gapbeam.commands.compare import fraction
 
     given, deviation = measured_frequencies(measured, count), fraction(accuracy)
-    from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+    from gapbeam.meshes.rank_zero import on_rank_zero
     from gapbeam.process.launcher import all_ranks
     from gapbeam.solver.case.reading.case_reader import read_case
     from gapbeam.studies.modes.find_modes import find_modes

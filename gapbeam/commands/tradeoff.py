@@ -64,7 +64,7 @@ def level_within(case: Path, override: list[str], tolerance: str, wall_time: flo
     Collective under mpirun.
     """
     from gapbeam.commands.compare import fraction
-    from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+    from gapbeam.meshes.rank_zero import on_rank_zero
     from gapbeam.process.launcher import all_ranks
     from gapbeam.studies.tradeoff.run_tradeoff import level_for
     from gapbeam.studies.tradeoff.tradeoff_study import overrides_as_mapping

@@ -21,7 +21,7 @@ from gapbeam.solver.case.reading import case_reader
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.case.reading.value_words import toml_value
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.wording.short_words import apart
+from gapbeam.solver.wording import apart
 from gapbeam.studies.trials.axes import Axis, Spacing, read_axis
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def _refuse_scene(source: object) -> None:
 
 def shared_case(source: CaseSource, overrides: Overrides, comm: MPI.Comm) -> UserCase:
     """Read a case on rank 0 for all ranks; errors as in `read_case`. Collective."""
-    from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+    from gapbeam.meshes.rank_zero import on_rank_zero
 
     return on_rank_zero(comm, lambda: read_case(source, overrides))
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.postprocess.comparison.run_comparison import ComparisonError
 from gapbeam.postprocess.render import RenderError
 from gapbeam.postprocess.report.pdf_page import BrowserError
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
+from gapbeam.postprocess.run_comparison import ComparisonError
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.solver.errors import (
     AssumptionBroken,

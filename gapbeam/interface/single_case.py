@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from gapbeam.solver.run.outcome import Outcome
     from gapbeam.solver.scene.scene import Scene
     from gapbeam.solver.scene_file.scene_description import SceneDescription
+    from gapbeam.studies.case_description import CaseDescription
     from gapbeam.studies.modes.find_modes import ModesResult
-    from gapbeam.studies.prediction.case_description import CaseDescription
 
 
 @checked
@@ -123,7 +123,7 @@ def _run_of_scene(
 
     if rank_of_launcher() is None:
         return work()
-    from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+    from gapbeam.meshes.rank_zero import on_rank_zero
 
     return on_rank_zero(all_ranks(), work)
 
@@ -209,7 +209,7 @@ def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription | Scen
     if is_scene(case):
         return describe_scene(read_scene(case, overrides))
     comm = all_ranks()
-    from gapbeam.studies.prediction.case_description import describe_case
+    from gapbeam.studies.case_description import describe_case
 
     return describe_case(shared_case(case, overrides, comm), comm)
 

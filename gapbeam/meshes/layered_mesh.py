@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
+from gapbeam.meshes.mesh_size import BeamSizing, Positions, beam_layers, filled_parts, levels
 from gapbeam.meshes.sections.section_grid import SectionGrid, layered_grid, patch_grid
-from gapbeam.meshes.sizing.beam_layers import beam_layers, filled_parts, levels
-from gapbeam.meshes.sizing.mesh_size import BeamSizing, Positions
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]

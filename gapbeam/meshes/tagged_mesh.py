@@ -11,16 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gapbeam.meshes.beam_geometry import BODY, ENDS, BeamGeometry, groups_of
-from gapbeam.meshes.distribution.one_rank import with_mpi
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.facet_groups import facet_groups
 from gapbeam.meshes.layered_mesh import LayeredMesh, layered_mesh
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.mesh_readings import cell_shapes, facet_corners
+from gapbeam.meshes.mesh_size import STRUCTURED, BeamSizing, expected_cells
+from gapbeam.meshes.rank_zero import on_rank_zero, with_mpi
 from gapbeam.meshes.reference_cells import quadrature
 from gapbeam.meshes.serial_mesh import SerialMesh
-from gapbeam.meshes.sizing.expected_size import STRUCTURED, expected_cells
-from gapbeam.meshes.sizing.mesh_size import BeamSizing
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
 
 if TYPE_CHECKING:
@@ -114,8 +112,8 @@ def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing, assem
     if geometry.section is not None or sizing.cell_of(geometry.dimension) in STRUCTURED:
         mesh = _layered(comm, geometry, sizing, assembled)
     else:
-        from gapbeam.meshes.distribution.distributed_mesh import mesh_from_gmsh
-        from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_session
+        from gapbeam.meshes.distributed_mesh import mesh_from_gmsh
+        from gapbeam.meshes.gmsh_model import gmsh_session
 
         comm = with_mpi(comm)
         with gmsh_session(comm):
@@ -136,7 +134,7 @@ def _layered(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing, assembl
     layers = made[0] if made else LayeredMesh.empty(dimension, order)
     if not assembled:
         return SerialMesh(comm, layers)
-    from gapbeam.meshes.distribution.slices import slices
+    from gapbeam.meshes.distributed_mesh import slices
     from gapbeam.meshes.versions.mesh_maker import made_mesh
 
     divide = slices(layers.centers, geometry.support_length)
@@ -147,8 +145,7 @@ def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> None:
     """Fill the beam with triangles or tetrahedra in the current gmsh model."""
     import gmsh
 
-    from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors
-    from gapbeam.meshes.gmsh_models.unstructured import draw_unstructured
+    from gapbeam.meshes.gmsh_model import draw_unstructured, gmsh_errors
 
     unit = geometry.thickness  # gmsh's tolerances are absolute: it sees a beam of thickness 1
     with gmsh_errors("building the mesh", "a mesh of the beam"):

@@ -12,7 +12,7 @@ from pathlib import Path
 import gapbeam
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.wording.short_words import near, printable
+from gapbeam.solver.wording import near, printable
 
 CASES = Path(gapbeam.__file__).parent / "cases"
 SUFFIX = ".toml"

@@ -109,6 +109,6 @@ def _duplicated_ranks() -> MPI.Intracomm | None:
 
 def _came_together(ranks: MPI.Intracomm) -> bool:
     """Return whether all ranks end with an error that has a status, soon."""
-    from gapbeam.meshes.distribution.rank_zero import all_there
+    from gapbeam.meshes.rank_zero import all_there
 
     return all_there(ranks)

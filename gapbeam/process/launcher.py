@@ -16,7 +16,7 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, NoReturn
 
-from gapbeam.meshes.distribution.one_rank import ONE_RANK
+from gapbeam.meshes.rank_zero import ONE_RANK
 from gapbeam.meshes.versions.launcher_variables import rank_of_launcher
 from gapbeam.process.process_environment import refuse_cramped
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from rich.table import Table
 
-from gapbeam.postprocess.comparison.comparison_report import as_data, as_tables, draw_comparison
-from gapbeam.postprocess.comparison.run_comparison import DISAGREE, TOLERANCE, RunComparison, compare
+from gapbeam.postprocess.comparison_report import as_data, as_tables, draw_comparison
 from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.run_comparison import DISAGREE, TOLERANCE, RunComparison, compare
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
 

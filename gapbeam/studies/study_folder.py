@@ -15,7 +15,7 @@ from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, Validati
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.errors import NotWritten, UserError
 from gapbeam.solver.run.output.results_folder import by_one, check_place, locked
-from gapbeam.solver.wording.short_words import printable
+from gapbeam.solver.wording import printable
 
 if TYPE_CHECKING:
     from mpi4py import MPI

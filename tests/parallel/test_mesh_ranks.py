@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from mpi4py import MPI
 
-from gapbeam.meshes.sizing.mesh_size import BeamSizing
+from gapbeam.meshes.mesh_size import BeamSizing
 from gapbeam.meshes.tagged_mesh import build_beam, describe
 from tests.shared.processes import LONGEST
 from tests.unit.test_meshes import CELLS, POINTS_3D, beam, integral

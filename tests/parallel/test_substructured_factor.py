@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gapbeam.solver.linear_algebra.substructuring.separators import smallest_cover
+from gapbeam.solver.linear_algebra.substructured_factor import smallest_cover
 from tests.shared.command import PROJECT, RATTLE, alone, on_ranks, settings
 from tests.shared.interrupted import differing
 

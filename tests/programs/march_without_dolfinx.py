@@ -38,7 +38,7 @@ from gapbeam.solver.contact.laws.contact_law import kelvin_voigt  # noqa: E402
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts  # noqa: E402
 from gapbeam.solver.integrators.scheme_choice import scheme_of  # noqa: E402
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled  # noqa: E402
-from gapbeam.solver.march.python.march import EffectiveOperators, March, march  # noqa: E402
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march  # noqa: E402
 from tests.shared.dense_beams import dense_beam, thrown_start  # noqa: E402
 
 STEPS, DT = 100, 1.0e-3

@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.sizing.mesh_size import BeamSizing
+from gapbeam.meshes.mesh_size import BeamSizing
 from gapbeam.meshes.tagged_mesh import build_beam
 from gapbeam.meshes.user_mesh.user_mesh import read_mesh
 

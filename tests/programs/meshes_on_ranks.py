@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from gapbeam.meshes.sizing.mesh_size import BeamSizing
+from gapbeam.meshes.mesh_size import BeamSizing
 from gapbeam.meshes.tagged_mesh import build_beam, describe
 from tests.unit.test_meshes import CELLS, COMM, POINTS_3D, beam, integral, nearest_vertex
 

@@ -22,8 +22,8 @@ if __name__ == "__main__":
     from gapbeam.solver.case.reading.case_reader import read_case
     from gapbeam.solver.integrators.scheme_choice import scheme_names
     from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-    from gapbeam.solver.march.python.march import march
     from gapbeam.solver.march.simulation import march_of_model
+    from gapbeam.solver.march.stepwise_march import march
     from gapbeam.solver.models.model import build_model
     from gapbeam.solver.seat.static_seat import find_seat
     from tests.programs.captured_call import captured

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
+from gapbeam.solver.diagnostics.assumption import FrequencyContent
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.run.assumptions.frequency_findings import of_resonance
 from tests.shared.command import DEMO, PROJECT, alone, called, on_ranks, settings

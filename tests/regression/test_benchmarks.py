@@ -24,8 +24,8 @@ from benchmarks.table import Table, exponent, seconds
 from benchmarks.textbook_newton import TextbookBeam
 from docs.tables.narrow_tables import narrow
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.march.python.march import march
 from gapbeam.solver.march.simulation import march_of_model
+from gapbeam.solver.march.stepwise_march import march
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.system.semi_discrete import VALUE
 from tests.shared.models import SOLID, beam_case, thrown

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gapbeam.postprocess.comparison.comparison_report import as_data
-from gapbeam.postprocess.comparison.run_comparison import ComparisonError, RunComparison, compare
+from gapbeam.postprocess.comparison_report import as_data
 from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.run_comparison import ComparisonError, RunComparison, compare
 from gapbeam.postprocess.signals.steady_figures import steady
 from tests.shared.command import alone, called
 from tests.unit.test_postprocess_synthetic import write_results

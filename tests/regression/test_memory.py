@@ -9,7 +9,7 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.meshes.sizing.expected_size import expected_cells
+from gapbeam.meshes.mesh_size import expected_cells
 from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import OutOfMemory, UserError

@@ -13,10 +13,9 @@ import gapbeam
 from benchmarks.predictions import both
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.model import build_model
-from gapbeam.studies.prediction import case_description, trial_prediction
-from gapbeam.studies.prediction import trial_prediction as large_prediction
-from gapbeam.studies.prediction.case_description import describe_case
-from gapbeam.studies.prediction.trial_prediction import predict
+from gapbeam.studies import case_description, trial_prediction
+from gapbeam.studies.case_description import describe_case
+from gapbeam.studies.trial_prediction import predict
 from tests.shared.command import DEMO, alone, called, settings
 from tests.shared.models import beam_case
 
@@ -119,12 +118,12 @@ def slice_of(size: float) -> Case:
 def test_large_models_are_scaled_from_coarser_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """A slice of 21 000 DOFs from those of about 2000 and 6000: within a factor of 2 of trying it out itself."""
     case = slice_of(0.0015)
-    monkeypatch.setattr(large_prediction, "TRIED", (2000, 6000))
+    monkeypatch.setattr(trial_prediction, "TRIED", (2000, 6000))
     model = build_model(case, MPI.COMM_SELF)
     assert model.mesh_dofs > 15_000
     ratios = []
     for _ in range(ATTEMPTS):
-        scaled = large_prediction.predict_large(case, model.mesh_dofs, MPI.COMM_SELF)
+        scaled = trial_prediction.predict_large(case, model.mesh_dofs, MPI.COMM_SELF)
         tried = predict(model, sum(model.seconds.values()), MPI.COMM_SELF)
         assert scaled.steps == tried.steps
         assert 1.0 / FACTOR <= scaled.memory / tried.memory <= FACTOR
@@ -138,9 +137,9 @@ def test_large_models_are_scaled_from_coarser_ones(monkeypatch: pytest.MonkeyPat
 def test_coarser_meshes_have_about_the_unknowns_asked_for() -> None:
     """In 2D and in 3D; a mesh file makes place for a mesh of gmsh."""
     model = build_model(slice_of(0.003), MPI.COMM_SELF)
-    coarse = build_model(large_prediction.coarser(slice_of(0.0015), 4.0), MPI.COMM_SELF)
+    coarse = build_model(trial_prediction.coarser(slice_of(0.0015), 4.0), MPI.COMM_SELF)
     assert coarse.mesh_dofs == pytest.approx(model.mesh_dofs, rel=0.2)
     solid = beam_case({"mesh": {"dimension": 3, "file": "somewhere.msh", "size": 0.01}})
-    found = large_prediction.coarser(solid, 8.0).mesh
+    found = trial_prediction.coarser(solid, 8.0).mesh
     assert found.file is None
     assert (found.size, found.cells_through_thickness, found.cells_across_width) == (0.02, 1, 2)

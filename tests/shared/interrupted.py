@@ -14,7 +14,7 @@ import gapbeam
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.march import simulation as gathered_steps
 from gapbeam.solver.march.compiled.compiled_march import CompiledBlock, CompiledLoop
-from gapbeam.solver.march.paused_march import Paused
+from gapbeam.solver.march.stepwise_march import Paused
 from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.system.semi_discrete import State

@@ -14,7 +14,7 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.law_choice import Law
 from gapbeam.solver.contact.laws.ramp_law import shaped_law
 from gapbeam.solver.integrators.scheme_choice import scheme_of
-from gapbeam.solver.march.python.march import EffectiveOperators, March, begun
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun
 from gapbeam.solver.supports.regions.around_face import BoreFace
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.system.dense_operators import DenseOperators

@@ -30,7 +30,7 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import energy_bias
 from gapbeam.solver.diagnostics.step_counts import HALVED
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, instants_of, why_not_compiled
-from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun, march
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Interface, Load

@@ -25,9 +25,9 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.loads.random_function import RandomSignal
-from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum
+from gapbeam.solver.loads.random_spectra import PowerSpectrum
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, instants_of
-from gapbeam.solver.march.python.march import EffectiveOperators, March, begun
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun
 from gapbeam.solver.supports.regions.around_face import BoreFace
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators

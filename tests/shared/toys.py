@@ -12,7 +12,7 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
 from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
-from gapbeam.solver.march.python.march import EffectiveOperators, March, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.dense_operators import DenseOperators

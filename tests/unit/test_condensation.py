@@ -16,7 +16,7 @@ from gapbeam.solver.case.beam_motions import axial_restraint
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.contact.solve import condensation
 from gapbeam.solver.integrators.scheme_choice import scheme_of
-from gapbeam.solver.march.python.march import EffectiveOperators, March, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from tests.shared.models import COARSE, SOLID, beam_model, thrown
 
 EPS = 5.0e11  # Pa/m

@@ -12,7 +12,7 @@ from gapbeam.solver.march.compiled import kernel_tables as lanes
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.ledger_kernel import IMPULSE
 from gapbeam.solver.march.compiled.point_motions import set_products
-from gapbeam.solver.march.python.march import begun
+from gapbeam.solver.march.stepwise_march import begun
 
 CASE = Path(__file__).parents[2] / "cases" / "random-vibration.toml"
 

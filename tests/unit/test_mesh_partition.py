@@ -9,7 +9,7 @@ import pytest
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.sizing.mesh_size import (
+from gapbeam.meshes.mesh_size import (
     GROWTH,
     LARGEST_RATIO,
     BeamSizing,

@@ -11,10 +11,10 @@ from dolfinx.mesh import entities_to_geometry
 from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
-from gapbeam.meshes.distribution.slices import owners, slices
+from gapbeam.meshes.distributed_mesh import owners, slices
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.sizing.mesh_size import GROWTH, BeamSizing, Cell
+from gapbeam.meshes.mesh_size import GROWTH, BeamSizing, Cell
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam, describe
 from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
 from gapbeam.solver.case.reading.case_reader import read_case

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.loads.random_function import RandomSignal, SharedNoise, filter_length, sample_rate
-from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum
+from gapbeam.solver.loads.random_spectra import PowerSpectrum
 from gapbeam.solver.system.operators import Array, Load, factor_rows_of
 
 LOW = PowerSpectrum((5.0, 60.0), (1.0, 1.0))

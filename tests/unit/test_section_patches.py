@@ -14,7 +14,7 @@ from mpi4py import MPI
 import gapbeam
 from gapbeam.meshes.cell_curvature import STRAIGHT, bulge, refuse_curved
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.sizing.expected_size import expected_cells, expected_nodes
+from gapbeam.meshes.mesh_size import expected_cells, expected_nodes
 from gapbeam.meshes.tagged_mesh import TaggedMesh, mean_section
 from gapbeam.solver.assembly.case_mesh import geometry_of, mesh_of_case, sizing_of
 from gapbeam.solver.assembly.section_rows import SectionRows, row_at

@@ -12,8 +12,8 @@ from mpi4py import MPI
 
 import gapbeam
 from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.mesh_size import expected_cells, expected_nodes
 from gapbeam.meshes.sections.section_patches import grid_patches, rectangle_patches, ring_patches, shared_patches
-from gapbeam.meshes.sizing.expected_size import expected_cells, expected_nodes
 from gapbeam.meshes.tagged_mesh import TaggedMesh, mean_section
 from gapbeam.solver.assembly.case_mesh import geometry_of, mesh_of_case, sizing_of
 from gapbeam.solver.case.case import Case

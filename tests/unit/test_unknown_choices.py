@@ -18,12 +18,12 @@ from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import KernelNumbers, TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.compiled.plan_arrays import scheme_table
-from gapbeam.solver.march.python.march import EffectiveOperators, March
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March
 from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.models import model as models
 from gapbeam.solver.models import solid_body
 from gapbeam.solver.models.bending_stiffness import BendingStiffness
-from gapbeam.solver.start.start_state import start_of_case
+from gapbeam.solver.start import start_of_case
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.table import Table
 from tests.shared.toys import stopped_oscillator

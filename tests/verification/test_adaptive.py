@@ -18,8 +18,8 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger
 from gapbeam.solver.integrators.scheme_choice import scheme_of
-from gapbeam.solver.march.python.march import EffectiveOperators, March, Resolution, march
 from gapbeam.solver.march.simulation import march_of_model
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Resolution, march
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.semi_discrete import State
 from gapbeam.studies.trials.response import try_case

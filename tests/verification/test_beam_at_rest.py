@@ -8,7 +8,7 @@ import pytest
 from gapbeam.solver.case.case import Gates
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import enter_step, open_ledger, restate
-from gapbeam.solver.march.python.march import EffectiveOperators, March, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from tests.shared.models import SOLID, beam_model, seat_of
 from tests.shared.toys import IMPLICIT, SCHEMES
 

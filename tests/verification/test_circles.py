@@ -24,8 +24,8 @@ from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
 from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun, march
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.periodic.period_map import ModalMap
 from gapbeam.solver.supports.regions.around_face import BoreFace

@@ -23,8 +23,7 @@ from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledBlock, CompiledLoop
 from gapbeam.solver.march.compiled.ledger_kernel import measure_in_modes
 from gapbeam.solver.march.compiled.plan_arrays import arrays_of_state
-from gapbeam.solver.march.paused_march import Paused
-from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Paused, begun, march
 from gapbeam.solver.system.modal_coordinates import modal_system
 from tests.shared.dense_beams import dense_beam, dense_shaft, thrown_start
 

@@ -14,7 +14,7 @@ from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.integrators.scheme_choice import USUAL, scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.python.march import EffectiveOperators, March
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March
 from gapbeam.solver.system.semi_discrete import State, imaged
 from tests.shared.dense_beams import dense_beam, thrown_start
 from tests.shared.toys import start, stopped_oscillator

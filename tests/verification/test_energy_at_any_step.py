@@ -19,8 +19,8 @@ from gapbeam.solver.diagnostics.energy_gates import remedy_for
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled
-from gapbeam.solver.march.python.march import March, march
 from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.march.stepwise_march import March, march
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.system.semi_discrete import State
 from tests.shared.masses_in_holes import law_of, masses_in_holes

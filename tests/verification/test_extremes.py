@@ -13,8 +13,8 @@ from mpi4py import MPI
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
-from gapbeam.solver.march.python.march import march
 from gapbeam.solver.march.simulation import march_of_model
+from gapbeam.solver.march.stepwise_march import march
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.seat.static_seat import find_seat
 from gapbeam.solver.system.semi_discrete import STIFFNESS, VALUE

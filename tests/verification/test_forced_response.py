@@ -13,7 +13,7 @@ from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
-from gapbeam.solver.march.python.march import EffectiveOperators, March, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from gapbeam.solver.system.semi_discrete import State, imaged
 from tests.shared.models import SOLID, beam_model, mass_of, out_of_reach, seat_of, stiffness_of
 

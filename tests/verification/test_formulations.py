@@ -11,7 +11,7 @@ import pytest
 
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
 from gapbeam.solver.integrators.scheme_choice import scheme_of
-from gapbeam.solver.march.python.march import EffectiveOperators, March, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from tests.shared.models import COARSE, GRAVITY, beam_model, face_forces, seat_of
 
 FORMULATIONS = {

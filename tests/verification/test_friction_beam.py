@@ -16,7 +16,7 @@ from gapbeam.solver.contact.solve.friction_solve import Sliding
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
 from gapbeam.solver.diagnostics.step_counts import image_drift
 from gapbeam.solver.integrators.scheme_choice import scheme_of
-from gapbeam.solver.march.python.march import EffectiveOperators, March, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array

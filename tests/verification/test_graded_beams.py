@@ -13,7 +13,7 @@ from mpi4py import MPI
 from scipy.linalg import eigh
 
 import gapbeam
-from gapbeam.meshes.sizing.mesh_size import CellLength
+from gapbeam.meshes.mesh_size import CellLength
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_choice import graded_count, graded_places, longest_element
 from gapbeam.solver.case.solution_tables import SPACING_OF_WAVE, BeamModel

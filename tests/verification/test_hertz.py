@@ -22,7 +22,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from benchmarks.textbook_newton import stress
-from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_session
+from gapbeam.meshes.gmsh_model import gmsh_session
 from tests.shared.models import beam_model, seat_of
 
 SIZE, RADIUS, WIDTH = 0.1, 0.1, 0.02  # m

@@ -15,7 +15,7 @@ from gapbeam.solver.diagnostics.contact_episodes import MOST, ImpactList
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts, Impacts
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun, march
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Interface

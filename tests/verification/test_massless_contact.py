@@ -15,7 +15,7 @@ from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_le
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.integrators.stable_step import SAFETY, stable_step
 from gapbeam.solver.linear_algebra.deflation import rigid_body_modes
-from gapbeam.solver.march.python.march import EffectiveOperators, March, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.semi_discrete import State
 from tests.shared.command import DEMO, RATTLE, alone, called, on_ranks, settings

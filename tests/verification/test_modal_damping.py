@@ -7,8 +7,8 @@ import pytest
 
 import gapbeam
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.python.march import march
 from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.march.stepwise_march import march
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import modal_system
 from gapbeam.solver.system.semi_discrete import imaged

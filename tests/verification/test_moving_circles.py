@@ -12,8 +12,8 @@ import pytest
 
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled
-from gapbeam.solver.march.python.march import march
 from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.march.stepwise_march import march
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged

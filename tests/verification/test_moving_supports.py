@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.diagnostics.assumptions.pose_watch import ASIDE, TRAVEL
+from gapbeam.solver.diagnostics.assumption import ASIDE, TRAVEL
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import model_of

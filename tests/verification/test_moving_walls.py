@@ -17,7 +17,7 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun, march
 from gapbeam.solver.system.operators import Load
 from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State
 from gapbeam.solver.system.wall_motion import WallMotion, Walls

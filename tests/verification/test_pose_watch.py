@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gapbeam.solver.diagnostics.assumptions.pose_watch import (
+from gapbeam.solver.diagnostics.assumption import (
     LOOKS,
     ROTATION,
     STRAIN,

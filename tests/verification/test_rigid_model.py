@@ -15,7 +15,7 @@ import gapbeam
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.integrators.scheme_choice import USUAL, scheme_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.python.march import EffectiveOperators, March
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
 from gapbeam.studies.trials.response import respond

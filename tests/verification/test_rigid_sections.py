@@ -15,8 +15,8 @@ from gapbeam.solver.case.analysis_table import unit_motions
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.python.march import begun, march
 from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.march.stepwise_march import begun, march
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.models.reduction.basis_report import basis_remarks
 from gapbeam.solver.models.reduction.rigid_sections import RigidSections

@@ -21,7 +21,7 @@ from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.energy_ledger import enter_step, open_ledger, restate
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
-from gapbeam.solver.march.python.march import EffectiveOperators, March, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Interface

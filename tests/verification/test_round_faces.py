@@ -13,7 +13,7 @@ import pytest
 from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
-from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_session
+from gapbeam.meshes.gmsh_model import gmsh_session
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.march.simulation import Simulation

@@ -18,7 +18,7 @@ from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, instants_of, why_not_compiled
-from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun, march
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators

@@ -17,7 +17,7 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.statistic_figures import LEAST_STEPS
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, instants_of
-from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun, march
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Interface, Load

@@ -12,8 +12,7 @@ from mpi4py import MPI
 
 import gapbeam
 from gapbeam.solver.case.solution_tables import AssumptionLimits, Gates
-from gapbeam.solver.diagnostics.assumptions.assumption import Assumption
-from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
+from gapbeam.solver.diagnostics.assumption import Assumption, FrequencyContent
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.errors import CaseError
 from gapbeam.solver.models.model import build_model

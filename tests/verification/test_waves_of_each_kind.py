@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import gapbeam
 from gapbeam.solver.case.model_choice import bending_wavelength
-from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent, content_of_motion
+from gapbeam.solver.diagnostics.assumption import FrequencyContent, content_of_motion
 from gapbeam.solver.run.assumptions.frequency_findings import ON_MESH, RIGID, shortest_wave
 
 LENGTH, THICKNESS = 0.5, 0.01  # m

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from gapbeam.meshes.mesh_size import Positions
 from gapbeam.meshes.sections.section_patches import SectionCurve, SectionPatches
-from gapbeam.meshes.sizing.mesh_size import Positions
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]

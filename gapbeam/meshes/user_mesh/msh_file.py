@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors
+from gapbeam.meshes.gmsh_model import gmsh_errors
 from gapbeam.meshes.mesh_errors import MeshError
 
 _EXPECTED = "a mesh saved by gmsh (.msh, version 2.2 or 4)"

@@ -9,10 +9,10 @@ import numpy as np
 from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BODY, ENDS, BeamGeometry
-from gapbeam.meshes.distribution.distributed_mesh import mesh_from_gmsh
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
-from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors, gmsh_session
+from gapbeam.meshes.distributed_mesh import mesh_from_gmsh
+from gapbeam.meshes.gmsh_model import gmsh_errors, gmsh_session
 from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.meshes.tagged_mesh import TaggedMesh, mean_section
 from gapbeam.meshes.user_mesh.frame_check import TOLERANCE, check_frame
 
@@ -47,7 +47,7 @@ def read_mesh(comm: MPI.Comm, path: str | PathLike[str], geometry: BeamGeometry)
 
 def _end(dimension: int, groups: dict[str, int]) -> float:
     """Return the end of the last support, m; on rank 0."""
-    from gapbeam.meshes.distribution.cell_positions import end_of
+    from gapbeam.meshes.distributed_mesh import end_of
 
     return end_of(dimension, groups, tuple(name for name in groups if name not in ENDS))
 

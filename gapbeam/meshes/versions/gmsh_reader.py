@@ -19,7 +19,7 @@ def read_model(comm: MPI.Comm, dimension: int, divide: Any) -> tuple[Mesh, MeshT
     Args:
         comm: The ranks.
         dimension: Of the cells.
-        divide: Function that divides the dual graph of the cells, see `gapbeam.meshes.distribution.slices`.
+        divide: Function that divides the dual graph of the cells, see `gapbeam.meshes.distributed_mesh`.
 
     Returns:
         Mesh, cell tags, facet tags.

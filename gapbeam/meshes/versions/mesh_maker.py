@@ -20,7 +20,7 @@ def made_mesh(comm: MPI.Comm, points: Any, cells: Any, order: int, divide: Any) 
         points: Nodes, (n, d), m; (0, d) on other ranks.
         cells: Nodes of each cell, axis after axis, (m, (order + 1)^d); none on other ranks.
         order: Of the cells.
-        divide: Function that divides the dual graph of the cells, see `gapbeam.meshes.distribution.slices`.
+        divide: Function that divides the dual graph of the cells, see `gapbeam.meshes.distributed_mesh`.
 
     Collective.
     """

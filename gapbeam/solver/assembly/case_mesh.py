@@ -9,9 +9,9 @@ import numpy as np
 
 from gapbeam.meshes.beam_geometry import BeamGeometry, BeamStep
 from gapbeam.meshes.contact_span import ContactSpan
-from gapbeam.meshes.distribution.one_rank import with_mpi
+from gapbeam.meshes.mesh_size import BeamSizing
+from gapbeam.meshes.rank_zero import with_mpi
 from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches, rectangle_patches, shared_patches
-from gapbeam.meshes.sizing.mesh_size import BeamSizing
 from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.solution_tables import BeamModel, RigidModel

@@ -29,7 +29,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from gapbeam.solver.attachments.attachment_tables import (
+from gapbeam.solver.attachments import (
     IN_PLANE,
     OUT_OF_PLANE,
     SIDEWAYS,

@@ -21,7 +21,7 @@ from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.table import AlongBeam, Name, Number, Positive, Table, named, placed_along
-from gapbeam.solver.wording.short_words import apart
+from gapbeam.solver.wording import apart
 
 
 class Beam(Table):

@@ -18,7 +18,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
-from gapbeam.solver.attachments.attachment_tables import JointChoice, PlacedFluid, PointMass
+from gapbeam.solver.attachments import JointChoice, PlacedFluid, PointMass
 from gapbeam.solver.case.analysis_table import Analysis, Transient
 from gapbeam.solver.case.beam_profile import Beam as Beam
 from gapbeam.solver.case.beam_profile import BeamProfile, PlacedSegment

@@ -20,7 +20,7 @@ from itertools import pairwise
 from math import log, pi, sqrt
 from typing import assert_never
 
-from gapbeam.solver.attachments.attachment_tables import bending_rank
+from gapbeam.solver.attachments import bending_rank
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case, Friction, law_at
 from gapbeam.solver.case.solution_tables import BeamModel, RigidModel

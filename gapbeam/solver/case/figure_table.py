@@ -14,7 +14,7 @@ from gapbeam.solver.case.figure_value import FigureValue, deviation, extreme, me
 from gapbeam.solver.errors import Fault, Key, UserError
 from gapbeam.solver.record_table import HISTORY
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, faults_in
-from gapbeam.solver.wording.short_words import apart, either, near
+from gapbeam.solver.wording import apart, either, near
 
 Array = np.ndarray
 RECORDED = {one.name: one for one in HISTORY}

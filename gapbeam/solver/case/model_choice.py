@@ -33,7 +33,7 @@ from math import ceil, inf, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from gapbeam.meshes.sizing.mesh_size import CellLength
+from gapbeam.meshes.mesh_size import CellLength
 from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case, law_at

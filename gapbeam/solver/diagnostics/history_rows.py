@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gapbeam.solver.assembly.assembled_system import model_motions
-from gapbeam.solver.attachments.attachment_tables import MeanMotion
+from gapbeam.solver.attachments import MeanMotion
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseWatch
+from gapbeam.solver.diagnostics.assumption import PoseWatch
 from gapbeam.solver.diagnostics.energy_ledger import restraint_energy
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.point_contact import Gauges, PointContact, by_face, deepest_by_face, friction_by_face

@@ -34,7 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseRows, PoseScales, axial_stress, deformation
+from gapbeam.solver.diagnostics.assumption import PoseRows, PoseScales, axial_stress, deformation
 from gapbeam.solver.diagnostics.contact_episodes import Peak, after_forces
 from gapbeam.solver.record_table import SLIP_MODES
 from gapbeam.solver.system.accepted_step import Step

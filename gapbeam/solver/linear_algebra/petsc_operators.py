@@ -22,7 +22,7 @@ from gapbeam.solver.linear_algebra.iterative_factor import ConjugateGradients, c
 from gapbeam.solver.linear_algebra.mumps_factor import DeflatedFactor
 from gapbeam.solver.linear_algebra.smooth_modes import add_springs, as_matrix, enlarge_by_springs, smooth_modes
 from gapbeam.solver.linear_algebra.solver_choice import FACTORED, LinearSolver
-from gapbeam.solver.linear_algebra.substructuring.substructured_factor import factor_on_ranks, not_factored
+from gapbeam.solver.linear_algebra.substructured_factor import factor_on_ranks, not_factored
 from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, Springs
 from gapbeam.solver.system.rank_one_update import updated
 

@@ -17,7 +17,7 @@ from gapbeam.solver.loads.places import PointForce
 from gapbeam.solver.loads.recorded_load import RecordedLoad
 from gapbeam.solver.loads.time_function import Harmonic, TimeFunction, constant
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Vector
-from gapbeam.solver.wording.short_words import apart, exceeds
+from gapbeam.solver.wording import apart, exceeds
 
 HARMONICS = 5.0
 """Multiples of the forcing frequency that are of interest."""

@@ -49,7 +49,7 @@ from typing import TypeVar
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum, smoothed
+from gapbeam.solver.loads.random_spectra import PowerSpectrum, smoothed
 from gapbeam.solver.loads.time_function import piecewise_mean, ramped
 from gapbeam.solver.system.operators import Array, Indices
 

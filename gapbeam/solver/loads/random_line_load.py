@@ -47,12 +47,11 @@ from gapbeam.solver.loads.load_table import OF_MODEL, LoadTable
 from gapbeam.solver.loads.places import LineForce, LoadPart
 from gapbeam.solver.loads.random_function import RandomSignal
 from gapbeam.solver.loads.random_load import PEAK, PairedNoiseLoad
-from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum
-from gapbeam.solver.loads.spectra.spectrum_table import SpectrumChoice
+from gapbeam.solver.loads.random_spectra import PowerSpectrum, SpectrumChoice
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import NonNegative, Number, Table, Whole
-from gapbeam.solver.wording.short_words import apart, exceeds
+from gapbeam.solver.wording import apart, exceeds
 
 LEFT_OUT = 1.0e-8  # of the sum of all mean squares: patterns that are weaker together
 Profile = tuple[tuple[float, ...], tuple[float, ...]]

@@ -24,11 +24,11 @@ from gapbeam.solver.loads.random_function import (
     noise_key,
     sample_rate,
 )
-from gapbeam.solver.loads.spectra.spectrum_table import SpectrumChoice
+from gapbeam.solver.loads.random_spectra import SpectrumChoice
 from gapbeam.solver.loads.step_force import PointOrSupportLoad, UnrepeatedLoad
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.table import Name, NonNegative, Number, Table, Whole
-from gapbeam.solver.wording.short_words import apart, exceeds
+from gapbeam.solver.wording import apart, exceeds
 
 MOST = 1000  # rows
 LONGEST_DELAY = 2**40  # samples of the noise: whose number, and 1e-4 of a sample more, a float still holds

@@ -21,7 +21,7 @@ import numpy as np
 
 from gapbeam.solver.errors import Fault, Key, UserError
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording.short_words import either, near, printable
+from gapbeam.solver.wording import either, near, printable
 
 DELIMITERS = (",", ";", "\t", None)
 """Delimiters of columns, None for blanks; in the order in which they are tried."""

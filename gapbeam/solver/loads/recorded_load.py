@@ -24,7 +24,7 @@ from gapbeam.solver.loads.recorded_function import (
     signal_of,
 )
 from gapbeam.solver.loads.time_function import TimeFunction
-from gapbeam.solver.wording.short_words import apart, either, exceeds
+from gapbeam.solver.wording import apart, either, exceeds
 
 MOST_ROWS = 20_000_000
 """Most rows that a run goes through, repeated ones included."""

@@ -22,7 +22,7 @@ from gapbeam.solver.loads.support_motion import SupportMotion
 from gapbeam.solver.loads.time_function import TimeFunction, piecewise_mean, ramps_at
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Vector
-from gapbeam.solver.wording.short_words import apart, exceeds
+from gapbeam.solver.wording import apart, exceeds
 
 
 class UnrepeatedLoad(LoadTable):

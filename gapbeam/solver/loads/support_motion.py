@@ -35,7 +35,7 @@ from gapbeam.solver.loads.recorded_function import signal_of
 from gapbeam.solver.loads.recorded_load import RecordedLoad
 from gapbeam.solver.loads.time_function import Harmonic, TimeFunction, smooth
 from gapbeam.solver.table import Name, NonNegative, Number
-from gapbeam.solver.wording.short_words import apart, exceeds
+from gapbeam.solver.wording import apart, exceeds
 
 
 class MovingSupport(LoadTable):

@@ -13,7 +13,7 @@ from gapbeam.solver.loads.point_load import HARMONICS
 from gapbeam.solver.loads.step_force import PointOrSupportLoad
 from gapbeam.solver.loads.time_function import SweptSine, TimeFunction
 from gapbeam.solver.table import Name, Number, Positive, Switch
-from gapbeam.solver.wording.short_words import apart, exceeds
+from gapbeam.solver.wording import apart, exceeds
 
 FEW, ENOUGH = 20, 50  # steps in a period
 RECORDS = 10.0  # in a period that records show

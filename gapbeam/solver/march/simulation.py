@@ -21,12 +21,11 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import NotConverged, RunError
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
-from gapbeam.solver.march.paused_march import Paused
-from gapbeam.solver.march.python.march import EffectiveOperators, March, Resolution, march
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Paused, Resolution, march
 from gapbeam.solver.models.reduction.line_points import refuse_other_faces
 from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.static_seat import Seat, find_seat
-from gapbeam.solver.start.start_state import start_of_case
+from gapbeam.solver.start import start_of_case
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, Snapshots, State

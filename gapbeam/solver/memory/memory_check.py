@@ -6,8 +6,8 @@ import logging
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, assert_never
 
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
-from gapbeam.meshes.sizing.expected_size import expected_nodes
+from gapbeam.meshes.mesh_size import expected_nodes
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
 from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case

@@ -15,7 +15,7 @@ from math import inf, log2
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gapbeam.meshes.distribution.one_rank import of_machine
+from gapbeam.meshes.rank_zero import of_machine
 
 if TYPE_CHECKING:
     from mpi4py import MPI

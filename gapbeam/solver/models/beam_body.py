@@ -18,7 +18,7 @@ from scipy.sparse import block_diag, csr_matrix, hstack, vstack
 from gapbeam.solver.assembly.assembled_system import acting_rows, attached_motions
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.assembly.gauss_rule import gauss_rule
-from gapbeam.solver.attachments.attachment_tables import MeanMotion
+from gapbeam.solver.attachments import MeanMotion
 from gapbeam.solver.case.analysis_table import NAMES
 from gapbeam.solver.case.beam_motions import axial_restraint, beam_motions, is_symmetric, lateral_restraint
 from gapbeam.solver.case.case import Case

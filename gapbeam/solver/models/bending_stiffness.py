@@ -28,7 +28,7 @@ import numpy as np
 from scipy.linalg import eigh, null_space
 
 from gapbeam.meshes.sections.section_patches import CELLS_THROUGH
-from gapbeam.solver.attachments.attachment_tables import BENDING, IN_PLANE, SIDEWAYS, MotionName
+from gapbeam.solver.attachments import BENDING, IN_PLANE, SIDEWAYS, MotionName
 from gapbeam.solver.case.analysis_table import unit_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in

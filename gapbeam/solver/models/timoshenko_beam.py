@@ -30,7 +30,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.attachments.attachment_tables import MotionName
+from gapbeam.solver.attachments import MotionName
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_choice import graded_places

@@ -31,7 +31,7 @@ from gapbeam.solver.integrators.effective_operator import image_of_solution
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.tangent_kernel import monodromy_along
-from gapbeam.solver.march.python.march import REFRESH_INTERVAL, EffectiveOperators, March, march
+from gapbeam.solver.march.stepwise_march import REFRESH_INTERVAL, EffectiveOperators, March, march
 from gapbeam.solver.periodic.floquet import Stability, leading_multipliers, solve_identity_minus, stability_of
 from gapbeam.solver.periodic.shooting import SLACK, no_orbit
 from gapbeam.solver.system.accepted_step import Step

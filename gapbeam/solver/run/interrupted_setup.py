@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 PATIENCE = 2.0  # s that a step, or a library that has lost the error, may go on after a signal
-MARCH = "gapbeam.solver.march.python.march"  # its frames are those of a step
+MARCH = "gapbeam.solver.march.stepwise_march"  # its frames are those of a step
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)  # Slurm and mpirun pass the last one on as a warning
 

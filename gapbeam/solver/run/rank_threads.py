@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from gapbeam.meshes.distribution.one_rank import of_machine
+from gapbeam.meshes.rank_zero import of_machine
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gapbeam.meshes.distribution.rank_zero import all_there, on_rank_zero
+from gapbeam.meshes.rank_zero import all_there, on_rank_zero
 from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case, case_to_toml, with_checksums

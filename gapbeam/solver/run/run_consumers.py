@@ -11,9 +11,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.case.face_wear import face_wear
-from gapbeam.solver.diagnostics.assumptions.assumption import let_pass, limited
+from gapbeam.solver.diagnostics.assumption import let_pass, limited
 from gapbeam.solver.diagnostics.contact_episodes import Episodes
 from gapbeam.solver.diagnostics.energy_gates import remedy_for
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
@@ -22,8 +22,8 @@ from gapbeam.solver.diagnostics.point_contact import Peaks, PointContact
 from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics
 from gapbeam.solver.errors import AssumptionBroken, Interrupted, NotWritten, RunError
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
-from gapbeam.solver.march.python.march import March
 from gapbeam.solver.march.simulation import StepBlock, Wanted, agreement, marched, step_blocks_of
+from gapbeam.solver.march.stepwise_march import March
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of

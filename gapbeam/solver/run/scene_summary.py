@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding, limited
+from gapbeam.solver.diagnostics.assumption import WARNING, Finding, limited
 from gapbeam.solver.diagnostics.energy_gates import describe_energy, describe_gates
 from gapbeam.solver.diagnostics.march_diagnostics import figures_of_lists
 from gapbeam.solver.diagnostics.statistics.batch_interval import FEWEST, burn_in

@@ -23,18 +23,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.face_wear import face_wear
-from gapbeam.solver.diagnostics.assumptions.assumption import (
+from gapbeam.solver.diagnostics.assumption import (
     WARNING,
     Assumption,
     Finding,
+    FrequencyContent,
     in_one_line,
     let_pass,
     limited,
 )
-from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
 from gapbeam.solver.diagnostics.contact_episodes import DURATION
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates, describe_energy, describe_gates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
@@ -48,7 +48,7 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import LEAST, PARTS
 from gapbeam.solver.diagnostics.step_counts import Tally
 from gapbeam.solver.errors import RangeNotCovered
 from gapbeam.solver.integrators.noise_bias import bias_at
-from gapbeam.solver.march.python.march import RESOLVING_SHARE
+from gapbeam.solver.march.stepwise_march import RESOLVING_SHARE
 from gapbeam.solver.models.bending_stiffness import bending_remarks
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.basis_report import basis_remarks

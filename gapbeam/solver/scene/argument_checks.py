@@ -15,7 +15,7 @@ import scipy.sparse as sp
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording.short_words import printable
+from gapbeam.solver.wording import printable
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -29,7 +29,7 @@ from gapbeam.solver.scene_file.structure_tables import (
     SnubberJoint,
     SpringJoint,
 )
-from gapbeam.solver.wording.short_words import near
+from gapbeam.solver.wording import near
 
 ROUND = ("round", "tube")
 OF_MATRICES = ("node", "set", "nearest", "dof")

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.linalg import null_space
 
-from gapbeam.solver.attachments.attachment_tables import MotionName
+from gapbeam.solver.attachments import MotionName
 from gapbeam.solver.case.analysis_table import NAMES, RigidMotion, unit_motions
 from gapbeam.solver.contact.solve.unopposed_motion import unopposed_motion
 from gapbeam.solver.models.rigid_shapes import rigid_parts

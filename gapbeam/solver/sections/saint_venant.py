@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.meshes.gmsh_models.graded_triangles import graded_triangles
+from gapbeam.meshes.gmsh_model import graded_triangles
 from gapbeam.meshes.sections.section_mesh import PolygonOutline, Triangulation, edges_of, signed_area
 from gapbeam.meshes.sections.section_patches import Array, Place
 

@@ -20,7 +20,7 @@ from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatche
 from gapbeam.solver.errors import Fault
 from gapbeam.solver.sections.saint_venant import SaintVenantFigures, saint_venant
 from gapbeam.solver.table import Positive, Table
-from gapbeam.solver.wording.short_words import apart, exceeds
+from gapbeam.solver.wording import apart, exceeds
 
 KEY = ("beam", "section")
 ASIDE = 1.0e-3  # of the size, or of the second moments: what is off by less than this is taken to be on the axis

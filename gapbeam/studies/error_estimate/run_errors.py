@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE, SMOOTHED_ACCELERATION

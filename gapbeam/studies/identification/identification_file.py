@@ -23,7 +23,7 @@ from gapbeam.solver.case.reading.overrides import override, pairs
 from gapbeam.solver.errors import CaseError, Fault
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.record_table import COMPONENTS
-from gapbeam.solver.wording.short_words import either, near
+from gapbeam.solver.wording import either, near
 from gapbeam.studies.identification.identification_tables import (
     Figure,
     ForceFigure,

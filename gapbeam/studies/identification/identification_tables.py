@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gapbeam.solver.errors import Fault
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, Whole
-from gapbeam.solver.wording.short_words import apart, either, near
+from gapbeam.solver.wording import apart, either, near
 
 
 class Unknown(Table):

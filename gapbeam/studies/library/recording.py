@@ -19,7 +19,7 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.record_file import Column, RecordError, read_record
 from gapbeam.solver.scene.argument_checks import positive
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording.short_words import either, near
+from gapbeam.solver.wording import either, near
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
 QUANTITIES: tuple[Quantity, ...] = get_args(Quantity)

@@ -29,7 +29,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.figure_table import figure_values
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding
+from gapbeam.solver.diagnostics.assumption import WARNING, Finding
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts
 from gapbeam.solver.errors import CaseError, OutOfMemory, RunError

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.shell_command import shell_command

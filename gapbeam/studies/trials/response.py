@@ -13,11 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gapbeam.meshes.distribution.one_rank import ONE_RANK
+from gapbeam.meshes.rank_zero import ONE_RANK
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.diagnostics.assumptions.assumption import Finding
-from gapbeam.solver.diagnostics.assumptions.frequency_content import content_of_motion
+from gapbeam.solver.diagnostics.assumption import Finding, content_of_motion
 from gapbeam.solver.diagnostics.energy_gates import remedy_for
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts

@@ -22,7 +22,7 @@ from math import ceil, floor, pi
 import numpy as np
 from scipy.optimize import linprog
 
-from gapbeam.meshes.distribution.one_rank import ONE_RANK
+from gapbeam.meshes.rank_zero import ONE_RANK
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.loads.load_choice import forcing_frequencies

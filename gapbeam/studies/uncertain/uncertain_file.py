@@ -24,7 +24,7 @@ from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import Number, Positive, Table, Whole
-from gapbeam.solver.wording.short_words import near
+from gapbeam.solver.wording import near
 from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of, starts_of
 from gapbeam.studies.identification.identification_file import settings_of
 from gapbeam.studies.study_folder import study_folder

@@ -198,7 +198,7 @@ def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
     """Return verdict and tables of a comparison.
 
     Args:
-        found: As `gapbeam.postprocess.comparison.comparison_report.as_data` gives it.
+        found: As `gapbeam.postprocess.comparison_report.as_data` gives it.
         command: That makes the report.
     """
     blocks: list[Block] = [Verdict("passed" if found["agree"] else "warning", sentence(str(found["verdict"])))]

@@ -7,8 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gapbeam.postprocess.comparison.comparison_report import as_data
-from gapbeam.postprocess.comparison.run_comparison import ComparisonError, RunComparison, compare, is_raw
+from gapbeam.postprocess.comparison_report import as_data
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.blocks import (
     Block,
@@ -54,6 +53,7 @@ from gapbeam.postprocess.results.columns_of_run import impacts_of, points_of, we
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.run_watch import is_periodic, motion_of
 from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.postprocess.run_comparison import ComparisonError, RunComparison, compare, is_raw
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.postprocess.signals.probe_analysis import Analysis, Options, analyze
 from gapbeam.postprocess.signals.signal import SignalError

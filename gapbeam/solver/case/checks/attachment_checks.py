@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 from gapbeam.meshes.beam_geometry import SNAP
-from gapbeam.solver.attachments.attachment_tables import ElasticJoint, Fluid, Joint, PointMass, bending_rank
+from gapbeam.solver.attachments import ElasticJoint, Fluid, Joint, PointMass, bending_rank
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import moves_in_space
 from gapbeam.solver.case.beam_profile import span_lies_on_the_beam
@@ -18,7 +18,7 @@ from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.supports.layout import Layout, keyed, support_at
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording.short_words import apart, exceeds
+from gapbeam.solver.wording import apart, exceeds
 
 Joints = Mapping[int, Joint]
 """Joints by their number in the case file, from 0, without those that have faults of their own."""

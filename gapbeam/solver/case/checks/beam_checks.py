@@ -7,7 +7,7 @@ from itertools import combinations
 from math import hypot
 
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
-from gapbeam.solver.attachments.attachment_tables import Joint, PointMass
+from gapbeam.solver.attachments import Joint, PointMass
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import motions_of_tables, with_given
 from gapbeam.solver.case.beam_profile import OF_MATERIAL, OF_SECTION, beam_at, span_lies_on_the_beam
@@ -18,7 +18,7 @@ from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 from gapbeam.solver.table import Vector
-from gapbeam.solver.wording.short_words import exceeds
+from gapbeam.solver.wording import exceeds
 
 ROUNDING = 1.0e-12
 BESIDE = 1.0e-9  # of the length of the beam: a place beside the end of a segment

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.attachments.attachment_tables import bending_rank
+from gapbeam.solver.attachments import bending_rank
 from gapbeam.solver.case.beam_profile import Segment
 from gapbeam.solver.case.case import Case, law_at
 from gapbeam.solver.case.checks.run_checks import MULTIPLE_TOLERANCE
@@ -21,7 +21,7 @@ from gapbeam.solver.case.model_choice import bending_wavelength, graded_count
 from gapbeam.solver.case.solution_tables import BeamModel, RigidModel
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import keyed
-from gapbeam.solver.wording.short_words import apart, exceeds
+from gapbeam.solver.wording import apart, exceeds
 
 
 class UsualRange(NamedTuple):

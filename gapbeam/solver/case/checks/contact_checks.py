@@ -18,7 +18,7 @@ from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.integrators.scheme_choice import scheme_names
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland, OneSupport
-from gapbeam.solver.wording.short_words import apart, either
+from gapbeam.solver.wording import apart, either
 
 
 def contact_is_shallow(support: AnySupports, contact: Contact) -> Iterator[Fault]:

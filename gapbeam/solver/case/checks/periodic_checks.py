@@ -15,7 +15,7 @@ from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.integrators.scheme_choice import scheme_names
 from gapbeam.solver.supports.layout import keyed, support_at, variable_key
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording.short_words import apart, either, exceeds
+from gapbeam.solver.wording import apart, either, exceeds
 
 TYPE: Key = ("analysis", "type")
 NOT_NEGATIVE = ("contact.stiffness", "contact.damping")

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Protocol
 
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
-from gapbeam.solver.attachments.attachment_tables import JointChoice
+from gapbeam.solver.attachments import JointChoice
 from gapbeam.solver.case.beam_profile import Segment, beam_at
 from gapbeam.solver.case.case import Beam, Mesh, Probe
 from gapbeam.solver.case.figure_table import Figure, figure_faults
@@ -20,7 +20,7 @@ from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 from gapbeam.solver.table import Vector
-from gapbeam.solver.wording.short_words import apart, exceeds
+from gapbeam.solver.wording import apart, exceeds
 
 Loads = Mapping[int, Load]
 """Loads by their number in the case file, from 0, without those that have faults of their own."""

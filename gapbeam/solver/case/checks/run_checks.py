@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from gapbeam.solver.attachments.attachment_tables import Joint, MotionName, PointMass
+from gapbeam.solver.attachments import Joint, MotionName, PointMass
 from gapbeam.solver.case.analysis_table import Analysis, RigidMotion, Transient, centered_pose, centering_faults
 from gapbeam.solver.case.beam_motions import motions_of_tables
 from gapbeam.solver.case.case import Beam, Contact, Damping, Mesh, Output, advised_scheme
@@ -17,7 +17,7 @@ from gapbeam.solver.case.solution_tables import BeamModel, FullModel, ModelTable
 from gapbeam.solver.errors import Fault
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording.short_words import apart, exceeds
+from gapbeam.solver.wording import apart, exceeds
 
 MOST_STEPS = 1e9
 MULTIPLE_TOLERANCE = 1e-6

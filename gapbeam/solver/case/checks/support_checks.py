@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from itertools import combinations
 
-from gapbeam.solver.attachments.attachment_tables import Joint, bending_rank
+from gapbeam.solver.attachments import Joint, bending_rank
 from gapbeam.solver.case.analysis_table import Analysis, Periodic, Transient
 from gapbeam.solver.case.beam_profile import beam_at, span_lies_on_the_beam
 from gapbeam.solver.case.case import Beam, Contact, Mesh, law_at, own_law, whole_unit
@@ -18,7 +18,7 @@ from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import WHOLE, AnySupports, BaseAndGland, OneSupport
-from gapbeam.solver.wording.short_words import apart, either, exceeds
+from gapbeam.solver.wording import apart, either, exceeds
 
 
 def support_names_differ(support: AnySupports) -> Iterator[Fault]:

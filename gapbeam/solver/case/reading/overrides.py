@@ -20,7 +20,7 @@ from gapbeam.solver.case.reading.toml_text import read_toml
 from gapbeam.solver.case.reading.value_words import shown
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.table import type_name
-from gapbeam.solver.wording.short_words import either, near, printable
+from gapbeam.solver.wording import either, near, printable
 
 QUOTED = re.compile(r"""("(?:[^"\\]|\\.)*"|'[^']*')""")
 POINT_WITHOUT_DIGIT = re.compile(r"(?<![\w.])(?P<sign>[+-]?)\.(?P<digits>\d)")

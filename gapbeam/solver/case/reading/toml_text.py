@@ -11,7 +11,7 @@ from typing import Any
 
 from gapbeam.solver.errors import CaseError, Fault, Key
 from gapbeam.solver.record_table import KEY_OF_MANY_PARTS
-from gapbeam.solver.wording.short_words import either, near, printable
+from gapbeam.solver.wording import either, near, printable
 
 LARGEST = 1_000_000
 """The largest case file that is read, bytes."""

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from gapbeam.solver.table import POINT_PATTERN
-from gapbeam.solver.wording.short_words import either, near, printable
+from gapbeam.solver.wording import either, near, printable
 
 
 def toml_value(value: object) -> str:

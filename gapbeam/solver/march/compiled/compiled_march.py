@@ -49,8 +49,7 @@ from gapbeam.solver.march.compiled.plan_arrays import (
     wall_rows,
 )
 from gapbeam.solver.march.compiled.tangent_kernel import monodromy_along
-from gapbeam.solver.march.paused_march import Paused
-from gapbeam.solver.march.python.march import March, begun, whole_step
+from gapbeam.solver.march.stepwise_march import March, Paused, begun, whole_step
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import ModalSystem, modal_system
 from gapbeam.solver.system.operators import Array, row_product

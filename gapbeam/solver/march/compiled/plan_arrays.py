@@ -24,7 +24,7 @@ from gapbeam.solver.march.compiled.kernel_tables import (
 )
 from gapbeam.solver.march.compiled.ledger_kernel import OF_IMPACT, RECORDED
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, around_points
-from gapbeam.solver.march.python.march import March
+from gapbeam.solver.march.stepwise_march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, RankOnes
 from gapbeam.solver.system.rank_one_update import inner_inverse

@@ -53,7 +53,7 @@ from gapbeam.solver.march.compiled.turning_points import (
     stay_in_bounds,
     turn,
 )
-from gapbeam.solver.march.python.march import MOST_TURNS, settled
+from gapbeam.solver.march.stepwise_march import MOST_TURNS, settled
 from gapbeam.solver.system.operators import Array
 
 MOST_PRODUCTS = 8

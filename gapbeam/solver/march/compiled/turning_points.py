@@ -1,7 +1,7 @@
 """Contact points of rigid sections in compiled steps: directions of stations in round holes, and points that may touch.
 
 Directions are those of `gapbeam.solver.contact.formulations.circle_contact`, found by turns as in
-`gapbeam.solver.march.python.march`, to the same tolerances.
+`gapbeam.solver.march.stepwise_march`, to the same tolerances.
 
 A section at s holds its points at d_i = -(g0_i + c_i . s) with unit vectors c_i. If it moves by no more than b in a
 step, a point with d_i < -b stays open: its law is 0, and nothing of it is computed. What the contact forces of the step

@@ -17,8 +17,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, longest_element
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, RigidModel
-from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
-from gapbeam.solver.diagnostics.assumptions.frequency_content import PARTS, FrequencyContent, content_of_motion
+from gapbeam.solver.diagnostics.assumption import PARTS, Assumption, Finding, FrequencyContent, content_of_motion
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.integrators.spectral_analysis import carried_error, scheme_error
 from gapbeam.solver.loads.load_choice import forcing_frequencies, load_direction

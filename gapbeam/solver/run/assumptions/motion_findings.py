@@ -7,13 +7,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from gapbeam.solver.attachments.attachment_tables import MotionName
+from gapbeam.solver.attachments import MotionName
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import squeezed_stiffness
 from gapbeam.solver.case.solution_tables import BeamModel, RigidModel
-from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
-from gapbeam.solver.diagnostics.assumptions.pose_watch import ASIDE, ROTATION, STRAIN, STRESS, TRAVEL, PoseWatch
+from gapbeam.solver.diagnostics.assumption import (
+    ASIDE,
+    ROTATION,
+    STRAIN,
+    STRESS,
+    TRAVEL,
+    Assumption,
+    Finding,
+    PoseWatch,
+)
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS, Episodes
 from gapbeam.solver.diagnostics.point_contact import Peaks
 from gapbeam.solver.loads.load_choice import load_direction

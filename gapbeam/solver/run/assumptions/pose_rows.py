@@ -11,7 +11,7 @@ from gapbeam.solver.assembly.face_quadrature import body_points
 from gapbeam.solver.assembly.surface_rows import SurfaceRows, rows_at, surface_rows
 from gapbeam.solver.case.case import Case, Material
 from gapbeam.solver.case.solution_tables import BeamModel
-from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseScales, PoseWatch
+from gapbeam.solver.diagnostics.assumption import PoseScales, PoseWatch
 from gapbeam.solver.diagnostics.point_contact import Gauges
 from gapbeam.solver.loads.load_choice import axis_point
 from gapbeam.solver.loads.support_walls import shifts_at

@@ -10,13 +10,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.march.paused_march import Paused
+from gapbeam.solver.march.stepwise_march import Paused
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import CASE_FILE, CHECKPOINT_FOLDER
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
@@ -42,7 +42,7 @@ from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, on_rank_zero_with
 from gapbeam.solver.run.output.results_folder import clear
-from gapbeam.solver.wording.short_words import apart
+from gapbeam.solver.wording import apart
 
 if TYPE_CHECKING:
     from mpi4py import MPI

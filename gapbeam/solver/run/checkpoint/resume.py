@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import UserError

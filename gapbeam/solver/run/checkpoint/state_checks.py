@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.diagnostics.energy_ledger import open_ledger
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.compiled.compiled_march import misfit
-from gapbeam.solver.march.paused_march import Paused
+from gapbeam.solver.march.stepwise_march import Paused
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.checkpoint.checkpoint_files import BrokenCheckpoint, Contents
 from gapbeam.solver.run.checkpoint.diagnostics_text import restore

@@ -23,12 +23,12 @@ import h5py
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.mesh_readings import vector_space
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.assembly.face_quadrature import FacePoints, at_nodes, face_points, gather_points
+from gapbeam.solver.contact_modes import HeldModes
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.modes.contact_modes import HeldModes
 from gapbeam.solver.periodic.continuation import CurvePoint, ResponseCurve
 from gapbeam.solver.periodic.periodic_response import SteadyModel
 from gapbeam.solver.periodic.response_branches import Branches

@@ -10,7 +10,7 @@ from scipy.sparse import issparse
 
 from gapbeam.meshes.serial_mesh import SerialSpace
 from gapbeam.solver.assembly.face_quadrature import CornerGradients
-from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseScales, axial_stress, deformation
+from gapbeam.solver.diagnostics.assumption import PoseScales, axial_stress, deformation
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.pose_rows import scales_of
 from gapbeam.solver.system.operators import Array, Indices, row_product

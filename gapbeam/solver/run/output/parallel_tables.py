@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.record_table import FIELDS_DATA_FILE, VECTOR_FIELDS
 from gapbeam.solver.system.operators import Array, Indices
 

@@ -201,7 +201,7 @@ def by_one(comm: MPI.Comm | None, work: Callable[[], Result]) -> Result:
     """Do the work on rank 0, as `on_rank_zero` does, or here where there are no ranks, without MPI. Collective."""
     if comm is None:
         return work()
-    from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+    from gapbeam.meshes.rank_zero import on_rank_zero
 
     return on_rank_zero(comm, work)
 

@@ -32,7 +32,6 @@ from gapbeam.solver.diagnostics.energy_ledger import created_in_step, round_off
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.jit import shared
-from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import (
@@ -419,3 +418,20 @@ def refreshed(system: SemiDiscreteSystem, state: State) -> State:
         a=again(state.a) if state.a is not None else None,
         depth=system.contact.depth(system.contact.interface.trace(u[VALUE], system.operators), state.time),
     )
+
+
+@dataclass(frozen=True)
+class Paused:
+    """State of a march that its next step depends on, so that it continues to the same bits.
+
+    Attributes:
+        state: The state, as a march carries it along.
+        done: Whole steps since the start.
+        since: Steps, parts of halved ones included, since the images of the state were formed anew.
+        modal: State of a compiled loop, see `compiled.compiled_march`; None: not compiled.
+    """
+
+    state: State
+    done: int
+    since: int = 0
+    modal: tuple[Array, ...] | None = None

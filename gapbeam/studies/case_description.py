@@ -18,14 +18,14 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import Default, bending_words, overhang_frequency, stiffness_unit
 from gapbeam.solver.case.solution_tables import BeamModel
-from gapbeam.solver.march.python.march import RESOLVING_SHARE
+from gapbeam.solver.march.stepwise_march import RESOLVING_SHARE
 from gapbeam.solver.memory.memory_check import lack_of_memory, refuse_too_large_before_meshing
 from gapbeam.solver.models.body import MeshedBeam, mesh_beam, mesh_dofs
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.verdict import remarks_on_model
-from gapbeam.studies.prediction.trial_prediction import LARGEST, Prediction, predict, predict_large
 from gapbeam.studies.printed_results import PrintedResult
+from gapbeam.studies.trial_prediction import LARGEST, Prediction, predict, predict_large
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -1,4 +1,4 @@
-"""Mesh size of a beam: keys, defaults, cell lengths along the beam, and layers of structured meshes.
+"""Mesh size of a beam: keys, defaults, cell lengths along it, layers, and the size of a mesh before it is made.
 
 Cells are small where contact carries and larger away from it. Layers hit given points, and their lengths grow smoothly.
 """
@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.sections.section_patches import CELLS_THROUGH
+from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches
 
 GROWTH = 1.25
 """Ratio of the lengths of two neighboring cells while they grow."""
@@ -298,3 +298,102 @@ class BeamSizing:
         if value < 1:
             raise MeshError(f"mesh.{name}", found=f"{value}", expected="1 or more")
         return value
+
+
+def beam_layers(geometry: BeamGeometry, sizing: BeamSizing) -> list[Positions]:
+    """Return layer boundaries along each axis, m.
+
+    They are graded along x and even across the beam; every given point is a corner of cells. Across a slice with steps
+    the layers are as thin as the thinnest part there asks for.
+    """
+    along, counts = sizing.layers_along(geometry), sizing.layers(geometry)
+    if geometry.steps:
+        (count,) = counts
+        parts = [
+            (high, [step.thickness for step in geometry.steps if step.thickness > abs(low + high)])
+            for low, high in pairwise(levels(geometry))
+        ]
+        lengths = CellLength(tuple((high, min(there) / count) for high, there in parts))
+        return [along, structured_partition(geometry.breakpoints(1), lengths)]
+    across = [even_partition(geometry.breakpoints(axis), count) for axis, count in enumerate(counts, start=1)]
+    return [along, *across]
+
+
+def levels(geometry: BeamGeometry) -> tuple[float, ...]:
+    """Return the heights between which the bands of layers of a slice lie, m: one band without steps."""
+    found = {side * step.thickness for step in geometry.steps for side in (-0.5, 0.5)}
+    inner = sorted(found - {geometry.lower[-1], geometry.upper[-1]})
+    return (geometry.lower[-1], *inner, geometry.upper[-1])
+
+
+def filled_parts(geometry: BeamGeometry, x: Positions) -> list[tuple[bool, ...]]:
+    """Return flags of the bands of a slice, or patches of a section, that the beam fills at places; () for all."""
+    found = list[tuple[bool, ...]]()
+    for place in x:
+        here = geometry.at(float(place))
+        if not geometry.steps:
+            found.append(())
+        elif here.section is not None:
+            found.append(here.filled)
+        else:
+            found.append(tuple(abs(low + high) <= here.thickness for low, high in pairwise(levels(geometry))))
+    return found
+
+
+STRUCTURED = ("quadrilateral", "hexahedron")
+
+
+def expected_cells(geometry: BeamGeometry, sizing: BeamSizing) -> float:
+    """Return the number of cells of a beam: exact for layers, about that for triangles and tetrahedra.
+
+    Raises:
+        MeshError: The sizes make no sense.
+    """
+    if geometry.section is not None:
+        along = sizing.layers_along(geometry)
+        if geometry.steps:
+            return sum(_section(geometry, x).cells for x in 0.5 * (along[1:] + along[:-1]))
+        return float(geometry.section.cells * (len(along) - 1))
+    if sizing.cell_of(geometry.dimension) not in STRUCTURED:
+        return cells_that_fill(geometry, sizing.cell_length(geometry))
+    count = 1.0
+    for axis in beam_layers(geometry, sizing):
+        count *= len(axis) - 1
+    return count
+
+
+def expected_nodes(geometry: BeamGeometry, sizing: BeamSizing, degree: int) -> float:
+    """Return the number of nodes of degree p: exact for layers, p^2 / 2 a triangle, p^3 / 6 a tetrahedron.
+
+    Raises:
+        MeshError: The sizes make no sense.
+    """
+    if geometry.section is not None:
+        along = sizing.layers_along(geometry)
+        if geometry.steps:  # but for the nodes where sections meet
+            each = [_section(geometry, x).nodes(degree) for x in 0.5 * (along[1:] + along[:-1])]
+            return float(each[0] + degree * sum(each))
+        return float(geometry.section.nodes(degree) * (degree * (len(along) - 1) + 1))
+    if sizing.cell_of(geometry.dimension) not in STRUCTURED:
+        share = degree**2 / 2.0 if geometry.dimension == 2 else degree**3 / 6.0
+        return share * expected_cells(geometry, sizing)
+    count = 1.0
+    for axis in beam_layers(geometry, sizing):
+        count *= degree * (len(axis) - 1) + 1
+    return count
+
+
+def _section(geometry: BeamGeometry, x: float) -> SectionPatches:
+    """Return the patches of the cross-section at a place of a beam with steps."""
+    section = geometry.at(x).section
+    assert section is not None
+    return section
+
+
+def cells_that_fill(geometry: BeamGeometry, cell_length: CellLength) -> float:
+    """Number of equilateral cells that fill the beam, from the lengths wanted along it."""
+    x = structured_partition(geometry.breakpoints(0), cell_length)
+    lengths = np.diff(x)
+    section = geometry.volume / geometry.length
+    share = np.sqrt(3) / 4 if geometry.dimension == 2 else 1 / (6 * np.sqrt(2))
+    return float(np.sum(section * lengths / (share * lengths**geometry.dimension)))

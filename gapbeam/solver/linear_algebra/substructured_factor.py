@@ -1,6 +1,6 @@
 """A direct solver on several ranks by substructuring, with the same bits in every run.
 
-Interface unknowns s separate the ranks (`substructuring.separators`). The inner unknowns i of a rank are coupled with
+Interface unknowns s separate the ranks. The inner unknowns i of a rank are coupled with
 each other and with s only. With the Schur complement S of the interface unknowns:
 
     W = A_ii^-1 A_is on each rank,    S = A_ss - sum A_si W,
@@ -8,27 +8,34 @@ each other and with s only. With the Schur complement S of the interface unknown
 
 MUMPS factors A_ii on one rank, always in the same order. On several ranks MUMPS would add contributions in the order
 in which messages arrive. A slender body in slices has few interface unknowns: every rank holds S, and a solve takes
-one sum over ranks.
+one sum over ranks. A rank may have several subdomains, in the support and outside of it. Each has its own factor, so
+that right sides which touch one subdomain alone, such as contact forces, do not pass through the factors of the others.
 
-Source: Przemieniecki (1963), AIAA J. 1, 138: substructures.
+Entries between nodes of two ranks are the edges of a bipartite graph. Its smallest vertex cover is the interface. For a
+mesh that is cut into slices the cover is the cross-section of nodes at each cut.
+
+Source: Przemieniecki (1963), AIAA J. 1, 138: substructures; König (1931): in a bipartite graph the smallest cover and
+the largest matching have the same size.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 from mpi4py import MPI
+from numpy.typing import NDArray
 from petsc4py import PETSc
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_bipartite_matching
 
+from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.meshes.versions.mumps_functions import gives_inverse
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.linear_algebra.mumps_factor import SOLVE_BLOCK, PetscFactor
-from gapbeam.solver.linear_algebra.substructuring.separators import interface_unknowns
-from gapbeam.solver.linear_algebra.substructuring.subdomain_factor import Subdomain, subdomains_of
 from gapbeam.solver.memory.out_of_memory import is_out_of_memory
 from gapbeam.solver.system.operators import Array, Factor, Indices, Interface
 
@@ -237,3 +244,180 @@ def not_factored(size: int, reason: object) -> RunError:
         f"the effective operator with {size} DOFs could not be factored ({reason}); "
         'solver.effective = "iterative" and a coarser mesh need less memory'
     )
+
+
+MOST_SUBDOMAINS = 8  # with a factor each; beyond, one factor serves all of these fragments
+
+
+@dataclass
+class Subdomain:
+    """Inner unknowns of one subdomain and their factor.
+
+    Attributes:
+        rows: Its rows among the inner unknowns of this rank.
+        interface: Numbers of the interface unknowns s that are coupled to it, (s,).
+        coupling: A_is, (rows, s).
+        factor: The factor of A_ii.
+        responses: W, (rows, s); None if not kept.
+    """
+
+    rows: slice
+    interface: Indices
+    coupling: csr_matrix
+    factor: Factor
+    responses: Array | None = field(default=None, init=False)
+
+    @property
+    def bytes(self) -> float:
+        """Memory of W."""
+        return float(8 * self.coupling.shape[0] * len(self.interface))
+
+    def solve(self, right_side: Array) -> Array:
+        """Return A_ii^-1 b, (rows,)."""
+        return self.factor.solve(right_side)
+
+    def solve_columns(self, rows: Indices, columns: csr_matrix) -> Array:
+        """Return A_ii^-1 of columns, given in their nonzero rows, (rows, r), column-major."""
+        return self.factor.solve_columns(_as_interface(rows), columns)
+
+    def interface_block(self, rows: Indices) -> Array:
+        """Return the entries of A_ii^-1 in some rows and columns, (r, r)."""
+        block = self.factor.interface_block(_as_interface(rows))
+        assert block is not None
+        return block
+
+    def schur_share(self, keep: bool) -> Array:
+        """Return A_si W, (s, s); keep W if asked."""
+        coupled = np.empty((len(self.interface), len(self.interface)))
+        kept = np.empty((self.coupling.shape[0], len(self.interface)), order="F") if keep else None
+        for part, solved in self._solved():
+            coupled[:, part] = self.coupling.T @ solved
+            if kept is not None:
+                kept[:, part] = solved
+        self.responses = kept
+        return coupled
+
+    def interface_load(self, right_side: Array) -> Array:
+        """Return W^T b, (s,)."""
+        if self.responses is None:
+            return np.asarray(self.coupling.T @ self.solve(right_side))
+        return np.asarray(self.responses.T @ right_side)
+
+    def inner_response(self, interface: Array) -> Array:
+        """Return W x_s for several x_s, (s, r) -> (rows, r)."""
+        if self.responses is not None:
+            return np.asarray(self.responses @ interface)
+        touched = np.flatnonzero(np.diff(self.coupling.indptr))
+        return self.solve_columns(touched, csr_matrix(self.coupling[touched] @ interface))
+
+    def responses_at(self, rows: Indices) -> Array:
+        """Return some rows of W; W is computed if it is not kept."""
+        if self.responses is not None:
+            return np.asarray(self.responses[rows])
+        responses = np.empty((len(rows), len(self.interface)))
+        for part, solved in self._solved():
+            responses[:, part] = solved[rows]
+        return responses
+
+    def _solved(self) -> Iterator[tuple[slice, Array]]:
+        """Yield W, some columns at a time."""
+        touched = np.flatnonzero(np.diff(self.coupling.indptr))
+        for begin in range(0, len(self.interface), SOLVE_BLOCK):
+            part = slice(begin, begin + SOLVE_BLOCK)
+            yield part, self.solve_columns(touched, csr_matrix(self.coupling[touched][:, part]))
+
+
+def subdomains_of(inner: csr_matrix, coupling: csr_matrix, prefix: str) -> tuple[Indices, list[Subdomain]]:
+    """Return the order of the inner unknowns of this rank, subdomain by subdomain, and the subdomains.
+
+    Args:
+        inner: A_ii of all inner unknowns of this rank, (n, n).
+        coupling: A_is, (n, s).
+        prefix: Prefix of PETSc's options for the factors.
+
+    Raises:
+        PETSc.Error: A factorization failed.
+    """
+    count, piece = connected_components(inner, directed=False)
+    if count > MOST_SUBDOMAINS:
+        piece = np.zeros_like(piece)
+    order = np.argsort(piece, kind="stable")
+    ends = np.cumsum(np.bincount(piece))
+    subdomains = []
+    for begin, end in zip([0, *ends[:-1]], ends, strict=True):
+        members = order[begin:end]
+        border = csr_matrix(coupling[members])
+        interface = np.unique(border.indices)
+        factor = _factored(csr_matrix(inner[members][:, members]), prefix)
+        rows = slice(int(begin), int(end))
+        subdomains.append(Subdomain(rows, interface, csr_matrix(border[:, interface]), factor))
+    return order, subdomains
+
+
+def _factored(matrix: csr_matrix, prefix: str) -> Factor:
+    pattern = matrix.indptr.astype(PETSc.IntType), matrix.indices.astype(PETSc.IntType), matrix.data
+    inner = PETSc.Mat().createAIJ(matrix.shape, csr=pattern, comm=PETSc.COMM_SELF)
+    inner.setOption(PETSc.Mat.Option.SPD, True)
+    return PetscFactor.of(inner, prefix)
+
+
+def _as_interface(rows: Indices) -> Interface:
+    return Interface(len(rows), rows, np.arange(len(rows)))
+
+
+Edges = NDArray[np.int64]
+
+
+def interface_unknowns(comm: MPI.Comm, rows: csr_matrix, starts: Indices, block: int) -> Indices:
+    """Return the unknowns that separate the ranks, by number over all ranks, ascending, the same in every call.
+
+    Args:
+        comm: The ranks.
+        rows: The rows of this rank of a symmetric matrix, (n, N).
+        starts: First row of each rank and the number of all, (ranks + 1,).
+        block: Unknowns per node, which are kept together.
+
+    Collective.
+    """
+    first, end = starts[comm.rank : comm.rank + 2]
+    owner = np.repeat(np.arange(comm.size), np.diff(starts))
+    # edges to higher ranks only: the lower ranks report the others
+    later = np.flatnonzero(rows.indices >= end)
+    here = np.searchsorted(rows.indptr, later, side="right") - 1 + first
+    edges = np.unique(np.column_stack([here, rows.indices[later]]).astype(np.int64) // block, axis=0)
+    parts = comm.gather(edges)
+
+    def cover() -> Indices:
+        assert parts is not None
+        chosen = np.zeros(int(starts[-1]) // block, dtype=bool)
+        whole = np.concatenate(parts)
+        ranks = owner[whole * block]
+        for pair in np.unique(ranks, axis=0):
+            between = whole[np.all(ranks == pair, axis=1)]
+            chosen[smallest_cover(between[~np.any(chosen[between], axis=1)])] = True
+        return np.flatnonzero(chosen)
+
+    nodes = on_rank_zero(comm, cover)
+    return np.asarray((nodes[:, None] * block + np.arange(block)).reshape(-1))
+
+
+def smallest_cover(edges: Edges) -> Indices:
+    """Return the fewest vertices that touch all edges, (edges, 2), between vertices of two kinds."""
+    left, one = np.unique(edges[:, 0], return_inverse=True)
+    right, other = np.unique(edges[:, 1], return_inverse=True)
+    graph = csr_matrix((np.ones(len(edges)), (one, other)), (len(left), len(right)))
+    matched = maximum_bipartite_matching(graph, perm_type="row")  # of each right vertex, or -1
+    free = np.setdiff1d(np.arange(len(left)), matched)
+    # König: alternating paths from unmatched left vertices, to the right by any edge, to the left by matched edges.
+    pairs, root = np.flatnonzero(matched >= 0), len(left) + len(right)
+    paths = np.concatenate(
+        [
+            np.column_stack([np.full(len(free), root), free]),
+            np.column_stack([one, len(left) + other]),
+            np.column_stack([len(left) + pairs, matched[pairs]]),
+        ]
+    )
+    directed = csr_matrix((np.ones(len(paths)), (paths[:, 0], paths[:, 1])), (root + 1, root + 1))
+    reached = np.zeros(root + 1, dtype=bool)
+    reached[breadth_first_order(directed, root, return_predecessors=False)] = True
+    return np.concatenate([left[~reached[: len(left)]], right[reached[len(left) : root]]])

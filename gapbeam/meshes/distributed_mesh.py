@@ -3,7 +3,7 @@
 The cells in the support and those outside are sliced each for themselves, and every rank gets a slice of both: contact
 facets, and all that is done for them, are spread over the ranks like the rest. Outside the support the ranks come in
 the opposite order, so that a rank has the same two neighbors in both parts (of two ranks the one in the middle has both
-cuts to answer for, `gapbeam.solver.linear_algebra.substructuring.substructured_factor`, and gets fewer cells):
+cuts to answer for, `gapbeam.solver.linear_algebra.substructured_factor`, and gets fewer cells):
 
     support  0 | 1 | 2      outside  2   |   1   |   0
 """
@@ -15,11 +15,41 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+from dolfinx.mesh import Mesh, MeshTags
+from mpi4py import MPI
 
+from gapbeam.meshes.rank_zero import on_rank_zero
+from gapbeam.meshes.versions.gmsh_reader import read_model
 from gapbeam.meshes.versions.mesh_geometry import adjacency
 
 if TYPE_CHECKING:
     from gapbeam.meshes.versions.mesh_geometry import Adjacency
+
+
+def mesh_from_gmsh(comm: MPI.Comm, dimension: int, end: Callable[[], float]) -> tuple[Mesh, MeshTags, MeshTags]:
+    """Distribute the current gmsh model of rank 0, with ghost cells across shared facets.
+
+    The model has been checked: every cell is tagged once, one cell type, facet groups present.
+
+    Args:
+        comm: The ranks.
+        dimension: Of the cells.
+        end: Called on rank 0; returns where the last support ends, m.
+
+    Returns:
+        Mesh, cell tags, facet tags.
+
+    Collective.
+    """
+    centers: list[npt.NDArray[np.float64]] = []
+
+    def look() -> float:
+        centers.append(cell_centers(dimension))
+        return end()
+
+    support = on_rank_zero(comm, look)
+    return read_model(comm, dimension, slices(centers[0] if centers else np.empty((0, 3)), support))
+
 
 Partitioner = Callable[[Any, int, Any, bool], "Adjacency"]
 Floats = npt.NDArray[np.float64]
@@ -90,3 +120,29 @@ def _with_ghosts(
     destinations = destinations[np.argsort(destinations[:, 0], kind="stable")]
     starts = np.searchsorted(destinations[:, 0], np.arange(count + 1))
     return adjacency(destinations[:, 1], starts)
+
+
+def cell_centers(dimension: int) -> npt.NDArray[np.float64]:
+    """Return the mean places of the corners of all cells in physical groups, (cells, 3), m."""
+    import gmsh
+
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    points = np.empty((int(tags.max()) + 1, 3))
+    points[tags.astype(np.int64)] = coordinates.reshape(-1, 3)
+    centers = []
+    for dim, tag in gmsh.model.getPhysicalGroups(dimension):
+        for entity in gmsh.model.getEntitiesForPhysicalGroup(dim, tag):
+            kinds, _, nodes = gmsh.model.mesh.getElements(dim, entity)
+            *_, corners = gmsh.model.mesh.getElementProperties(kinds[0])
+            count = gmsh.model.mesh.getElementProperties(kinds[0])[3]
+            cells = nodes[0].astype(np.int64).reshape(-1, count)
+            centers.append(points[cells[:, :corners]].mean(axis=1))
+    return np.concatenate(centers)
+
+
+def end_of(dimension: int, groups: dict[str, int], names: tuple[str, ...]) -> float:
+    """Return the largest x of the nodes of some groups of facets, m."""
+    import gmsh
+
+    nodes = [gmsh.model.mesh.getNodesForPhysicalGroup(dimension - 1, groups[name])[1] for name in names]
+    return float(np.max(np.concatenate(nodes).reshape(-1, 3)[:, 0]))

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from gapbeam.postprocess.comparison.run_comparison import RunComparison, is_raw
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.figure_style import BLACK, VERMILION, journal_style, limits_around, panels
+from gapbeam.postprocess.run_comparison import RunComparison, is_raw
 from gapbeam.postprocess.signals.steady_figures import HARMONICS
 
 SHOWN_SIGNALS = 4

@@ -1,1 +1,0 @@
-"""Distribution of cells to ranks, and work of rank 0."""

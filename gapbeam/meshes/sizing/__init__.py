@@ -1,1 +1,0 @@
-"""Cell sizes, layers and expected size of a mesh."""

@@ -1,1 +1,0 @@
-"""Beams on end springs: frequency equation, roots and mode shapes."""

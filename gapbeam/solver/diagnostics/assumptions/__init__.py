@@ -1,1 +1,0 @@
-"""Assumptions behind the equations, and what a march measures to watch them."""

@@ -1,1 +1,0 @@
-"""A direct solver by substructuring: one factor per rank and one for the interface unknowns."""

@@ -1,1 +1,0 @@
-"""Spectra of random loads: densities over frequency that a user asks for."""

@@ -1,1 +1,0 @@
-"""The step-by-step march, for every model and scheme."""

@@ -1,1 +1,0 @@
-"""Vibration modes of a beam as contact holds it."""

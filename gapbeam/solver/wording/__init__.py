@@ -1,1 +1,0 @@
-"""Words for messages: lists, printable text, and the name that was probably meant."""

@@ -1,1 +1,0 @@
-"""Cost of a run, predicted from trials."""

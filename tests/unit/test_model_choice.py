@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.case.case import case_to_toml
+from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, graded_places
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, read_case_text
@@ -120,3 +121,17 @@ def test_the_limit_of_beams_is_that_which_runs_are_judged_by() -> None:
             low, high = (middle, high) if bending_wavelength(piece, middle) > wavelength else (low, middle)
         found[share] = read_case(DEMO, {"model": "auto", "time.frequency": low, "time.step": "auto"}).model.type
     assert found == {0.98: "beam", 1.02: "reduced"}
+
+
+@pytest.mark.parametrize(("support", "spacing"), [(0.05, "equal"), (0.02, "graded"), (0.008, "graded")])
+def test_a_beam_without_a_number_of_elements_gets_enough(support: float, spacing: str) -> None:
+    """Five elements lie in the shortest support, and no warning is left; a number that is given stays, and warns."""
+    short = {"model": "beam", "support.length": support}
+    case = read_case(DEMO, short)
+    assert (case.model.type, case.model.spacing) == ("beam", spacing)
+    assert not [line for line in warnings(case) if "elements" in line]
+    if spacing == "graded":
+        places = graded_places(case, case.model.elements)
+        assert np.sum(places < support * (1.0 + 1e-9)) >= 6
+        assert [line for line in warnings(read_case(DEMO, {**short, "model.elements": 102})) if "elements" in line]
+    assert read_case_text(case_to_toml(case)).model == case.model

@@ -14,13 +14,13 @@ from scipy.linalg import eigh
 
 import gapbeam
 from gapbeam.meshes.mesh_size import CellLength
+from gapbeam.solver.case import solution_tables
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_choice import graded_count, graded_places, longest_element
 from gapbeam.solver.case.solution_tables import SPACING_OF_WAVE, BeamModel
 from gapbeam.solver.errors import CaseError
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.memory_check import memory_of
-from gapbeam.solver.models import beam_body
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.models.timoshenko_beam import SteppedBeam
 from gapbeam.solver.system.dense_operators import DenseOperators
@@ -147,10 +147,10 @@ def test_a_basis_of_many_elements_is_the_whole_system(
     """The same body as it is marched whole and by its basis: frequencies, flexibility of the faces, DOFs marched."""
     more = {"contact": {"stiffness": 2.0e11, "friction": {"coefficient": 0.3}}} if rubs else {}
     case = tube(2.0, PLATES, model, **more)
-    monkeypatch.setattr(beam_body, "FEW", 1000)
+    monkeypatch.setattr(solution_tables, "FEW", 1000)
     whole = build_model(case, MPI.COMM_SELF)
-    monkeypatch.setattr(beam_body, "DENSE", 10)
-    monkeypatch.setattr(beam_body, "FEW", 10)
+    monkeypatch.setattr(solution_tables, "DENSE", 10)
+    monkeypatch.setattr(solution_tables, "FEW", 10)
     small = build_model(case, MPI.COMM_SELF)
     assert whole.body.basis is None
     assert small.body.basis is not None

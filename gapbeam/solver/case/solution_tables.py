@@ -191,7 +191,11 @@ class BeamModel(_AnyModel):
     """Beam elements between the contact faces of the mesh."""
 
     type: Literal["beam"] = Field(description="name of the model")
-    elements: Whole = Field(default=102, ge=2, description="number of elements along the beam")
+    elements: Whole = Field(
+        default=102,
+        ge=2,
+        description="number of elements along the beam; where it is left out, more as supports and bending waves ask",
+    )
     spacing: Literal["equal", "graded"] = Field(
         default="equal",
         description="graded: short in supports, longer between them as bending waves allow",
@@ -225,17 +229,24 @@ class BeamModel(_AnyModel):
         return 2 * motions * (self.elements + 1) <= (FEW if self.graded else DENSE)
 
     def fitted(self, scene: SceneFigures) -> Self:
+        """Return the model with enough elements.
+
+        A few sections touch where elements are graded, and where flat walls are met along lines.
+        """
+        enough = self.resolving(scene)
+        return enough.model_copy(update={"stations": scene.stations}) if enough.graded or scene.rolls else enough
+
+    def resolving(self, scene: SceneFigures) -> Self:
         """Return the model with elements as short as bending waves and supports ask for.
 
-        Where equal ones would be many, and graded ones are much fewer, these are taken, and a few sections touch. So
-        they do where flat walls are met along lines.
+        Where equal ones would be many, and graded ones are much fewer, these are taken.
         """
         in_supports = ELEMENTS_IN_SUPPORT * scene.length / scene.shortest_support
         in_waves = scene.length / (SPACING_OF_WAVE * scene.wavelength)
         wanted = max(self.elements, ceil(in_supports - 1e-9), ceil(in_waves))
         if wanted == self.elements or scene.graded > MUCH_FEWER * wanted:
-            return self.model_copy(update={"elements": wanted, "stations": scene.stations if scene.rolls else None})
-        return self.model_copy(update={"elements": scene.graded, "spacing": "graded", "stations": scene.stations})
+            return self.model_copy(update={"elements": wanted})
+        return self.model_copy(update={"elements": scene.graded, "spacing": "graded"})
 
     def doubts(self, scene: SceneFigures) -> Iterator[str]:
         """Yield results of the section, squeezed sections, and waves that are short compared with the thickness."""

@@ -111,7 +111,7 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
         faults += places.put_in_order(wrong)
     if faults:
         raise CaseError(str(path), faults[:MOST_FAULTS])
-    return with_checksums(case or Case.model_validate(data))
+    return with_checksums(case or chosen_case(Case.model_validate(data)))
 
 
 def refuse_scene(data: Mapping[str, Any], path: Path) -> None:

@@ -41,7 +41,7 @@ from gapbeam.solver.attachments import (
     holds_motion,
 )
 from gapbeam.solver.case.analysis_table import Analysis
-from gapbeam.solver.case.case import Case, Contact, Mesh
+from gapbeam.solver.case.case import Case, Contact, Mesh, acting_friction
 from gapbeam.solver.case.computed_defaults import Default, overhang_frequency, support_reaction
 from gapbeam.solver.case.solution_tables import BeamModel, BeamMotion
 from gapbeam.solver.loads.load_choice import Load, axis_point
@@ -61,7 +61,7 @@ def is_symmetric(case: Case) -> bool:
         return False
     if case.layout.holes:  # the beam may roll to one side of a hole
         return False
-    if case.contact.rubs is not None or case.contact.points is not None or case.analysis.moves_aside:
+    if case.friction is not None or case.contact.points is not None or case.analysis.moves_aside:
         return False
     if any(mass.away[1] != 0.0 for mass in case.mass):
         return False
@@ -189,7 +189,7 @@ def needed_motions(
         contact: With or without friction.
         analysis: Table [analysis] of the case.
     """
-    dimension, rubs = mesh.dimension, contact.rubs is not None
+    dimension, rubs = mesh.dimension, acting_friction(contact, layout) is not None
     fixtures: list[Fixture] = [*joints, *masses]
     found: Reasons = {"bending": "every beam bends"}
     along = [*_along(loads), *_attached(fixtures, "axial"), *(["friction acts along the beam"] if rubs else [])]
@@ -281,7 +281,7 @@ def _restraint(case: Case, name: str, held: bool, axis: int) -> Default:
         return Default(key, 0.0, "N/m", "joints hold the beam")
     profile = case.profile
     own = min(one.material.young_modulus * one.beam.area for one in profile.pieces) / case.beam.length
-    if case.contact.rubs is not None and not _pulled(case, axis):
+    if case.friction is not None and not _pulled(case, axis):
         return Default(key, UNDER_FRICTION * own, "N/m", f"{UNDER_FRICTION:g} E A / L: friction holds the beam")
     slow = (2.0 * pi * OF_FREQUENCY * overhang_frequency(case)) ** 2 * profile.mass
     turned = max(_by_pitch(case), LEAST * own) if axis == AXIAL else inf

@@ -149,13 +149,8 @@ class Contact(Table):
         return "Pa s/m" if self.points is None else "N s/m"
 
     @property
-    def dissipates(self) -> bool:
-        """True where contact dissipates energy, by its damping or by its law."""
-        return self.damping > 0.0 or self.law.dissipates
-
-    @property
     def rubs(self) -> Friction | None:
-        """The friction that acts: none without the table, or with a coefficient of 0."""
+        """The friction of supports without a coefficient of their own: none without the table, or with one of 0."""
         return self.friction if self.friction is not None and self.friction.coefficient > 0.0 else None
 
 
@@ -235,6 +230,24 @@ def law_at(contact: Contact, support: OneSupport | None) -> ChosenLaw:
     """Return the contact law that acts at a support; None: at one without a law of its own."""
     own = None if support is None else own_law(support)
     return contact.law if own is None else own
+
+
+def damps(contact: Contact, support: OneSupport) -> bool:
+    """Return whether the contact at a support dissipates energy in its normal direction: by its law, or by damping."""
+    own = contact.damping if takes_damping(contact, support) else support.damping or support.support_damping
+    return law_at(contact, support).dissipates or bool(own)
+
+
+def takes_damping(contact: Contact, support: OneSupport) -> bool:
+    """Return whether the damping of [contact] acts at a support, whose law takes one and computes none."""
+    law = law_at(contact, support)
+    given = (support.damping, support.support_damping, getattr(law, "restitution", None))
+    return law.takes_damping and all(value is None for value in given)
+
+
+def acting_friction(contact: Contact, layout: Layout) -> Friction | None:
+    """Return the friction of a case: none as `Contact.rubs`, or where no support has a coefficient above 0."""
+    return None if all(own == 0.0 for own in layout.own("friction")) else contact.rubs
 
 
 class Damping(Table):
@@ -409,9 +422,14 @@ class Case(Table):
         return Layout.of(self.support)
 
     @property
+    def friction(self) -> Friction | None:
+        """The friction that acts at some support; none: it acts at none."""
+        return acting_friction(self.contact, self.layout)
+
+    @property
     def follows_faces(self) -> bool:
         """True where motion along the faces of supports is followed: for friction, or for the work of sliding."""
-        return self.contact.rubs is not None or self.wear is not None
+        return self.friction is not None or self.wear is not None
 
     @property
     def profile(self) -> BeamProfile:

@@ -63,11 +63,7 @@ def nominal_area(case: Case, support: OneSupport) -> float:
 
 def whole_areas(case: Case) -> tuple[float | None, ...]:
     """Return the nominal areas of faces whose support gives the stiffness of the whole; None for other faces."""
-    return tuple(
-        None if one.support_stiffness is None else nominal_area(case, one)
-        for one in case.layout.supports
-        for _ in one.faces
-    )
+    return tuple(None if one.support_stiffness is None else nominal_area(case, one) for one in case.layout.by_face)
 
 
 def line_radii(case: Case) -> tuple[float | None, ...]:
@@ -76,11 +72,7 @@ def line_radii(case: Case) -> tuple[float | None, ...]:
     Sections do so that keep their round shape at stations along a support, where the pressure follows a law per area
     whose resultant on a line is known.
     """
-    return tuple(
-        rolling_radius(case, one) if case.model.rings is not None else None
-        for one in case.layout.supports
-        for _ in one.faces
-    )
+    return tuple(rolling_radius(case, one) if case.model.rings is not None else None for one in case.layout.by_face)
 
 
 def rolling_radius(case: Case, support: OneSupport) -> float | None:

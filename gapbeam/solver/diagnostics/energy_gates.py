@@ -37,7 +37,7 @@ def remedy_for(case: Case) -> str:
         ways.append("the scheme discrete-gradient")
     ways.append("a smaller time.step")
     if formulation.follows_the_law:
-        ways.append("a softer contact.stiffness")
+        ways.append(f"a softer {case.layout.stiffness_keys}")
     return f"Try {', '.join(ways[:-1])} or {ways[-1]}" if len(ways) > 1 else f"Try {ways[0]}"
 
 

@@ -210,9 +210,9 @@ def _closed_faces(contact: ContactOperator, law: ContactLaw, state: State) -> ND
     return np.bincount(contact.faces, weights=closed, minlength=len(contact.face_names)) > 0.0
 
 
-REMEDY = "Try a smaller time.step, more time.max_iterations, a softer contact.stiffness or less contact.damping"
+REMEDY = "Try a smaller time.step, more time.max_iterations, a softer contact or less damping of the contact"
 REMEDY_OF_MULTIPLIERS = (
-    "Try a smaller time.step, a stiffer contact.stiffness, or a larger penetration in contact.formulation, which "
+    "Try a smaller time.step, a stiffer contact, or a larger penetration in contact.formulation, which "
     "multipliers may leave"
 )
 REFRESH_INTERVAL = 50  # steps; keeps the round-off in the images K u and K v from adding up

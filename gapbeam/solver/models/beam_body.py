@@ -243,7 +243,7 @@ def _on_parts(
     else:
         contact = _at_stations(contact, beam, stations)
     if case.follows_faces:
-        contact = replace(contact, tangents=_tangents(contact, beam), frictionless=case.contact.rubs is None)
+        contact = replace(contact, tangents=_tangents(contact, beam), frictionless=case.friction is None)
     patterns = []
     for load, part in patterned(case.load):
         along = load_direction(load, dimension)

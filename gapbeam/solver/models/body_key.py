@@ -22,7 +22,7 @@ def body_key(case: Case) -> Case:
             "title": "",
             "damping": Damping(),
             "support": without_play(case.support),
-            "contact": _contact(case.contact),
+            "contact": _contact(case),
             "wear": None if case.wear is None else Wear(),
             "load": tuple(load.without_cheap_keys() for load in case.load),
             "figure": (),
@@ -36,15 +36,15 @@ def body_key(case: Case) -> Case:
     )
 
 
-def _contact(contact: Contact) -> Contact:
-    return contact.model_copy(
+def _contact(case: Case) -> Contact:
+    return case.contact.model_copy(
         update={
             "law": Contact.model_fields["law"].get_default(),
             "stiffness": "auto",
             "damping": 0.0,
             "tension": "clipped",
             "touch_depth": "auto",
-            "friction": None if contact.rubs is None else Friction(coefficient=1.0),
+            "friction": None if case.friction is None else Friction(coefficient=1.0),
         }
     )
 

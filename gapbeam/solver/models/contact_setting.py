@@ -71,10 +71,10 @@ def contact_setting(case: Case, body: Body) -> ContactSetting:
         return ContactSetting(body.gamma, (gamma,), face * largest)
     stiffness, damping, defaults = _law_of_faces(case, body, face)
     points, places = _at_points(stiffness, body), case.contact.points
-    laws = [law_at(case.contact, one) for one in case.layout.supports for _ in one.faces]
+    laws = [law_at(case.contact, one) for one in case.layout.by_face]
     stiffest = max(compared_stiffness(case, one, law) for one, law in zip(stiffness, laws, strict=True))
     if places is None:
-        nominal = [nominal_area(case, one) for one in case.layout.supports for _ in one.faces]
+        nominal = [nominal_area(case, one) for one in case.layout.by_face]
         return ContactSetting(
             points, defaults, face * stiffest, _at_points(damping, body), nominal=_at_points(nominal, body)
         )
@@ -99,7 +99,7 @@ def friction_of(case: Case, body: Body, slip_velocity: float) -> CoulombFriction
 def _law_of_faces(case: Case, body: Body, face: float) -> tuple[list[float], list[float], tuple[Default, ...]]:
     """Return K and c of each face, and the values that were computed or that supports bring themselves."""
     usual = squeezed_stiffness(case) or contact_stiffness(case, body.meshed.facet_length, face)
-    owners = [one for one in case.layout.supports for _ in one.faces]
+    owners = case.layout.by_face
     stiffness = [usual.value if (own := own_stiffness(case, one)) is None else own for one in owners]
     asked = [contact_damping(case, value, one) for value, one in zip(stiffness, owners, strict=True)]
     damping = []
@@ -143,7 +143,7 @@ def met_along_lines(case: Case, body: Body) -> Body:
     """Return a body with one contact point for each flat wall at each station, where lines are met; or the same."""
     areas = [
         None if radius is None else nominal_area(case, one)
-        for radius, one in zip(line_radii(case), (one for one in case.layout.supports for _ in one.faces), strict=True)
+        for radius, one in zip(line_radii(case), case.layout.by_face, strict=True)
     ]
     contact, holding = whole_contact(body.contact, areas), body.holding
     if holding is not None and isinstance(contact, ResultantOperator) and contact.distributed is body.contact:
@@ -205,7 +205,7 @@ def law_of_case(case: Case, faces: Indices, setting: ContactSetting) -> ContactL
         faces: Index of the face of each contact point, (m,).
         setting: K, c and areas of the points.
     """
-    laws = [law_at(case.contact, one) for one in case.layout.supports for _ in one.faces]
+    laws = [law_at(case.contact, one) for one in case.layout.by_face]
     met = list(zip(laws, line_radii(case), strict=True))
     different = [one for number, one in enumerate(met) if one not in met[:number]]
     owners = np.array([different.index(one) for one in met])[faces]

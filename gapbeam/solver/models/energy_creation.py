@@ -6,10 +6,13 @@ import numpy as np
 
 from gapbeam.solver.case.case import law_at
 from gapbeam.solver.case.computed_defaults import contact_modulus, slowest_touch, stiffness_unit
+from gapbeam.solver.case.model_choice import nominal_area, own_stiffness
 from gapbeam.solver.errors import Fault, UserError
 from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.time_step import compared_depth, slope_factor
+from gapbeam.solver.supports.layout import stiffness_key
+from gapbeam.solver.supports.support_tables import OneSupport
 from gapbeam.solver.table import type_name
 
 ROUNDED = 1.0e-3  # of a stiffness: what is lost by writing it with a few digits
@@ -33,8 +36,6 @@ def energy_creator(model: Model) -> Fault | None:
     modulus, factor = contact_modulus(case), slope_factor(case)
     body = modulus / model.facet_length
     share, most = model.support.stiffness_per_area * factor / body, stiffest * body / factor
-    points = case.contact.points
-    key = 1.0 if points is None else model.system.contact.area / (len(model.system.contact.support.faces) * len(points))
     words = f"E = {modulus:.3g} Pa, h = {model.facet_length:.3g} m"
     at_depth = f" at a depth of {compared_depth(case):.2g} m" if factor != 1.0 else ""
     unit = stiffness_unit(case)
@@ -42,8 +43,7 @@ def energy_creator(model: Model) -> Fault | None:
         if share <= (1.0 + ROUNDED) * stiffest:
             return None
         contact = f"a contact of {model.support.stiffness_per_area:.4g} {unit}, {share:.3g} E/h{at_depth} ({words})"
-        stiffnesses = [default for default in model.defaults if default.key.endswith(".stiffness")]
-        softer = f"{max(stiffnesses, key=lambda default: default.value).key} = {key * most:.3g}"
+        softer = _softest_of_stiffest(model, stiffest * body)
     else:
         # multipliers stand on a soft penalty
         stiff = f" and as stiff as {share:.3g} E/h" if formulation.left_by_multipliers is None else ""
@@ -58,6 +58,22 @@ def energy_creator(model: Model) -> Fault | None:
         (("contact", "stiffness"),),
         "time.scheme with contact",
     )
+
+
+def _softest_of_stiffest(model: Model, slope: float) -> str:
+    """Return the key of the stiffest contact with the value that has a slope, Pa/m, at `compared_depth`, in words."""
+    case, points = model.case, model.case.contact.points
+    usual = next((default.value for default in model.defaults if default.key == "contact.stiffness"), 0.0)
+
+    def slope_at(support: OneSupport) -> float:
+        own = own_stiffness(case, support)
+        return (usual if own is None else own) * slope_factor(case, law_at(case.contact, support))
+
+    support = max(case.layout.supports, key=slope_at)
+    area = 1.0 if support.support_stiffness is None else nominal_area(case, support)
+    if points is not None:
+        area = model.system.contact.area / (len(model.system.contact.support.faces) * len(points))
+    return f"{stiffness_key(support)} = {area * slope / slope_factor(case, law_at(case.contact, support)):.3g}"
 
 
 def _damped_by_touch(model: Model) -> Fault | None:

@@ -273,8 +273,8 @@ def model_of(case: Case, body: Body) -> Model:
     if case.time.scheme.impulses:
         law = replace(law, stores_energy=False)
     defaults = setting.defaults
-    if case.contact.rubs is not None:
-        creep = slip_velocity(case, case.contact.rubs)
+    if case.friction is not None:
+        creep = slip_velocity(case, case.friction)
         law = replace(law, friction=friction_of(case, marched, creep.value))
         defaults = (*defaults, creep)
     if case.wear is not None:

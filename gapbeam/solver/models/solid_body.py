@@ -100,4 +100,4 @@ def _contact(case: Case, meshed: MeshedBeam) -> tuple[ContactOperator, Array | N
         nitsche = nitsche_operator(space, faces, supported, width, rule, settings)
         return nitsche.operator, nitsche.gamma, nitsche.correction
     contact = contact_operator(space, faces, supported, width, rule, case.follows_faces)
-    return replace(contact, frictionless=case.contact.rubs is None), None, None
+    return replace(contact, frictionless=case.friction is None), None, None

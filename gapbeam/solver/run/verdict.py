@@ -222,7 +222,7 @@ def resolution_remarks(model: Model, tally: Tally) -> list[str]:
     return [
         f"{tally.unresolved} steps of {tally.shortest:.2g} s do not resolve how faces open and close, which takes "
         f"{RESOLVING_SHARE * model.contact_duration:.2g} s: peak forces and accelerations follow the step; try more "
-        "time.max_halvings, a smaller time.step or a softer contact.stiffness"
+        f"time.max_halvings, a smaller time.step or a softer {model.case.layout.stiffness_keys}"
     ]
 
 
@@ -250,7 +250,7 @@ def judge_curve(curve: Mapping[str, Any] | None) -> None:
     gaps = "; ".join(f"{gap['low']:.6g} to {gap['high']:.6g} {unit} ({gap['reason']})" for gap in curve["missing"])
     advice = (
         "impacts that begin to graze, or chatter, leave no smooth branch: try gapbeam sweep, which marches, over "
-        f"{curve['key']}, analysis.periods = 2, more contact.damping or a softer contact.stiffness"
+        f"{curve['key']}, analysis.periods = 2, more damping of the contact, or a softer one"
     )
     if any(LARGEST_NUMBER in gap["reason"] for gap in curve["missing"]):
         advice = "try more analysis.continuation.max_points"

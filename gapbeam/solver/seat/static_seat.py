@@ -424,7 +424,7 @@ class _Search:
             )
         return (
             f"{pressed} of {contact.size} contact points press, and the {place} still opens and closes most; no rigid "
-            "motion leads away, so that a softer contact.stiffness or smaller cells may find the seat; a transient "
+            "motion leads away, so that a softer contact or smaller cells may find the seat; a transient "
             'with analysis.start = "undeformed" needs no seat: the beam falls to it'
         )
 

@@ -41,6 +41,12 @@ def variable_key(support: OneSupport) -> tuple[str, ...]:
     return ("support",) if isinstance(support, BaseAndGland) else ("support", support.name)
 
 
+def stiffness_key(support: OneSupport) -> str:
+    """Return the key of the contact stiffness at a support, as overrides write it."""
+    own = "stiffness" if support.support_stiffness is None else "support_stiffness"
+    return ".".join((*variable_key(support), own)) if support.brings_stiffness else "contact.stiffness"
+
+
 def with_value(support: AnySupports, key: str, value: float) -> OneSupport | tuple[OneSupport, ...]:
     """Return the supports of a case with another value of a key, such as "support.clearance"."""
     *place, field = key.split(".")
@@ -82,7 +88,17 @@ class Layout:
         Args:
             key: One of `support_tables.OWN_CONTACT`.
         """
-        return tuple(getattr(one, key) for one in self.supports for _ in one.faces)
+        return tuple(getattr(one, key) for one in self.by_face)
+
+    @property
+    def by_face(self) -> tuple[OneSupport, ...]:
+        """The support of each face."""
+        return tuple(one for one in self.supports for _ in one.faces)
+
+    @property
+    def stiffness_keys(self) -> str:
+        """The keys of the contact stiffness that act, as overrides write them, in words."""
+        return " or ".join(dict.fromkeys(map(stiffness_key, self.supports)))
 
     @property
     def start(self) -> float:

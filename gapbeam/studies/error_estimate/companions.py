@@ -245,4 +245,4 @@ def _on_lines(case: Case) -> bool:
 def _contact_of_basis(case: Case) -> dict[str, Any]:
     """Return whether a basis keeps every interface DOF: for friction, and formulations that hold constraints."""
     exact = not case.contact.formulation.follows_the_law and case.contact.formulation.stress_terms is None
-    return {"contact": "all"} if exact or case.contact.rubs is not None else {}
+    return {"contact": "all"} if exact or case.friction is not None else {}

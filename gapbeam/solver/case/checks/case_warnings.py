@@ -14,7 +14,8 @@ import numpy as np
 
 from gapbeam.solver.attachments import bending_rank
 from gapbeam.solver.case.beam_profile import Segment
-from gapbeam.solver.case.case import Case, law_at
+from gapbeam.solver.case.case import Case, damps, law_at
+from gapbeam.solver.case.checks.contact_checks import idle_keys
 from gapbeam.solver.case.checks.run_checks import MULTIPLE_TOLERANCE
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, graded_count
@@ -257,12 +258,10 @@ def motion(case: Case) -> Iterator[str]:
     dampers = [added.damping for load in case.load if (added := load.attachment) is not None]
     dampers += [one.attachment.damping for entry in (*case.joint, *case.fluid) for one in entry.attached()]
     dampers += [support.body.damping for support in case.layout.supports if support.body is not None]
-    dampers += [case.contact.rubs is not None]
+    dampers += [case.friction is not None]
     given = [*(damping.ratios or ()), damping.mass, damping.stiffness, damping.ratio, *dampers]
-    supports = case.layout.supports
-    absorbs = any(one.damping or one.support_damping or law_at(case.contact, one).dissipates for one in supports)
-    if not any(given) and not case.contact.dissipates and not absorbs:
-        yield "no damping in [damping] or [contact]: motion never fades, and no steady state is reached"
+    if not any(given) and not any(damps(case.contact, one) for one in case.layout.supports):
+        yield "no damping, neither in [damping] nor in contact: motion never fades, and no steady state is reached"
     if not case.probe:
         yield "no [[probe]]: no motion of any point is recorded"
 
@@ -306,10 +305,10 @@ def contact(case: Case) -> Iterator[str]:
     clearance, law = case.layout.clearance, case.contact
     yield from weight_on_contact(case)
     yield from chords(case)
-    given = [one.damping if one.damping is not None else one.support_damping for one in case.layout.supports]
-    damped = [law.damping if one is None else one for one in given]
-    laws = [law_at(law, one) for one in case.layout.supports]
-    if law.tension == "adhesive" and not any(damped) and not any(one.dissipates for one in laws):
+    idle = idle_keys(law, case.layout)
+    if idle:
+        yield f"[contact] {' and '.join(idle)} {'acts' if len(idle) == 1 else 'act'} at no support: each brings its own"
+    if law.tension == "adhesive" and not any(damps(law, one) for one in case.layout.supports):
         yield '[contact] tension = "adhesive" has no effect without damping'
     if law.quadrature_degree is not None and law.quadrature_degree < 2 * case.mesh.degree:
         yield f"[contact] quadrature_degree = {law.quadrature_degree} is low: {2 * case.mesh.degree} or more"

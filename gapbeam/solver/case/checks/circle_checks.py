@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
-from gapbeam.solver.case.case import Contact, Wear, advised_scheme, law_at
+from gapbeam.solver.case.case import Contact, Wear, acting_friction, advised_scheme, law_at
 from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable, Time
@@ -94,6 +94,7 @@ def circles_have_a_midpoint_rule(support: AnySupports, time: Time, contact: Cont
 
 def circles_do_not_yield(support: AnySupports, contact: Contact) -> Iterator[Fault]:
     """A plastic set belongs to one direction; circles are met in all."""
+    friction = acting_friction(contact, Layout.of(support))
     for _, key, one, points in _circles(support):
         law = law_at(contact, one)
         if law.keeps_set:
@@ -104,10 +105,10 @@ def circles_do_not_yield(support: AnySupports, contact: Contact) -> Iterator[Fau
                 points,
                 (("contact", "law"),),
             )
-        elif contact.rubs is not None and contact.rubs.static_coefficient is not None:
+        elif friction is not None and friction.static_coefficient is not None:
             yield Fault(
                 ("contact", "friction", "static_coefficient"),
-                f"{contact.rubs.static_coefficient:g}, with a hole that is met as a circle",
+                f"{friction.static_coefficient:g}, with a hole that is met as a circle",
                 "one coefficient: the contact of a circle turns around it and never sticks to a point",
                 f"leave static_coefficient out, or {points}",
                 (key,),
@@ -180,7 +181,7 @@ def circles_are_shot_at(support: AnySupports, analysis: Analysis) -> Iterator[Fa
 def circles_rub_without_joints(support: AnySupports, contact: Contact, joint: Joints) -> Iterator[Fault]:
     """Forces of joints are known from normal forces at circles, not from friction there."""
     for _, key, _, points in _circles(support):
-        if contact.rubs is not None and joint:
+        if acting_friction(contact, Layout.of(support)) is not None and joint:
             yield Fault(
                 ("contact", "friction"),
                 "friction, with joints and a hole that is met as a circle",

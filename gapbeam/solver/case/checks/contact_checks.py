@@ -8,11 +8,20 @@ from itertools import combinations
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
 from gapbeam.solver.case.beam_profile import beam_at
-from gapbeam.solver.case.case import Beam, Contact, Mesh, Output, advised_scheme, own_law
+from gapbeam.solver.case.case import (
+    Beam,
+    Contact,
+    Mesh,
+    Output,
+    acting_friction,
+    advised_scheme,
+    own_law,
+    takes_damping,
+)
 from gapbeam.solver.case.checks.place_checks import Segments
 from gapbeam.solver.case.computed_defaults import PATCH_SHARE
 from gapbeam.solver.case.solution_tables import Time
-from gapbeam.solver.contact.laws.law_choice import LAWS
+from gapbeam.solver.contact.laws.law_choice import LAWS, KelvinVoigt
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.integrators.scheme_choice import scheme_names
@@ -35,7 +44,7 @@ def contact_is_shallow(support: AnySupports, contact: Contact) -> Iterator[Fault
             )
 
 
-def law_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
+def law_fits_the_formulation(support: AnySupports, contact: Contact) -> Iterator[Fault]:
     """Formulation, law, stiffness and damping go together."""
     formulation, law = contact.formulation, contact.law
     plain, where = formulation.follows_the_law, (("contact", "formulation"),)
@@ -51,7 +60,8 @@ def law_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
     if contact.stiffness != "auto" and not formulation.takes_stiffness:
         expected = f'"auto": the formulation {formulation.type} has no stiffness to choose'
         yield Fault(("contact", "stiffness"), f"{contact.stiffness:g} Pa/m", expected, "leave stiffness out", where)
-    if contact.stiffness == "auto" and law.spring_exponent > 1.0:
+    shared = any(own_law(one) is None and not one.brings_stiffness for _, one in keyed(support))
+    if contact.stiffness == "auto" and law.spring_exponent > 1.0 and shared:
         expected = f"a number in {contact.stiffness_unit}: it cannot be computed for a law with an exponent"
         hint = "stiffness = 1e15" if contact.points is None else "stiffness = 1e12"
         yield Fault(("contact", "stiffness"), '"auto"', expected, hint, (("contact", "law"),))
@@ -138,24 +148,26 @@ def impulses_need_mass(contact: Contact, time: Time) -> Iterator[Fault]:
         yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (("time", "scheme"),))
 
 
-def friction_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
+def friction_fits_the_formulation(support: AnySupports, contact: Contact) -> Iterator[Fault]:
     """Friction needs the contact pressure apart from the stress of the body."""
-    if contact.rubs is not None and contact.formulation.stress_terms is not None:
+    friction = acting_friction(contact, Layout.of(support))
+    if friction is not None and contact.formulation.stress_terms is not None:
         yield Fault(
             ("contact", "friction"),
-            f"a coefficient of {contact.rubs.coefficient:g} with the formulation {contact.formulation.type}",
+            f"a coefficient of {friction.coefficient:g} with the formulation {contact.formulation.type}",
             "penalty, unilateral or augmented-lagrangian: friction by the stress of the body is not there",
             'formulation = "penalty", or leave friction out',
             (("contact", "formulation"),),
         )
 
 
-def friction_is_implicit(contact: Contact, time: Time) -> Iterator[Fault]:
+def friction_is_implicit(support: AnySupports, contact: Contact, time: Time) -> Iterator[Fault]:
     """Regularized friction is far too stiff for an explicit step."""
-    if contact.rubs is not None and time.scheme.explicit:
+    friction = acting_friction(contact, Layout.of(support))
+    if friction is not None and time.scheme.explicit:
         yield Fault(
             ("contact", "friction"),
-            f"a coefficient of {contact.rubs.coefficient:g} with the scheme {time.scheme.type}",
+            f"a coefficient of {friction.coefficient:g} with the scheme {time.scheme.type}",
             "an implicit scheme: a damper of mu p / v0 asks for steps far below the stable one",
             f'scheme = "{advised_scheme(contact)}" in [time], or leave friction out',
             (("time", "scheme"),),
@@ -278,6 +290,18 @@ def _own_laws(support: AnySupports) -> Iterator[tuple[Key, OneSupport, ChosenLaw
         law = own_law(one)
         if law is not None:
             yield (*key, "law"), one, law
+
+
+def idle_keys(contact: Contact, layout: Layout) -> list[str]:
+    """Return the keys of [contact] that are given and act at no support, since each brings its own."""
+    supports = layout.supports
+    acts = {
+        "law": contact.law == KelvinVoigt() or not all(own_law(one) for one in supports),
+        "stiffness": contact.stiffness == "auto" or not all(one.brings_stiffness for one in supports),
+        "damping": contact.damping == 0.0 or any(takes_damping(contact, one) for one in supports),
+        "friction": contact.rubs is None or acting_friction(contact, layout) is not None,
+    }
+    return [key for key, found in acts.items() if not found]
 
 
 def own_laws_follow_the_penetration(support: AnySupports, contact: Contact) -> Iterator[Fault]:

@@ -6,14 +6,14 @@ from collections.abc import Iterator, Mapping
 from typing import cast
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
-from gapbeam.solver.case.case import Contact, Damping
-from gapbeam.solver.case.checks.contact_checks import laws_of
+from gapbeam.solver.case.case import Contact, Damping, acting_friction
+from gapbeam.solver.case.checks.contact_checks import idle_keys, laws_of
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.solution_tables import FullModel, Gates, ModelTable, SolverTable, Time
 from gapbeam.solver.contact.laws.law_choice import LAWS
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.integrators.scheme_choice import scheme_names
-from gapbeam.solver.supports.layout import keyed, support_at, variable_key
+from gapbeam.solver.supports.layout import Layout, keyed, support_at, variable_key
 from gapbeam.solver.supports.support_tables import AnySupports
 from gapbeam.solver.wording import apart, either, exceeds
 
@@ -54,10 +54,11 @@ def period_map_is_smooth(analysis: Analysis, contact: Contact, support: AnySuppo
     """The search needs contact that depends on the state alone, and knows its derivative."""
     if not isinstance(analysis, Periodic):
         return
-    if contact.rubs is not None:
+    friction = acting_friction(contact, Layout.of(support))
+    if friction is not None:
         yield Fault(
             ("contact", "friction"),
-            f"a coefficient of {contact.rubs.coefficient:g}, in the search for a periodic response",
+            f"a coefficient of {friction.coefficient:g}, in the search for a periodic response",
             "no friction: its derivative is not followed",
             'leave friction out, or analysis.type = "transient"',
             (TYPE,),
@@ -177,7 +178,15 @@ def curve_is_in_reach(analysis: Analysis, support: AnySupports, contact: Contact
         known = (*_of_supports(support), "contact.stiffness or contact.damping where it is a number", *_of_loads(load))
         yield Fault((*table, "key"), curve.key, either(known), "loads are called by their names")
         return
-    if not curve.low < curve.high:
+    if curve.key in [f"contact.{key}" for key in idle_keys(contact, Layout.of(support))]:
+        yield Fault(
+            (*table, "key"),
+            f"{curve.key}, which acts at no support: each brings its own",
+            "a key that changes the response",
+            f"leave {curve.key.partition('.')[2]} out of each [[support]]",
+            (("support",),),
+        )
+    elif not curve.low < curve.high:
         high, low = apart(curve.high, curve.low)
         yield Fault((*table, "high"), high, f"more than low, {low}", "swap them?", ((*table, "low"),))
     elif exceeds(curve.low, value) or exceeds(value, curve.high):

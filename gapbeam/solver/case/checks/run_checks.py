@@ -10,12 +10,12 @@ import numpy as np
 from gapbeam.solver.attachments import Joint, MotionName, PointMass
 from gapbeam.solver.case.analysis_table import Analysis, RigidMotion, Transient, centered_pose, centering_faults
 from gapbeam.solver.case.beam_motions import motions_of_tables
-from gapbeam.solver.case.case import Beam, Contact, Damping, Mesh, Output, advised_scheme
+from gapbeam.solver.case.case import Beam, Contact, Damping, Mesh, Output, acting_friction, advised_scheme
 from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Loads, Probes
 from gapbeam.solver.case.solution_tables import BeamModel, FullModel, ModelTable, ReducedModel, RigidModel, Time
 from gapbeam.solver.errors import Fault
-from gapbeam.solver.supports.layout import keyed
+from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports
 from gapbeam.solver.wording import apart, exceeds
 
@@ -294,7 +294,7 @@ TYPE = ("model", "type")
 SECTIONS = ("model", "sections")
 
 
-def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Fault]:
+def contact_fits_the_model(model: ModelTable, support: AnySupports, contact: Contact) -> Iterator[Fault]:
     """A basis of few DOFs has no stress at the contact points, and few motions that constraints could hold."""
     if isinstance(model, FullModel):
         return
@@ -318,10 +318,11 @@ def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Faul
     if contact.mass == "redistributed":
         expected = "consistent: the contact nodes of any model but the full one have no mass of their own"
         yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (TYPE,))
-    if contact.rubs is not None and not keeps_all and not isinstance(model, BeamModel):
+    friction = acting_friction(contact, Layout.of(support))
+    if friction is not None and not keeps_all and not isinstance(model, BeamModel):
         yield Fault(
             ("contact", "friction"),
-            f"a coefficient of {contact.rubs.coefficient:g}, with the model {model.type}",
+            f"a coefficient of {friction.coefficient:g}, with the model {model.type}",
             'full, beam, or reduced with contact = "all": the other bases have no flexibility along the faces',
             (either or 'type = "beam" in [model], or ') + "leave friction out",
             (TYPE,),

@@ -120,7 +120,7 @@ def solve_contact(
         solution = replace(shifted, depth=shifted.depth - shift, iterations=iterations)
     raise NotConverged(
         f"the multipliers did not settle in {MOST_UPDATES} updates: {_deepest(solution):.3e} m of penetration are "
-        "left, and a stiffer contact.stiffness needs fewer",
+        "left, and a stiffer contact needs fewer",
         (_deepest(solution),),
         int(np.argmax(solution.depth)),
     )

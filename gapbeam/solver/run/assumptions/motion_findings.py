@@ -131,11 +131,12 @@ def _slid(case: Case, watch: PoseWatch, share: float) -> str:
 
 def of_contact(case: Case, peaks: Peaks, episodes: Episodes) -> Iterator[Finding]:
     """Yield the findings on penetration and on contacts that the step does not resolve."""
-    shared = [
-        not one.brings_stiffness for one in case.layout.supports for _ in one.faces
-    ]  # a support that gives way by design is no penalty
-    deepest, clearance = float(np.max(peaks.deepest[shared], initial=0.0)), case.layout.clearance
+    faces = [(float(d), one) for d, one in zip(peaks.deepest, case.layout.by_face, strict=True)]
+    shared = [(d, one.clearance) for d, one in faces if not one.brings_stiffness]  # one that gives way is no penalty
+    deepest = max((d for d, _ in shared), default=0.0)
     yield Finding(SHALLOW, deepest / case.profile.thinnest, detail=f"{deepest:.3g} m")
+    beside = [(d, gap) for d, gap in shared if gap != 0.0]
+    deepest, clearance = max(beside, key=lambda one: one[0] / abs(one[1]), default=(0.0, case.layout.clearance))
     if clearance != 0.0 and squeezed_stiffness(case) is None:  # there the springs are the squeezed section
         name, unit, limit = BESIDE_CLEARANCE
         size = "interference" if clearance < 0.0 else "clearance"

@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Union
+from typing import Annotated, Any, Literal, TypeGuard, Union
 
 from pydantic import Field, create_model
 
 from gapbeam.solver.loads.gravity import Gravity
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.point_load import ConstantForce, HarmonicForce, RecordedForce
+from gapbeam.solver.loads.random_line_load import RandomLineLoad
+from gapbeam.solver.loads.random_load import RandomLoad
 from gapbeam.solver.loads.step_force import StepForce
 from gapbeam.solver.loads.support_motion import BaseMotion, RecordedMotion
 from gapbeam.solver.table import Name, Number, PointName, Vector
 
+DIRECTION: Any = (
+    tuple[Number] | tuple[Number, Number] | None,
+    Field(
+        default=None,
+        description="in the motions of the points, a number for each, no unit; default along the first",
+        examples=[[1.0, 0.0]],
+    ),
+)
 
-def _at_point(base: type[LoadTable]) -> type[LoadTable]:
+
+def _at_point(base: type[LoadTable], **more: Any) -> type[LoadTable]:
     """Return a load whose place is a point of a structure."""
     keys: dict[str, Any] = {
         "point": (PointName, Field(description="the point", examples=["tube.tip"])),
-        "direction": (
-            tuple[Number] | tuple[Number, Number] | None,
-            Field(
-                default=None,
-                description="in the motions of the point, a number for each, no unit; default along the first",
-                examples=[[1.0, 0.0]],
-            ),
-        ),
+        "direction": DIRECTION,
+        **more,
     }
     return create_model("At" + base.__name__, __base__=base, __module__=__name__, __doc__=base.__doc__, **keys)
 
@@ -49,8 +54,15 @@ def _of_structures(base: type[LoadTable]) -> type[LoadTable]:
     return create_model("Of" + base.__name__, __base__=base, __module__=__name__, __doc__=base.__doc__, **keys)
 
 
+AlongBeam = create_model(
+    "AlongBeam", __base__=RandomLineLoad, __module__=__name__, __doc__=RandomLineLoad.__doc__,
+    structure=(Name, Field(description="name of the beam", examples=["tube"])), direction=DIRECTION,
+)  # fmt: skip
+FORCE: Any = (Literal["force"], Field(default="force", description="quantity: a force"))
 TABLES = (
     *(_at_point(one) for one in (HarmonicForce, ConstantForce, StepForce, RecordedForce)),
+    _at_point(RandomLoad, quantity=FORCE),
+    AlongBeam,
     *(_of_structures(one) for one in (Gravity, BaseMotion, RecordedMotion)),
 )
 SceneLoad: Any = Annotated[Union[TABLES], Field(discriminator="type")]  # noqa: UP007 - of a tuple
@@ -59,6 +71,11 @@ SceneLoad: Any = Annotated[Union[TABLES], Field(discriminator="type")]  # noqa: 
 
 AnyLoad = LoadTable
 """A load, whichever it is."""
+
+
+def is_along_beam(load: LoadTable) -> TypeGuard[RandomLineLoad]:
+    """Return whether a load acts along a beam, whose structure and direction it names."""
+    return isinstance(load, AlongBeam)
 
 
 def point_of(load: LoadTable) -> str | None:

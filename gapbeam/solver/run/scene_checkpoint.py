@@ -12,6 +12,7 @@ import numpy as np
 
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
+from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
     BrokenCheckpoint,
@@ -56,12 +57,14 @@ class SceneCheckpoint:
         marcher: The march.
         accounts: Accounts of the march.
         records: Records of the march.
+        statistics: Of a march under random loads.
     """
 
     mark: str
     marcher: Marcher
     accounts: SceneAccounts
     records: SceneRecords
+    statistics: RunStatistics | None = None
 
     def save(self, folder: Path, written: int) -> None:
         """Write a checkpoint after the present step.
@@ -91,6 +94,7 @@ class SceneCheckpoint:
             "faces": [list(gates.watched(i)) for i in range(len(accounts.impacts))],
             "impacts": [one.as_json() for one in accounts.impacts],
             "worn": accounts.worn.as_json(),
+            "statistics": None if self.statistics is None else self.statistics.as_json(),
         }
         write_checkpoint(folder, marcher.count, header, arrays, lambda _: iter(()))
 
@@ -126,6 +130,8 @@ class SceneCheckpoint:
         for name in accounts.kept:
             getattr(accounts, name)[:] = contents.array(f"accounts {name}")
         accounts.worn.restore(header["worn"])
+        if self.statistics is not None:
+            self.statistics.restore(header["statistics"])
         accounts.ledger = _ledger(header["ledger"])
         _restore_gates(accounts.gates, header)
         for one, stored in zip(accounts.impacts, header["impacts"], strict=True):

@@ -5,6 +5,7 @@ Accounts are energies, gates, impacts, peaks and contact times.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -16,9 +17,11 @@ from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS, ImpactL
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import ESTIMATE, ROUND_OFF_SAFETY, Ledger
 from gapbeam.solver.diagnostics.statistics.block_means import MOST, BlockEnds
+from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.record_table import HISTORY
 from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
+from gapbeam.solver.scene.linear_stability import eigenvalues
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
 from gapbeam.solver.scene.scene_march import TOLERANCE, Marcher
@@ -26,6 +29,8 @@ from gapbeam.solver.scene.step_kernel import DAMPED, FED, KINETIC, LAW, LOADED, 
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.slip_modes import closed_part
 
+PATTERN = re.compile(r"-\d+$")
+"""End of the name of a load that is one of several patterns."""
 UNSEEN = -1.0  # speed of a contact that began before the march
 EPS = float(np.finfo(float).eps)
 
@@ -110,12 +115,14 @@ class SceneAccounts:
         worn: The same at the ends of blocks of steps.
         time: In contact since the start, s.
         closings: Since the start.
+        square: Square of the normal force over time since the start, N^2 s.
+        approaches: Sum of the approach speeds of all impacts since the start, m/s.
         episodes: Contacts that ended; `short` of them lasted fewer than ten steps.
     """
 
     kept = (
         "depth", "force", "friction", "impulse", "time", "closings", "last_depth", "begun", "speed", "opened_at",
-        "steps", "totals", "sliding",
+        "steps", "totals", "sliding", "square", "approaches",
     )  # fmt: skip
 
     def __init__(self, marcher: Marcher, gates: Gates, remedy: str) -> None:
@@ -130,7 +137,7 @@ class SceneAccounts:
         self.depth, self.force, self.friction = self.last_depth.copy(), start.force[0].copy(), start.friction[0].copy()
         self.impulse, self.time, self.closings, self.begun = (np.zeros(count) for _ in range(4))
         self.speed, self.opened_at = np.full(count, UNSEEN), np.zeros(count)
-        self.steps, self.sliding = np.zeros(count), np.zeros(count)
+        self.steps, self.sliding, self.square, self.approaches = (np.zeros(count) for _ in range(4))
         self.worn = BlockEnds(count, MOST)
         self.totals = np.zeros(8)  # last energies: work, law, friction; sum of squares of round-off; episodes
         self.impacts = [ImpactList() for _ in range(count)]
@@ -209,7 +216,9 @@ class SceneAccounts:
             "contact_time": carried(h * closed.astype(float), self.time),
             "closings": carried((closed & ~before).astype(float), self.closings),
             "sliding_work": carried(contacts.rubbed, self.sliding),
+            "force_square": carried(h * contacts.force**2, self.square),
         }
+        approached = np.zeros_like(contacts.force)
         energy = energies.kinetic + energies.strain
         for k, i in np.argwhere(closed != before):
             depth = float(contacts.depth[k, i])
@@ -217,12 +226,15 @@ class SceneAccounts:
             part = float(closed_part(earlier, depth))
             if closed[k, i]:
                 self.speed[i], self.opened_at[i] = approach_speed(earlier, depth, h), times[k] - part * h
+                approached[k, i] = self.speed[i]
                 self.begun[i] = impulse[k - 1, i] if k else self.impulse[i]
                 self.steps[i] = -float(k)
             else:
                 self._end(i, float(times[k]) - (1.0 - part) * h, float(impulse[k, i]), self.steps[i] + float(k))
             self.gates.look(int(i), bool(closed[k, i]), energies.created[k], energy[k], energies.round_off[k])
+        found["approach_speeds"] = carried(approached, self.approaches)
         if len(times):
+            self.square, self.approaches = (found[name][-1].copy() for name in ("force_square", "approach_speeds"))
             self.steps += np.where(closed[-1], float(len(times)), 0.0)
             self.last_depth, self.impulse = contacts.depth[-1].copy(), impulse[-1].copy()
             self.time, self.closings = found["contact_time"][-1].copy(), found["closings"][-1].copy()
@@ -250,7 +262,7 @@ def carried(values: Array, before: Any) -> Array:
 
 Rows = dict[str, Array]
 ABSOLUTE = "acceleration_absolute"
-SUMS = ("impulse", "contact_time", "closings", "sliding_work")
+SUMS = ("impulse", "contact_time", "closings", "sliding_work", "force_square", "approach_speeds")
 
 
 def contact_names(scene: Scene) -> tuple[str, ...]:
@@ -271,6 +283,28 @@ def probe_names(scene: Scene) -> tuple[str, ...]:
         for name, point in scene.point_names.items()
         for number in range(1, len(point.rows) // width + 1)
     )
+
+
+def scene_statistics(marcher: Marcher, every: int) -> RunStatistics:
+    """Return the statistics to gather in a march under random loads, with the decay of the slowest linear vibration.
+
+    Args:
+        marcher: At its start.
+        every: Steps from one record to the next.
+    """
+    scene = marcher.scene
+    growth = 0.0 if scene.is_large else float(eigenvalues(scene)[0].real)
+    decay = -0.5 / growth if growth < 0.0 else 0.0
+    in_space = motions_of_points(scene) == 2
+    return RunStatistics(contact_names(scene), probe_names(scene), in_space, every * marcher.h, decay)
+
+
+def in_three(rows: Rows) -> Rows:
+    """Return records of a scene as statistics read those of cases: motions of points in x, y and z."""
+    shaken = ABSOLUTE if ABSOLUTE in rows else "acceleration_relative"
+    moved = {"displacement": "displacement", ABSOLUTE: shaken} if shaken in rows else {}
+    wide = {name: np.pad(rows[own], ((0, 0), (0, 0), (3 - rows[own].shape[2], 0))) for name, own in moved.items()}
+    return rows | wide
 
 
 class SceneRecords:
@@ -319,8 +353,9 @@ class SceneRecords:
         return np.column_stack(columns) if columns else np.zeros((len(energies.work), 0))
 
     def _load_name(self) -> str:
-        names = [one.name for one in self.scene.loads if one.name]
-        return names[0] if len(names) == len(self.scene.loads) == 1 else "all loads"
+        names = {one.name for one in self.scene.loads}
+        stems = {PATTERN.sub("", name) for name in names} if len(self.scene.loads) > 1 else names
+        return stems.pop() or "all loads" if len(stems) == 1 else "all loads"
 
     def _frame(self) -> list[tuple[BaseMotion, Array]] | None:
         """Return the motion of all watched motions with the frame for each base motion; None: not known."""

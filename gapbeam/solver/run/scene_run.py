@@ -21,6 +21,7 @@ from gapbeam.solver.case.computed_defaults import SHARE
 from gapbeam.solver.case.figure_table import Figure, figure_faults
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
+from gapbeam.solver.diagnostics.statistics.run_statistics import in_words
 from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
 from gapbeam.solver.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE
 from gapbeam.solver.run.interruption import Signals, Wish
@@ -37,8 +38,10 @@ from gapbeam.solver.run.scene_records import (
     SceneRecords,
     contact_names,
     contacts_of,
+    in_three,
     probe_names,
     promises_balance,
+    scene_statistics,
 )
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of, wear_of
 from gapbeam.solver.scene.argument_checks import check_fields
@@ -76,6 +79,8 @@ class SceneRun:
             rigid contact would change, by the same scene with twice the stiffness.
         figures: Figures of one's own, of what is recorded at points ("probe") and contacts ("face").
         sources: Where values given by hand are from, for the report, by a description of the value.
+        random_loads: Spectra of random loads as generated and as asked for. Where there are such, the run has
+            statistics with intervals.
         wear: Archard's coefficient, 1/Pa, and the worn area of each contact, m^2: {"coefficient": 1e-14, "area": 1e-5}.
     """
 
@@ -95,6 +100,7 @@ class SceneRun:
     wear: Mapping[str, float | None] | None = None
     figures: Sequence[Figure] = ()
     sources: Mapping[str, str] = field(default_factory=dict)
+    random_loads: Sequence[Mapping[str, Any]] = ()
 
     @property
     def limits(self) -> Gates:
@@ -184,7 +190,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
             left = _left(folder, mark) if resume else {}
             if left.get("exit_status") == 0:
                 return Outcome(folder, 0, f"was done before: {left['message']}", left)
-            checkpoint = SceneCheckpoint(mark, marcher, march.accounts, march.records)
+            checkpoint = SceneCheckpoint(mark, marcher, march.accounts, march.records, march.statistics)
             kept = checkpoint.restore(folder) if resume else None
             if kept is None:
                 prepare_folder(folder)
@@ -292,6 +298,7 @@ class SceneMarch:
             remedy = "Try the default scheme, which creates none, a smaller step or a softer stiffness"
         self.accounts = SceneAccounts(marcher, limits, remedy)
         self.records = SceneRecords(marcher, asked.every)
+        self.statistics = scene_statistics(marcher, asked.every) if asked.random_loads else None
         self.seconds = 0.0
 
     @property
@@ -311,10 +318,14 @@ class SceneMarch:
 
     @property
     def flow_words(self) -> str:
-        """The work of all flows; nothing without a flow."""
+        """The work of all flows, and of loads beside them; nothing without a flow."""
         work = self.marcher.work
         parts = [work[one.name or i] for i, one in enumerate(self.asked.scene.feedbacks) if isinstance(one, Flow)]
-        return f", work of the flow {sum(parts):.4g} J" if parts else ""
+        if not parts:
+            return ""
+        words = f", work of the flow {sum(parts):.4g} J"
+        loads = self.accounts.ledger.load_work[0]
+        return f"{words}, of {self.records.loaded[0]} {loads:.4g} J" if self.records.loaded else words
 
     def write(self, folder: Path, checkpoint: SceneCheckpoint, kept: int | None) -> None:
         """March to the end into a results folder.
@@ -333,6 +344,8 @@ class SceneMarch:
             for rows in self.rows():
                 if rows is not None:
                     writer.append(rows)
+                    if self.statistics is not None:
+                        self.statistics.see(in_three(rows))
                 elif time.perf_counter() - saved > self.asked.checkpoint:
                     writer.commit()
                     checkpoint.save(folder, writer.records)
@@ -428,6 +441,9 @@ class SceneMarch:
             seconds = marcher.count * marcher.h
             summary["wear"] = wear_of(accounts, names, seconds, marcher.h, self.asked.wear or {})
             LOG.info("%s", wear_words(summary["wear"]))
+        if self.statistics is not None:
+            summary["random_loads"], summary["statistics"] = list(self.asked.random_loads), self.statistics.describe()
+            LOG.info("%s", in_words(summary["statistics"]))
         findings = findings_of(accounts)
         summary["assumptions"] = [one.as_data() for one in findings]
         remarks = remarks_of(accounts, findings)

@@ -12,7 +12,8 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
 from gapbeam.solver.errors import CaseError, Fault, Key, RunError, UserError
-from gapbeam.solver.loads.scene_load_choice import AnyLoad, point_of, structure_of
+from gapbeam.solver.loads.random_line_load import RandomLineLoad
+from gapbeam.solver.loads.scene_load_choice import AnyLoad, is_along_beam, point_of, structure_of
 from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.contact_pair import Contact
@@ -48,7 +49,7 @@ from gapbeam.solver.scene_file.structure_tables import (
 )
 from gapbeam.solver.system.operators import Array
 
-STATION = re.compile(r"feedback \d+: ")  # no name of a point in a file has a blank
+STATION = re.compile(r"(feedback|load) \d+: ")  # no name of a point in a file has a blank
 NEAREST_PARTS = 400
 """Parts of the axis of a frame, about, between which its nearest places are looked for."""
 MESSAGE = re.compile(r"(?:.*?: )?found (?P<found>.*?),? expected (?P<expected>.*?)(?:; (?P<hint>.*))?$", re.DOTALL)
@@ -85,7 +86,7 @@ class _Site:
         if structure is None:
             return None
         if name not in structure.points:
-            known = ", ".join(f"{owner}.{one}" for one in structure.points) or "none"
+            known = ", ".join(f"{owner}.{one}" for one in structure.points if not STATION.match(one)) or "none"
             self.faults.append(Fault(key, f'"{place}", which is no point', f"one of {known}"))
             return None
         return structure[name]
@@ -117,11 +118,11 @@ def built_scene(
         except (UserError, RunError) as error:
             site.faults.append(_fault(site, number, error))
     feedbacks = [_feedback(site, number, one) for number, one in enumerate(case.feedback)]
+    contacts = [_contact(site, number, pair) for number, pair in enumerate(pairs)]
+    loads = [load for number, one in enumerate(case.load) for load in _loads(site, number, one)]
     for one in site.bodies.values():
         for name in [name for name in one.points if STATION.match(name)]:
             del one.points[name]
-    contacts = [_contact(site, number, pair) for number, pair in enumerate(pairs)]
-    loads = [load for number, one in enumerate(case.load) for load in _loads(site, number, one)]
     joints, masses = [], []
     for number, joint in enumerate(case.joint):
         if isinstance(joint, SnubberJoint):
@@ -271,8 +272,11 @@ def _straight(table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, flo
 
 
 def _stations(site: _Site, table: BodyTable) -> dict[str, float]:
-    """Return the stations of all spans along a beam."""
+    """Return the stations of all spans and loads along a beam."""
     found = dict[str, float]()
+    for number, load in enumerate(site.case.load):
+        if is_along_beam(load) and structure_of(load) == table.name:
+            found |= {f"load {number}: {i}": x for i, x in enumerate(load.patterns[0].places)}
     for number, one in enumerate(site.case.feedback):
         found |= stations(number, one, table)
     return found
@@ -430,19 +434,14 @@ def _snubber(site: _Site, number: int, joint: SnubberJoint) -> Contact | None:
 def _loads(site: _Site, number: int, load: AnyLoad) -> list[Load]:
     key: Key = ("load", number)
     name, value, place = str(vars(load)["name"]), _Signal(load.time_function().value), point_of(load)
-    if place is not None:
-        point, along = site.point((*key, "point"), place), vars(load)["direction"]
-        if point is None:
-            return []
-        given = np.eye(len(point.rows))[0] if along is None else np.asarray(along, dtype=float)
-        if len(given) != len(point.rows) or not np.any(given):
-            site.faults.append(
-                Fault((*key, "direction"), f"{list(given)} at a point of {len(point.rows)} motions",
-                      "a number for each motion, not all 0")
-            )  # fmt: skip
-            return []
-        return [Force(point, value, given / np.linalg.norm(given), name)]
     wanted = structure_of(load)
+    if is_along_beam(load):
+        body = site.bodies.get(wanted or "")
+        return [] if body is None else _along_beam(site, number, load, body)
+    if place is not None:
+        point = site.point((*key, "point"), place)
+        unit = None if point is None else _in_motions(site, number, load, point)
+        return [] if point is None or unit is None else [Force(point, value, unit, name)]
     bodies = {one: body for one, body in site.bodies.items() if wanted in (None, one)}
     bare = [one for one, body in bodies.items() if body.inertia is None]
     if bare:
@@ -461,6 +460,32 @@ def _loads(site: _Site, number: int, load: AnyLoad) -> list[Load]:
     return [
         _on_inertia(load, body, value, name if len(bodies) == 1 else f"{name}-{one}", given)
         for one, body in bodies.items()
+    ]
+
+
+def _in_motions(site: _Site, number: int, load: AnyLoad, point: StructurePoint) -> Array | None:
+    """Return the direction of a load in the motions of a point, of length 1; None, with a fault, where it has none."""
+    along = vars(load)["direction"]
+    given = np.eye(len(point.rows))[0] if along is None else np.asarray(along, dtype=float)
+    if len(given) != len(point.rows) or not np.any(given):
+        site.faults.append(
+            Fault(("load", number, "direction"), f"{list(given)} at a point of {len(point.rows)} motions",
+                  "a number for each motion, not all 0")
+        )  # fmt: skip
+        return None
+    return np.asarray(given / np.linalg.norm(given))
+
+
+def _along_beam(site: _Site, number: int, load: RandomLineLoad, body: Structure) -> list[Load]:
+    """Return a load for each pattern of forces along a beam, each with its own noise."""
+    points = [body[f"load {number}: {i}"] for i in range(len(load.patterns[0].places))]
+    unit = _in_motions(site, number, load, points[0])
+    if unit is None:
+        return []
+    rows = np.stack([unit @ point.rows for point in points])
+    return [
+        Load(body, np.asarray(pattern.weights) @ rows, _Signal(part.time_function().value), f"{load.name}-{k}")
+        for k, (part, pattern) in enumerate(zip(load.parts, load.patterns, strict=True), start=1)
     ]
 
 

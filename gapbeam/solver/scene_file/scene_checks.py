@@ -10,7 +10,8 @@ from typing import Any
 from gapbeam.solver.case.checks.run_checks import run_has_steps, step_follows_the_forcing
 from gapbeam.solver.case.figure_table import figure_faults
 from gapbeam.solver.errors import Fault, Key
-from gapbeam.solver.loads.scene_load_choice import point_of, structure_of
+from gapbeam.solver.loads.random_line_load import RandomLineLoad
+from gapbeam.solver.loads.scene_load_choice import is_along_beam, point_of, structure_of
 from gapbeam.solver.scene_file.feedback_checks import feedback_faults
 from gapbeam.solver.scene_file.mesh_tables import MeshFile, material_faults
 from gapbeam.solver.scene_file.pair_tables import nearest_faults
@@ -293,6 +294,18 @@ def _is_placed(body: BodyTable) -> bool:
     return isinstance(model, ElementFrame) or body.place is not None
 
 
+def _along(key: Key, load: RandomLineLoad, body: BodyTable) -> Iterator[Fault]:
+    """A load along a beam has one, without a place in space, and ends on it."""
+    if not isinstance(body.model, ElementBeam | RigidBar):
+        yield Fault((*key, "structure"), f'"{body.name}", a model {body.model.type}',
+                    "a model beam or rigid, which has places along it", 'type = "random" acts at a point')  # fmt: skip
+    elif body.place is not None:
+        yield Fault((*key, "structure"), f'"{body.name}", which has a place in space', "a structure without place")
+    elif not 0.0 <= load.span[0] < load.span[1] <= body.model.length:
+        yield Fault((*key, "span"), f"{load.span[0]:g} to {load.span[1]:g} m",
+                    f"a span on the beam, from 0 to {body.model.length:g} m")  # fmt: skip
+
+
 def _loads(
     tables: Mapping[str, Any], known: Mapping[str, set[str] | None], by_name: Mapping[str, BodyTable]
 ) -> Iterator[Fault]:
@@ -304,6 +317,9 @@ def _loads(
             yield from _exists((*key, "point"), where, known, by_name)
         if name is not None:
             yield from _known_structure((*key, "structure"), name, by_name)
+        if is_along_beam(load) and name is not None and name in by_name:
+            yield from _along(key, load, by_name[name])
+        yield from load.faults_among(key, loads)
         own = list(load.faults(key))
         yield from own
         if not own and time is not None:

@@ -52,6 +52,7 @@ class ReadScene:
             "title": self.case.title,
             "figures": self.case.figure,
             "sources": {f"{name}: {what}": source for name, what, source in self.sources},
+            "random_loads": [one.generated(time.end, self.case.load) for one in self.case.load if one.noise],
             "wear": None if self.case.wear is None else self.case.wear.model_dump(),
         }
 
@@ -134,7 +135,8 @@ def _find_files(data: dict[str, Any], path: Path) -> None:
         found = data.get(key)
         return [one for one in found if isinstance(one, dict)] if isinstance(found, list) else []
 
-    for table in (*(one.get("model") for one in entries(SCENE)), *entries("load"), *entries("feedback")):
+    spectra = (one["spectrum"] for one in entries("load") if isinstance(one.get("spectrum"), dict))
+    for table in (*(one.get("model") for one in entries(SCENE)), *entries("load"), *spectra, *entries("feedback")):
         for key in FILES if isinstance(table, dict) and table.get("type") != "mass" else ():
             if isinstance(table.get(key), str) and table[key]:
                 table[key] = os.path.normpath(folder / table[key])

@@ -116,7 +116,7 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
             failed[name] = in_one_line(str(error))
     if HALF_STEP not in motions:
         return none(f"{HALF_STEP}: {failed[HALF_STEP]}")
-    return _errors(asked, run, motions, failed, begin)
+    return _errors(asked, run, motions, failed, begin, outcome.summary.get("statistics"))
 
 
 def marched(asked: SceneRun, signals: Signals) -> MotionRecord:
@@ -142,8 +142,9 @@ def _motion(history: Any, figures: Sequence[Figure]) -> MotionRecord:
 
 
 def _errors(
-    asked: SceneRun, run: MotionRecord, motions: Mapping[str, MotionRecord], failed: Mapping[str, str], begin: float
-) -> Estimate:
+    asked: SceneRun, run: MotionRecord, motions: Mapping[str, MotionRecord], failed: Mapping[str, str], begin: float,
+    statistics: Mapping[str, Any] | None,
+) -> Estimate:  # fmt: skip
     """Return the entries of summary, warnings and message; times of the summary count from t = 0."""
     frequency = None if asked.period is None else 1.0 / asked.period
     smoothing = 0.05 * min(run.end, run.end if asked.period is None else asked.period)
@@ -183,4 +184,4 @@ def _errors(
         "companions": {name: {"step": asked.step * (0.5 if name == HALF_STEP else 1.0)} for name in motions},
         "figures": [one.as_data() for one in figures],
     }
-    return described, warnings, closing_table(figures, run.end, whole=True)
+    return described, warnings, closing_table(figures, run.end, whole=True, statistics=statistics)

@@ -157,7 +157,7 @@ def in_flow(modes: int) -> gb.Scene:
 
 @pytest.mark.parametrize("modes", [1, 2])
 def test_drawn_starts_decay_below_the_boundary_and_grow_above(modes: int) -> None:
-    """Without contacts, 200 drawn states: 1 % below the critical velocity all decay, 1 % above those that excite it grow.
+    """200 drawn states without contact: 1 % below the critical velocity all decay, 1 % above those that excite it grow.
 
     Those whose part in the unstable mode is a hundredth of their size or more; these are nearly all.
     """

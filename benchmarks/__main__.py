@@ -12,11 +12,11 @@ from pathlib import Path
 
 from benchmarks.table import options
 
-DEFAULT = ("textbook", "rungs", "getfem_peer", "size", "contact_points", "predictions", "study_workers")
+DEFAULT = ("textbook", "rungs", "getfem_peer", "costs", "predictions", "study_workers")
 LARGE = {
     "predictions": ["--large"],
     "fidelity": [],
-    "tiers": ["--large"],
+    "costs": ["--large"],
 }
 PAGE = "README.md"
 

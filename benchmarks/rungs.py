@@ -18,13 +18,37 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from benchmarks.fidelity_levels import LEVELS, PERIODIC, Level
 from benchmarks.table import Cell, Table, machine_words, options, seconds
+from benchmarks.textbook import CASE
 from benchmarks.textbook_newton import TextbookBeam, seated
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.run_comparison import RunComparison, compare
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.run.run_case import run_case
+
+Level = tuple[Path, Sequence[str]]  # a case file and overrides
+
+PERIODIC = (
+    "contact.stiffness=1e12",
+    "load.shaker.amplitude=150.0",
+    "load.shaker.ramp=0.05",
+    "damping.ratios=[0.05, 0.05]",
+    "time.scheme=implicit-midpoint",
+    "output.fields_interval=0.1",
+)
+SLICE = CASE.with_name("li2013-2d.toml")
+REDUCED = ("model.type=reduced",)
+LEVELS: dict[str, Level] = {
+    "full": (CASE, ()),
+    "reduced, all contact DOFs": (
+        CASE,
+        (*REDUCED, "model.contact=all", "model.points_across=all", "model.modes=30"),
+    ),
+    "reduced": (CASE, REDUCED),
+    "2D, full": (SLICE, ()),
+    "2D, reduced": (SLICE, REDUCED),
+    "beam": (SLICE, ("model.type=beam",)),
+}
 
 END, BRIEF = "time.end=0.6", "time.end=0.1"
 SECOND = ("time.step=1e-5", "time.end=0.1", "output.history_interval=1e-4")

@@ -13,9 +13,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.drawn_schema.attempts import attempted
+from benchmarks.drawn_schema.attempts import attempted, table_of
 from benchmarks.drawn_schema.cases import NoCaseError
-from benchmarks.drawn_schema.summary import table_of
 
 WARM = (
     "gapbeam.command_line",

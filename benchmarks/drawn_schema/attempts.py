@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,18 @@ import numpy as np
 
 import gapbeam
 from benchmarks.drawn_schema.cases import drawn
-from benchmarks.drawn_schema.references import NoReferenceError, long_march, motion_by
-from benchmarks.drawn_schema.ways import IN_MEMORY, Way, before, earlier_folder, ways_of
+from benchmarks.drawn_schema.ways import (
+    IN_MEMORY,
+    NoReferenceError,
+    Way,
+    before,
+    earlier_folder,
+    long_march,
+    motion_by,
+    ways_of,
+)
 from benchmarks.fuzz.sandbox import Limits, Outcome, attempt, command
+from benchmarks.table import Cell, Table
 from benchmarks.true_errors import true_errors
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
@@ -296,3 +306,38 @@ def taken(case: Case) -> dict[str, str]:
 
 def _curve(case: Case) -> str:
     return "" if curve_of(case) is None else ", curve"
+
+
+COLUMNS = ("choice", "drawn", "status 0", "compared", "refused (2)", "3, 4, 124", "findings")
+NOT_TRUSTED = (3, 4, 124)  # energy created or lost, not converged or an assumption broken, out of time
+
+
+def table_of(lines: Sequence[dict[str, Any]]) -> Table:
+    """Return the table: for each value of each choice how many cases were drawn, and how they ended."""
+    kinds: dict[str, list[dict[str, Any]]] = {"all": list(lines)}
+    for line in lines:
+        for key, value in (*line["choices"].items(), ("way", line["way"])):
+            if key != "loads":
+                kinds.setdefault(f"{key}: {value}", []).append(line)
+        for load in line["choices"]["loads"].split("+"):
+            kinds.setdefault(f"load: {load}", []).append(line)
+    order = sorted(kinds, key=lambda name: (name != "all", name))
+    figures = sum(line.get("figures") or 0 for line in lines)
+    above = sum(line.get("above") or 0 for line in lines)
+    findings = sum(bool(line["findings"]) for line in lines)
+    return Table(
+        "drawn",
+        "Cases drawn from the whole schema",
+        COLUMNS,
+        tuple(_row(name, kinds[name]) for name in order),
+        (f"{figures} figures or motions compared, {above} outside of what is allowed",),
+        {"cases": len(lines), "findings": findings, "figures": figures, "above": above},
+    )
+
+
+def _row(name: str, lines: Sequence[dict[str, Any]]) -> tuple[Cell, ...]:
+    passed, refused = (sum(line["status"] == status for line in lines) for status in (0, 2))
+    stopped = sum(line["status"] in NOT_TRUSTED for line in lines)
+    compared = sum(bool(line.get("figures")) for line in lines)
+    findings = sum(bool(line["findings"]) for line in lines)
+    return (name, len(lines), passed, compared, refused, stopped, findings)

@@ -19,9 +19,8 @@ from unittest import mock
 
 import numpy as np
 
-from benchmarks.fuzz.checkpoint_seeds import DEMO, PROJECT, STOPPED, Stopped
 from benchmarks.fuzz.mutations import put_in_place, spoil_bytes, spoil_hdf5, spoil_json, spoil_text
-from benchmarks.fuzz.sandbox import command
+from benchmarks.fuzz.sandbox import DEMO, PROJECT, STOPPED, Stopped, command
 from gapbeam.solver.run.checkpoint.checkpoint_files import VERSION
 from gapbeam.solver.run.checkpoint.kept_model import EXPANSION, sum_of
 from gapbeam.solver.run.checkpoint.state_checks import NODES, POINTS

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.fuzz import checkpoint_mutations as checkpoint_targets
-from benchmarks.fuzz.checkpoint_seeds import PROJECT
 from benchmarks.fuzz.mutations import NUMBERS, WORDS, put_in_place, spoil_bytes, spoil_hdf5, spoil_json, spoil_text
-from benchmarks.fuzz.sandbox import STABILITY, Limits, Work, command
+from benchmarks.fuzz.sandbox import PROJECT, STABILITY, Limits, Work, command
 
 TEXTS = {".toml": spoil_text, ".json": spoil_json, ".jsonl": spoil_json, ".csv": spoil_text, ".xdmf": spoil_text}
 

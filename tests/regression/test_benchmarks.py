@@ -11,15 +11,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from benchmarks import (
-    contact_points,
-    getfem_peer,
-    section_modes,
-    section_shear,
-    size,
-    textbook,
-    tiers,
-)
+from benchmarks import costs, getfem_peer, section_modes, section_shear, textbook
 from benchmarks.table import Table, exponent, seconds
 from benchmarks.textbook_newton import TextbookBeam
 from docs.tables.narrow_tables import narrow
@@ -89,17 +81,17 @@ def test_table_is_written(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_sizes_are_measured_in_processes_of_their_own() -> None:
     """Two coarse meshes: unknowns and interface DOFs grow, and every cost has an exponent."""
-    found = size.table((1, 2))
+    found = costs.size_table((1, 2))
     assert [row[0] for row in found.rows] == [3075, 5025]
     assert found.rows[0][2] < found.rows[1][2]
-    assert set(found.figures) == {f"exponent_{name}" for name in size.COSTS}
+    assert set(found.figures) == {f"exponent_{name}" for name in costs.COSTS}
 
 
 @alone
 def test_contact_points_grow_with_the_quadrature(monkeypatch: pytest.MonkeyPatch) -> None:
     """One and four points in a facet."""
-    monkeypatch.setattr(contact_points, "measured_apart", lambda _, __, degree: POINTS[degree])
-    found = contact_points.table((1, 3))
+    monkeypatch.setattr(costs, "measured", lambda _, keys: POINTS[keys[0].rpartition("=")[2]])
+    found = costs.points_table((1, 3))
     assert [row[0] for row in found.rows] == [100, 400]
     assert found.figures["exponent"] == pytest.approx(0.5)
 
@@ -194,7 +186,7 @@ def test_thick_walls_carry_more_shear_than_the_formulas_for_thin_ones_say() -> N
 @pytest.mark.slow(minutes=2)
 def test_ways_to_solve_are_measured() -> None:
     """The two coarsest meshes, with a factor and by iterations: every figure is there and costs something."""
-    found = tiers.table({"factor": (1, 2), "iterations": (1,)})
+    found = costs.ways_table({"factor": (1, 2), "iterations": (1,)})
     assert [row[:2] for row in found.rows] == [("factor", 3075), ("factor", 5025), ("iterations", 3075)]
     small, large = (("factor", 3075), ("factor", 5025))
     for way, dofs in (small, large, ("iterations", 3075)):

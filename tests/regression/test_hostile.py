@@ -19,7 +19,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from benchmarks.fuzz.added import added
+from benchmarks.fuzz.__main__ import added
 from benchmarks.fuzz.mutations import spoil_bytes, spoil_json, spoil_text
 from benchmarks.fuzz.sandbox import Limits, attempt
 from benchmarks.table import Table

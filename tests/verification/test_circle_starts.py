@@ -11,12 +11,12 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
-from benchmarks.similarity.scaled_case import scaled_case
 from gapbeam.solver.models.model import Model, build_model, model_of
 from gapbeam.solver.system.semi_discrete import VALUE, State
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import carried, kicked, seated
 from tests.shared.command import PROJECT
+from tests.shared.scaled_cases import scaled_case
 
 WIDE, NARROW = 1.2e-4, 0.4e-4  # m
 CASE = PROJECT / "cases" / "tube-holes.toml"

@@ -10,10 +10,6 @@ import numpy as np
 import pytest
 
 import gapbeam
-from benchmarks.similarity.scaled_case import CHOSEN, OF_EARTH, scaled_case, unit_of
-from benchmarks.similarity.similar_cases import SIMILAR_CASES, SimilarCase
-from benchmarks.similarity.similar_runs import AT_ROUND_OFF, SIZES, difference, largest, motion
-from benchmarks.similarity.size_exponents import size_exponent
 from gapbeam.solver.case.json_schema import UNITS, unit_in
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.reading.known_keys import tables
@@ -21,6 +17,20 @@ from gapbeam.solver.case.solution_tables import ModelTable
 from gapbeam.solver.contact.laws.law_choice import LAWS
 from gapbeam.solver.table import models_in, type_name
 from tests.shared.case_texts import BEAM
+from tests.shared.scaled_cases import (
+    AT_ROUND_OFF,
+    CHOSEN,
+    OF_EARTH,
+    SIMILAR_CASES,
+    SIZES,
+    SimilarCase,
+    difference,
+    largest,
+    motion,
+    scaled_case,
+    size_exponent,
+    unit_of,
+)
 
 SEVERAL = ("m/s^2, m/s or m", "N or m/s^2", "N^2/Hz or (m/s^2)^2/Hz", "in the unit of the key")
 """Units that another key decides."""

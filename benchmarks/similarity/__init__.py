@@ -1,1 +1,0 @@
-"""Cases of other sizes: the same motion, warnings and status, whatever the size of a scene."""

@@ -1,4 +1,4 @@
-"""This checkout and another one in turns on the same cases: cost of a step, and how far their answers are apart.
+"""Comparison of this checkout with another one on the same cases: cost of a step, and difference of the answers.
 
 Each run is a process of its own, old and new in turns, so that a clock that wanders does so for both. Times are the
 least of the turns; the ratio is new / old. With `--histories` one run of each shows how far histories are apart. The
@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rungs import LEVELS, PERIODIC
+from benchmarks.fidelity_levels import LEVELS, PERIODIC
 from benchmarks.table import RESULTS, Cell, Table, machine_words, seconds
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.system.operators import Array
@@ -62,7 +62,7 @@ def cost_table(other: Path, levels: Sequence[str], turns: int) -> Table:
 
     Args:
         other: Folder of the other checkout.
-        levels: Names of `benchmarks.rungs.LEVELS`.
+        levels: Names of `benchmarks.fidelity_levels.LEVELS`.
         turns: Runs of each checkout, of which the least counts; the first runs compile and are not counted.
     """
     rows: list[tuple[Cell, ...]] = []

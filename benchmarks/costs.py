@@ -67,7 +67,7 @@ def mesh_overrides(cells: int) -> list[str]:
 
 
 def measured(steps: int, overrides: Sequence[str]) -> Figures:
-    """Return what a beam costs, measured over some steps in a process of its own."""
+    """Return the cost of a beam, measured over some steps in a process of its own."""
     return measured_apart("benchmarks.costs", "--one", str(steps), *overrides)
 
 

@@ -42,13 +42,11 @@ OPENERS = re.compile(
 )
 # Keys of files that earlier releases wrote and later ones read.
 KEYS = re.compile(r"""["'`](told|rungs|ladder|change_from_last_rung)["'`]""")
-# The command that published tables were made with.
-COMMANDS = re.compile(r"benchmarks\.rungs|benchmarks/rungs|<!-- /?rungs -->")
 WORDS = {re.compile(rf"\b({words})\b", re.IGNORECASE): instead for words, instead in INSTEAD.items()}
 ANY = re.compile(rf"\b({'|'.join(INSTEAD)})\b", re.IGNORECASE)
 CODE = sorted(
     {*FILES, *(path for folder in ("benchmarks", "docs", "tests") for path in (PROJECT / folder).rglob("*.py"))}
-    - {Path(__file__), PROJECT / "benchmarks" / "rungs.py"}
+    - {Path(__file__)}
 )
 
 
@@ -68,7 +66,7 @@ def hard_words(lines: Iterator[tuple[int, str]]) -> list[str]:
         for number, line in lines
         if ANY.search(line)  # most have none: the rest is slow
         for word, instead in WORDS.items()
-        if (found := word.search(COMMANDS.sub("", KEYS.sub("", line))))
+        if (found := word.search(KEYS.sub("", line)))
     ]
 
 

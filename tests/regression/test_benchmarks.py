@@ -24,7 +24,7 @@ from tests.shared.models import SOLID, beam_case, thrown
 
 alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="the textbook knows one rank")
 
-model_levels = importlib.import_module("benchmarks.rungs")
+model_levels = importlib.import_module("benchmarks.fidelity_levels")
 SHAKER = {"type": "harmonic_force", "name": "shaker", "point": 0.15, "amplitude": 500.0, "frequency": 100.0}
 DAMPING = {"frequencies": [40.0, 300.0], "ratios": [0.01, 0.01]}
 

@@ -4,7 +4,7 @@ The solid beam of cases/li2013.toml on a softer contact and with more damping th
 periodic: chaotic ones can be compared by statistics only. Every level is run by `gapbeam run`, and compared with the
 full model as `gapbeam compare` does.
 
-    environment/run python3 -m benchmarks.rungs
+    environment/run python3 -m benchmarks.fidelity_levels
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def table(levels: dict[str, Level] = LEVELS, end: str = END) -> Table:
             verdict = "met" if taken <= wanted else "NOT met"
             notes.append(f"{name}: a simulated second at 1e-5 s takes {taken:.2f} s, wanted {wanted:g} s: {verdict}")
     return Table(
-        "rungs",
+        "fidelity_levels",
         "The fidelity levels of [model] against the full model, periodic response",
         (
             "model",

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from benchmarks.table import options
 
-DEFAULT = ("textbook", "fidelity_levels", "getfem_peer", "costs", "predictions", "study_workers")
+DEFAULT = ("textbook", "fidelity_levels", "getfem_peer", "calculix_peer", "costs", "predictions", "study_workers")
 LARGE = {
     "predictions": ["--large"],
     "fidelity": [],

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from benchmarks import costs, getfem_peer, section_modes, section_shear, textbook
+from benchmarks import calculix_peer, costs, getfem_peer, section_modes, section_shear, textbook
 from benchmarks.table import Table, exponent, seconds
 from benchmarks.textbook_newton import TextbookBeam
 from docs.tables.narrow_tables import narrow
@@ -140,6 +140,27 @@ def test_getfem_agrees() -> None:
     """The slice of cases/demo.toml: the same seat and the same steps."""
     (row,) = getfem_peer.table(("demo.toml",), 40).rows
     assert max(row[2:5]) <= 1e-5
+
+
+def test_calculix_is_optional(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without it the table has no rows and says so."""
+    monkeypatch.setattr(calculix_peer, "program", lambda: None)
+    assert calculix_peer.table().rows == ()
+    assert "no ccx here" in calculix_peer.table().markdown()
+
+
+@alone
+@pytest.mark.slow(minutes=1)
+@pytest.mark.skipif(calculix_peer.program() is None, reason="calculix-ccx is optional")
+def test_calculix_agrees() -> None:
+    """Frequencies to its seven digits and the mass that it integrates, and a motion until after its first impact."""
+    found = calculix_peer.table((6e-3, 2), 100).rows
+    differences = {str(row[0]).split(",")[-1].strip(): float(row[2] or 0.0) for row in found}
+    assert differences["as read"] <= 1e-13
+    assert differences["and read again"] <= 1e-13
+    assert differences["matrices of CalculiX"] <= 1e-6
+    assert max(float(row[2] or 0.0) for row in found if "motion" in str(row[0])) <= 1e-4
+    assert not any(" 0 impacts" in str(row[0]) for row in found)
 
 
 def test_wide_tables_are_split() -> None:

@@ -39,6 +39,14 @@ def test_a_shipped_file_is_checked_and_run(name: str, tmp_path: Path) -> None:
     assert gb.open_results(tmp_path / "out").history.time[-1] == pytest.approx(short(name))
 
 
+def test_the_arm_has_the_frequencies_that_calculix_prints() -> None:
+    """Seven digits of its own run with the root clamped, against its free matrices clamped here."""
+    files = {key: FOLDER / f"arm.{suffix}" for key, suffix in (("stiffness", "sti"), ("mass", "mas"), ("dofs", "dof"))}
+    arm = gb.read_structure(**files, nodes=FOLDER / "arm.inp", units="mm-t-s", clamped=["ROOT"])
+    found = np.sqrt(arm.modes[0][:4]) / (2.0 * np.pi)
+    assert found == pytest.approx([62.23582, 300.7906, 454.7286, 1377.816], rel=3e-7)
+
+
 @pytest.mark.slow(minutes=0.5)
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_file_is_plotted_and_reported(name: str, tmp_path: Path) -> None:

@@ -411,7 +411,11 @@ def check_imported(K: Any, M: Any, rows: Rows, name: str = "") -> None:
     scale = sp.diags(1.0 / np.sqrt(diagonal))
     unit, elastic = sp.csc_matrix(scale @ M @ scale), sp.csc_matrix(scale @ K @ scale)
     if _negative(unit, 0.0):
-        raise ArgumentError("found an M that is not positive definite, expected kinetic energy in every motion", "mass")
+        raise ArgumentError(
+            "found an M that is not positive definite, expected kinetic energy in every motion; C3D10 of CalculiX has "
+            "motions without mass in coarse meshes: refine, or take C3D20",
+            "mass",
+        )
     if _negative(elastic + NEGATIVE * float(abs(elastic.diagonal()).max()) * unit, 0.0):
         raise ArgumentError(
             "found a K with a negative direction, expected none; look at how K was exported, and give forces that "

@@ -5,7 +5,9 @@ Both are measured on the softest bending mode of the beam by Timoshenko's theory
 * Round-off. The entries of K are right to a relative eps. A mesh resists bending by small differences of large forces,
   and the deflection does work against the noise of these forces, which is that of a random walk over the DOFs i,
 
-      e = eps (sum_i (K_ii w_i^2)^2)^(1/2) / W^2.
+      e = 2 eps (sum_i (K_ii w_i^2)^2)^(1/2) / W^2,
+
+  twice its standard deviation, since the noise of one mesh may be of any size within it.
 
   It grows with the fourth power of length over thickness, and with thin cells.
 * Locking. Cells of degree 1 bend by shear, and in plane strain and solids by compression, which a Poisson's ratio near
@@ -41,13 +43,14 @@ from gapbeam.solver.system.operators import Array
 if TYPE_CHECKING:
     from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 
+DEVIATIONS = 2.0  # of a random walk: 19 of 20 stay within
 ELEMENTS = 40  # of the beam whose mode is looked at
 INDEPENDENT = 1.0e-9  # of rows of unit length: two holds may hold the same motion
 FEWEST = 2  # cells through the thickness that have nodes on the axis
 OF_THIN_CELLS = 1.5  # round-off grows with this power of the number of cells through the thickness
 LEAST_DEGREE = 2  # of cells that bend without shear
 COMPRESSIBLE = 10.0  # modulus of compression over that of shear, lambda / mu, up to which they bend without compression
-NOTABLE_NOISE, MOST_NOISE = 1.0e-3, 0.03  # of a deflection; a full model finds no seat from about 0.05 on
+NOTABLE_NOISE, MOST_NOISE = 2.0e-3, 0.05  # of a deflection; a full model finds no seat from about 0.1 on
 NOTABLE_LOCKING = 0.02  # of a deflection; no refusal: a stubby block on springs hardly bends
 LEAST_LEFT = 1.0e-9  # of a deflection, by which the error stays finite
 
@@ -91,7 +94,8 @@ def bending_stiffness(case: Case, space: Any, operators: PetscOperators, rigid: 
         square = min(square, (2.0 * pi * overhang_frequency(case)) ** 2)  # where contact holds the beam
         moved = _on_mesh(space, beam, shape, component, turned=False)
         noise = operators.stiffness_round_off(moved) * moved
-        round_off = max(round_off, float(np.sqrt(operators.sum(np.array([noise @ noise]))[0])) / square)
+        deviation = float(np.sqrt(operators.sum(np.array([noise @ noise]))[0])) / square
+        round_off = max(round_off, DEVIATIONS * deviation)
     missing = _missing(case, space, operators, rigid) if _may_lock(case) else 0.0
     return BendingStiffness(round_off, missing)
 

@@ -2,7 +2,8 @@
 
 A cantilever that gapbeam meshes with straight-sided tetrahedra of degree 2 is written as C3D10 cells. CalculiX exports
 its free matrices, which gapbeam reads and clamps; CalculiX clamps the same deck itself for its own frequencies. In the
-gap a coarser mesh is marched by both, in CalculiX with a nonlinear spring and Newmark's scheme.
+gap a coarser mesh is marched by both, in CalculiX with a nonlinear spring and Newmark's scheme. A pipe with three
+elbows is made of B32R beams.
 
 CalculiX is not a dependency. Debian and Ubuntu have it (`apt install calculix-ccx`); where there is no `ccx` the table
 says so and holds no figures. CCX names a program that is not on the PATH.
@@ -31,6 +32,7 @@ import gapbeam as gb
 from benchmarks.table import Cell, Table, machine_words, options, seconds
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.model import build_body
+from gapbeam.solver.scene.frame_route import FrameRoute
 from gapbeam.solver.system.operators import Array
 
 LENGTH, HIGH, WIDE = 0.2, 0.012, 0.02  # m
@@ -54,6 +56,9 @@ GAP, STOP = 2e-5, 2e6  # m, N/m
 FORCE, FREQUENCY, SAMPLE = -20.0, 200.0, 1e-4  # N, Hz, s between rows of the table of the force
 STEP, STEPS = 2e-5, 200
 MOST = 3600.0  # s that CalculiX may take
+CORNERS = [[0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [3.0, 0.0, 2.0], [3.0, 2.5, 2.0], [3.0, 2.5, 0.5]]  # m
+BEND, OUTER, WALL, WET = 0.1524, 0.1143, 6e-3, 11900.0  # m, m, m, kg/m^3
+PIPE_MODES, PIPE_PARTS = 6, 30
 
 
 @dataclass(frozen=True)
@@ -121,6 +126,12 @@ def solved(ccx: str, folder: Path, name: str, deck: str) -> float:
     return time.perf_counter() - clock
 
 
+def printed_frequencies(path: Path) -> Array:
+    """Return the angular frequencies that CalculiX printed, rad/s."""
+    lines = (line.split() for line in path.read_text(encoding="utf-8").splitlines())
+    return np.array([float(line[2]) for line in lines if len(line) == 5 and line[0].isdigit()])
+
+
 def frequencies(A: Any, M: Any) -> Array:
     """Return the first angular frequencies, rad/s."""
     squares: Array = sla.eigsh(A, MODES, M, sigma=0.0, return_eigenvectors=False)
@@ -134,8 +145,7 @@ def same_matrices(ccx: str, folder: Path, cells: tuple[float, int]) -> list[tupl
     solved(ccx, folder, "free", mesh.deck("*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n*END STEP\n"))
     deck = mesh.deck(f"*BOUNDARY\nROOT,1,3\n*STEP\n*FREQUENCY\n{MODES}\n*END STEP\n")
     solved(ccx, folder, "own", deck)
-    lines = (line.split() for line in (folder / "own.dat").read_text(encoding="utf-8").splitlines())
-    theirs = np.array([float(line[2]) for line in lines if len(line) == 5 and line[0].isdigit()][:MODES])
+    theirs = printed_frequencies(folder / "own.dat")[:MODES]
     files: dict[str, Any] = {
         "stiffness": stiffness, "mass": folder / "free.mas", "dofs": folder / "free.dof", "nodes": export,
         "units": "m-kg-s",
@@ -204,6 +214,32 @@ def same_motion(ccx: str, folder: Path, steps: int) -> tuple[list[tuple[Cell, ..
     return found, (f"the motion, {steps} steps: CalculiX {seconds(spent)}, gapbeam {seconds(marched)} with set-up",)
 
 
+def same_pipe(ccx: str, folder: Path) -> tuple[Cell, ...]:
+    """Return the row about a pipe with three elbows, flexibility factor 1, in B32R beams: clamped, and pinned."""
+    steel, tube = gb.material(YOUNG, WET, POISSON), gb.space_section("tube", OUTER, wall=WALL)
+    pipe = gb.frame(CORNERS, tube, steel, {}, bends=BEND, flexibility=1.0, clamped=[0.0], pinned=[CORNERS[-1]],
+                    elements=60)  # fmt: skip
+    route = FrameRoute(CORNERS, BEND, "pipe")
+    ends = route.stations([], route.length / PIPE_PARTS, np.pi / 16.0)
+    middles = 0.5 * (ends[:-1] + ends[1:])
+    places = [route.at(float(s)) for s in np.sort([*ends, *middles])]
+    lines = ["*NODE", *(f"{i + 1},{','.join(f'{x:.12e}' for x in row)}" for i, row in enumerate(places))]
+    normal = np.array([0.0, 1.0, 0.0])  # across the plane of a bend, and of the leg behind it
+    for k, part in enumerate(route.parts):
+        own = [i for i, s in enumerate(middles) if route.part_at(float(s)) is part]
+        normal = normal if part.inward is None else np.cross(part.along, part.inward)
+        lines += [
+            f"*ELEMENT, TYPE=B32R, ELSET=P{k}", *(f"{i + 1},{2 * i + 1},{2 * i + 2},{2 * i + 3}" for i in own),
+            f"*BEAM SECTION, ELSET=P{k}, MATERIAL=STEEL, SECTION=PIPE", f"{0.5 * OUTER},{WALL}",
+            ",".join(f"{x:.12e}" for x in normal),
+        ]  # fmt: skip
+    lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{YOUNG:.8e},{POISSON}", "*DENSITY", f"{WET:.8e}", "*BOUNDARY",
+              "1,1,6", f"{len(places)},1,3", "*STEP", "*FREQUENCY", str(PIPE_MODES), "*END STEP", ""]  # fmt: skip
+    solved(ccx, folder, "pipe", "\n".join(lines))
+    theirs, ours = printed_frequencies(folder / "pipe.dat"), np.sqrt(pipe.modes[0][:PIPE_MODES])
+    return f"{PIPE_MODES} frequencies of a pipe", pipe.size, float(np.abs(ours / theirs[:PIPE_MODES] - 1.0).max())
+
+
 def table(cells: tuple[float, int] = FINE, steps: int = STEPS) -> Table:
     """Return the table, or one without rows where there is no CalculiX.
 
@@ -217,7 +253,7 @@ def table(cells: tuple[float, int] = FINE, steps: int = STEPS) -> Table:
         note = "not measured: no ccx here; see benchmarks/calculix_peer.py"
         return Table("calculix", title, columns, (), (note,))
     with tempfile.TemporaryDirectory() as folder:
-        rows = same_matrices(ccx, Path(folder), cells)
+        rows = [*same_matrices(ccx, Path(folder), cells), same_pipe(ccx, Path(folder))]
         moved, notes = same_motion(ccx, Path(folder), steps)
     return Table(
         "calculix", title, columns, (*rows, *moved),

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.flow_force import in_fluid, quasi_steady, span
     from gapbeam.solver.scene.flow_margin import connors
     from gapbeam.solver.scene.force_law import law
-    from gapbeam.solver.scene.frame_structure import SpaceSection, frame, space_section
+    from gapbeam.solver.scene.frame_structure import Member, SpaceSection, frame, space_section
     from gapbeam.solver.scene.lagged_force import aerodynamic_lag, measured, unsteady
     from gapbeam.solver.scene.lane_ensemble import ensemble
     from gapbeam.solver.scene.least_figure import optimize
@@ -102,7 +102,7 @@ _MODULES = {
     "solver.scene.flow_force": ("in_fluid", "quasi_steady", "span"),
     "solver.scene.flow_margin": ("connors",),
     "solver.scene.force_law": ("law",),
-    "solver.scene.frame_structure": ("SpaceSection", "frame", "space_section"),
+    "solver.scene.frame_structure": ("Member", "SpaceSection", "frame", "space_section"),
     "solver.scene.lagged_force": ("aerodynamic_lag", "measured", "unsteady"),
     "solver.scene.lane_ensemble": ("ensemble",),
     "solver.scene.least_figure": ("optimize",),
@@ -158,6 +158,7 @@ __all__ = [
     "KelvinVoigt",
     "Library",
     "Load",
+    "Member",
     "MeshError",
     "NoSeat",
     "NotConverged",

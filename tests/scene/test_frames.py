@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import gapbeam as gb
-from gapbeam.solver.scene.frame_structure import FrameRoute
+from gapbeam.solver.scene.frame_route import FrameRoute
 from gapbeam.solver.scene.structure import dense
 from tests.shared.slips import check_refused, put
 
@@ -130,6 +130,58 @@ def test_an_l_bends_and_twists_as_castigliano_says() -> None:
     assert found[0, 1] == pytest.approx(-bend * a**2 * b / 2.0, rel=1e-8)
 
 
+def test_a_t_bends_and_twists_as_castigliano_says() -> None:
+    """A beam on a thicker column: forces at its end bend, twist and compress both; the other arm only rides along."""
+    a, h = 0.6, 0.9
+    thick = gb.SpaceSection(4 * A, 16 * SECOND, 16 * SECOND, 16 * TWIST)
+    column = gb.Member([[0, 0, 0], [0, 0, h]], thick, gb.material(7e10, 2700.0, 0.3))
+    points = {"tip": ([a, 0, h], np.eye(3)), "other": (0.0, np.eye(3))}
+    tee = gb.frame([[-0.5, 0, h], [a, 0, h]], ROUND, STEEL, points, branches=[column], clamped=[[0.0, 0.0, 0.0]])
+    found, beam = deflection(tee, "tip"), 1.0 / (E * SECOND)
+    bend, tension, twist = 1.0 / (7e10 * 16 * SECOND), 1.0 / (7e10 * 4 * A), 1.0 / (7e10 / 2.6 * 16 * TWIST)
+    assert found[0, 0] == pytest.approx(bend * h**3 / 3 + a / (E * A), rel=1e-8)
+    assert found[1, 1] == pytest.approx(beam * a**3 / 3 + bend * h**3 / 3 + twist * a**2 * h, rel=1e-8)
+    assert found[2, 2] == pytest.approx(beam * a**3 / 3 + bend * a**2 * h + tension * h, rel=1e-8)
+    assert found[0, 2] == pytest.approx(-bend * a * h**2 / 2, rel=1e-8)
+    lifted = tee["other"].rows @ np.linalg.solve(dense(tee.K), tee["tip"].rows[2])
+    assert lifted[2] == pytest.approx(tension * h - bend * a * h * 0.5, rel=1e-8)
+
+
+def test_members_are_the_frame_of_one_route() -> None:
+    """A portal of three members whose ends meet has the frequencies of one route; its weight is that of all members."""
+    corners = [[0.0, 0, 0], [0.0, 0, 1.0], [1.2, 0, 1.0], [1.2, 0, 0]]
+    one = gb.frame(corners, ROUND, STEEL, {}, clamped=[0.0, 3.2], elements=32)
+    legs = [gb.Member(corners[k : k + 2], ROUND, STEEL) for k in (0, 2)]
+    three = gb.frame(corners[1:3], ROUND, STEEL, {}, branches=legs, clamped=[corners[0], corners[3]], elements=32)
+    assert three.size == one.size
+    assert frequencies(three, 20) == pytest.approx(frequencies(one, 20), rel=1e-9)
+    free = gb.frame(corners[1:3], ROUND, STEEL, {}, branches=legs)
+    assert free.rigid is not None
+    assert free.rigid.shape[1] == 6
+    assert free.inertia is not None
+    assert np.asarray(free.rigid)[:, 2] @ free.inertia[:, 2] == pytest.approx(3.2 * RHO * A, rel=1e-12)
+
+
+def test_a_grid_is_that_of_a_direct_stiffness_script() -> None:
+    """Two crossed beams in two halves each, clamped at four ends: dense blocks written out here, statics and modes."""
+    ends, halves = [[-0.5, 0, 0], [0.7, 0, 0], [0, -0.4, 0], [0, 0.6, 0]], []
+    for place in ends:  # stiffness of the free end of a clamped bar: w, turn about x, turn about y at the crossing
+        x, y = np.array(place[:2]) / np.hypot(*place[:2])
+        L = float(np.hypot(*place[:2]))
+        bend, twist = E * SECOND, G * TWIST / L
+        k_w, k_c, k_t = 12 * bend / L**3, 6 * bend / L**2, 4 * bend / L
+        # the bar runs from the crossing along (x, y): a deflection w and slope w' = (turn) . (y, -x)
+        slope, spin = np.array([0.0, y, -x]), np.array([0.0, x, y])
+        up = np.array([1.0, 0.0, 0.0])
+        halves.append(k_w * np.outer(up, up) + k_c * (np.outer(up, slope) + np.outer(slope, up))
+                      + k_t * np.outer(slope, slope) + twist * np.outer(spin, spin))  # fmt: skip
+    flexible = np.linalg.inv(sum(halves))[0, 0]
+    cross = gb.Member(ends[2:], ROUND, STEEL)
+    middle = gb.Member([[0, 0, 0], [0, 0, 0.3]], ROUND, STEEL)  # a stub, whose end lies on both axes
+    grid = gb.frame(ends[:2], ROUND, STEEL, {"mid": ([0, 0, 0], Z)}, branches=[cross, middle], clamped=ends)
+    assert deflection(grid, "mid")[0, 0] == pytest.approx(flexible, rel=1e-8)
+
+
 @pytest.mark.parametrize("factor", [1.0, None, 7.5], ids=["1", "by the formula", "given"])
 def test_an_elbow_is_as_soft_as_castigliano_says(factor: float | None) -> None:
     """A quarter bend of a tube between legs: integrals of moment, twist and tension, bending times the factor."""
@@ -196,6 +248,8 @@ def test_supports_hold_in_the_directions_that_they_are_given() -> None:
         ({"points": {"tip": (1.0, [0, 0, 0])}}, "not all 0"),
         ({"points": {"tip": (1.0, [[1, 0, 0], [1, 1, 0]])}}, "right angles"),
         ({"flexibility": 0.0}, "above 0"),
+        ({"branches": [gb.Member([[0, 0.1, 0], [0, 1, 0]], ROUND, STEEL)]}, "member 1 whose nearest end is 0.1 m"),
+        ({"branches": [gb.Member([[0, 0, 0], [0, 0, 0]], ROUND, STEEL)]}, "member 1: found a leg of length 0"),
         ({"up": [0.0, 1.0, 0.0], "section": gb.SpaceSection(1e-4, 1e-9, 2e-9, 1e-9)}, "along up"),
     ],
 )
@@ -276,6 +330,54 @@ def test_a_pipe_route_follows_a_newton_on_its_matrices() -> None:
         motion.append(float((B @ u)[0]))
     assert np.any(found.force["stop"] != 0.0)
     assert np.abs(found.displacement["mid"] - motion).max() < 1e-6 * np.abs(motion).max()
+
+
+def branched_file() -> dict[str, Any]:
+    """Return the pipe with a thinner branch at its second leg, whose end stands above a mass."""
+    given = route_file()
+    branch = {"structure": "pipe", "route": [[1, 0.5, 0], [1.4, 0.5, 0], [1.4, 0.5, 0.4]], "bend_radius": 0.05}
+    given["member"] = [branch | {"thickness": 0.03, "section": {"type": "tube", "wall": 0.0015}}]
+    given["structure"].append({"name": "box", "model": {"type": "mass", "mass": 2.0, "stiffness": 1e3},
+                               "place": {"origin": [1.4, 0.5, 0.7]}})  # fmt: skip
+    given["point"].append({"name": "tip", "structure": "pipe", "nearest": [1.4, 0.5, 0.4], "direction": [0, 1, 0]})
+    given["pair"].append({"name": "lid", "between": ["pipe", "box"], "at": "nearest",
+                          "law": {"type": "kelvin-voigt", "stiffness": 1e6}})  # fmt: skip
+    return given
+
+
+def test_members_of_a_file_are_branches() -> None:
+    """As `gb.frame` makes them; what a member leaves out is as of its frame; pairs find its nearest place."""
+    scene = gb.scene(branched_file())
+    pipe = scene.structures[0]
+    tube = {"material": gb.material(2e11, 7800.0, 0.3)}
+    branch = gb.Member([[1, 0.5, 0], [1.4, 0.5, 0], [1.4, 0.5, 0.4]], gb.space_section("tube", 0.03, wall=0.0015),
+                       bends=0.05, **tube)  # fmt: skip
+    points: dict[str, Any] = {"mid": ([1, 0.5, 0], [1, 0, 0]), "tip": ([1.4, 0.5, 0.4], [0, 1, 0])}
+    same = gb.frame([[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]], gb.space_section("tube", 0.04, wall=0.002),
+                    points=points, bends=0.1, clamped=[0.0], held=[([1, 1, 1], [0, 1, 0])], branches=[branch],
+                    elements=12, **tube)  # fmt: skip
+    assert frequencies(pipe, 6) == pytest.approx(frequencies(same, 6), rel=1e-9)
+    assert deflection(pipe, "tip") == pytest.approx(deflection(same, "tip"), rel=1e-8)
+    [lid] = [one for one in scene.contacts if one.name == "lid"]
+    assert lid.region.values == pytest.approx((1.0, 0.0, 0.3 - 0.015), rel=1e-9)
+    assert gb.history(scene, 2e-4, 0.01).displacement["mid"].shape == (50,)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "where", "words"),
+    [
+        ("structure", "tube", "member.*structure", "which is no structure"),
+        ("structure", "box", "member.*structure", "a model mass"),
+        ("route", [[1, 0.6, 0.1], [1.4, 0.5, 0.3]], "member.*route", "from the others"),
+        ("route", [[1, 0.5, 0], [1, 0.5, 0]], "member.*route", "length 0"),
+        ("bend_radius", 0.6, "member.*bend_radius", "for the bends at its ends"),
+        ("section", {"type": "tube", "wall": 0.02}, "member.*section", "wall"),
+    ],
+)
+def test_slips_of_members_are_refused_by_their_key(key: str, value: Any, where: str, words: str) -> None:
+    given = branched_file()
+    given["member"][0][key] = value
+    check_refused(given, where, words)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Frames in space as structures: Timoshenko elements along a route with elbows, six motions a node.
+"""Frames in space as structures: Timoshenko elements along routes with elbows, six motions a node.
 
 An elbow of a tube ovalizes as it bends, and is softer than its section: its flexibility in bending is multiplied by
 
@@ -26,160 +26,16 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive, shown
 from gapbeam.solver.scene.beam_structure import element_count, section_table
+from gapbeam.solver.scene.frame_route import FrameAxes, FrameRoute, Station
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.scene.structure_pose import ALONG
 from gapbeam.solver.system.operators import Array
-
-SAME = 1e-9  # of the length: places that are one
-STRAIGHT = 1e-9  # sine of the angle of legs that continue each other
-
-
-@dataclass(frozen=True)
-class RoutePart:
-    """A straight leg, or a bend.
-
-    Attributes:
-        begin: Length along the axis where it begins, m.
-        length: m.
-        start: Where it begins, m.
-        along: Direction there.
-        inward: Direction toward the center of a bend; None: straight.
-        radius: Of a bend, m.
-    """
-
-    begin: float
-    length: float
-    start: Array
-    along: Array
-    inward: Array | None = None
-    radius: float = 0.0
-
-    def at(self, s: float) -> Array:
-        """Return the place at a length along the axis of the whole route, m."""
-        x = s - self.begin
-        if self.inward is None:
-            return np.asarray(self.start + x * self.along)
-        angle = x / self.radius
-        moved = np.sin(angle) * self.along + (1.0 - np.cos(angle)) * self.inward
-        return np.asarray(self.start + self.radius * moved)
-
-    def nearest(self, place: Array) -> float:
-        """Return the length along the axis of the whole route that is nearest to a place within the part, m."""
-        if self.inward is None:
-            x = float((place - self.start) @ self.along)
-        else:
-            arm = place - self.start - self.radius * self.inward
-            angle = float(np.arctan2(arm @ self.along, -(arm @ self.inward)))
-            middle = 0.5 * self.length / self.radius  # the other end is nearer beyond half a turn from the middle
-            x = self.radius * (middle + (angle - middle + np.pi) % (2.0 * np.pi) - np.pi)
-        return self.begin + min(max(x, 0.0), self.length)
-
-
-class FrameRoute:
-    """The axis of a frame.
-
-    Args:
-        corners: Its ends and corners, (count, 3), m.
-        radius: Of the bend at each corner: a number for all, or one for each corner between the ends; 0: sharp.
-        where: How its structure is called in messages.
-
-    Raises:
-        UserError: There are fewer than two corners, two are one, a leg is shorter than its bends, or a leg turns back.
-    """
-
-    def __init__(self, corners: Sequence[Sequence[float]], radius: float | Sequence[float], where: str) -> None:
-        places = finite(corners, f"{where}: route")
-        if places.ndim != 2 or places.shape[1] != 3 or len(places) < 2:
-            raise ArgumentError(
-                f"{where}: found a route of shape {places.shape}, expected two corners (x, y, z) or more", "route"
-            )
-        count = len(places) - 2
-        given = positive(radius, f"{where}: bend radius", zero=True)
-        if given.shape not in ((), (count,)):
-            raise ArgumentError(
-                f"{where}: found {given.size} bend radii, expected one, or one for each of {count} corners",
-                "bend_radius",
-            )
-        radii = np.broadcast_to(given, (count,))
-        legs = np.diff(places, axis=0)
-        sizes = np.linalg.norm(legs, axis=1)
-        if not np.all(sizes > SAME * sizes.max()):
-            raise ArgumentError(f"{where}: found a leg of length 0, expected corners that differ", "route")
-        ways = legs / sizes[:, None]
-        cosines = np.clip((ways[:-1] * ways[1:]).sum(axis=1), -1.0, 1.0)
-        sines = np.linalg.norm(np.cross(ways[:-1], ways[1:]), axis=1)
-        if np.any((sines < STRAIGHT) & (cosines < 0.0)):
-            raise ArgumentError(f"{where}: found a leg that turns back, expected legs that meet at an angle", "route")
-        angles = np.arctan2(sines, cosines)
-        cut = np.where(sines > STRAIGHT, radii * np.tan(0.5 * angles), 0.0)  # what a bend takes of both legs
-        left = sizes - np.concatenate([[0.0], cut]) - np.concatenate([cut, [0.0]])
-        if np.any(left < -SAME * sizes):
-            short = int(left.argmin())
-            raise ArgumentError(
-                f"{where}: found leg {short + 1} of {sizes[short]:g} m, expected at least "
-                f"{sizes[short] - left[short]:g} m for the bends at its ends",
-                "bend_radius",
-            )
-        self.parts: list[RoutePart] = []
-        s, start = 0.0, places[0]
-        for k, (way, size) in enumerate(zip(ways, np.maximum(left, 0.0), strict=True)):
-            if size > SAME * sizes[k]:
-                self.parts.append(RoutePart(s, float(size), start, way))
-                s += float(size)
-            if k < count and cut[k] > 0.0:
-                start = places[k + 1] - cut[k] * way
-                inward = ways[k + 1] - cosines[k] * way
-                bend = RoutePart(
-                    s, float(radii[k] * angles[k]), start, way, inward / np.linalg.norm(inward), float(radii[k])
-                )
-                self.parts.append(bend)
-                s += bend.length
-                start = places[k + 1] + cut[k] * ways[k + 1]
-            elif k < count:
-                start = places[k + 1]
-        self.length = s
-
-    def part_at(self, s: float) -> RoutePart:
-        """Return the part at a length along the axis."""
-        return next((one for one in self.parts if s < one.begin + one.length), self.parts[-1])
-
-    def at(self, s: float) -> Array:
-        """Return the place at a length along the axis, m."""
-        return self.part_at(s).at(s)
-
-    def stations(self, places: Sequence[float], element: float, angle: float) -> Array:
-        """Return lengths along the axis of nodes: at the ends of all parts, at all places, and between them.
-
-        Args:
-            places: Where nodes are needed, m.
-            element: Longest element, m.
-            angle: Largest angle of a bend that an element spans, rad.
-        """
-        ends = [part.begin for part in self.parts]
-        stops = np.unique([*ends, self.length, *places])
-        stops = stops[np.concatenate([[True], np.diff(stops) > SAME * self.length])]
-        found = []
-        for a, b in pairwise(stops):
-            part = self.part_at(0.5 * (a + b))
-            most = element if part.inward is None else min(element, angle * part.radius)
-            found.append(np.linspace(a, b, max(1, int(np.ceil((b - a) / most * (1.0 - 1e-9)))) + 1)[:-1])
-        return np.concatenate([*found, [self.length]])
-
-    def nearest(self, place: Array) -> float:
-        """Return the length along the axis that is nearest to a place, m."""
-        return min(
-            (part.nearest(place) for part in self.parts), key=lambda s: float(np.linalg.norm(self.at(s) - place))
-        )
-
 
 ANGLE = pi / 16.0
 """Largest angle of a bend that an element spans."""
 MOTIONS = 6
 STRONG, WEAK = [2, 4, 8, 10], [1, 5, 7, 11]  # u_z, r_y and u_y, r_z of both ends
 AXIAL, TWIST = [0, 6], [3, 9]
-
-Station = float | Sequence[float]
-"""Length along the axis, m, or coordinates (x, y, z), m, whose nearest place on the axis is meant."""
 
 
 class SpaceSection(NamedTuple):
@@ -245,6 +101,27 @@ def space_figures(table: Any, thickness: float, width: float, poisson_ratio: flo
     )
 
 
+@dataclass(frozen=True)
+class Member:
+    """A part of a frame along a route of its own; see `frame` for its attributes.
+
+    Attributes:
+        route: Its ends and corners, (count, 3), m.
+        section: Its cross-section.
+        material: Its material.
+        bends: Radius of its bends, m.
+        flexibility: Factor of its elbows.
+        up: Direction of its thickness.
+    """
+
+    route: Sequence[Sequence[float]]
+    section: SpaceSection
+    material: Material
+    bends: float | Sequence[float] = 0.0
+    flexibility: float | None = None
+    up: Sequence[float] = (0.0, 0.0, 1.0)
+
+
 @checked
 def frame(
     route: Sequence[Sequence[float]],
@@ -258,10 +135,11 @@ def frame(
     pinned: Sequence[Station] = (),
     held: Sequence[tuple[Station, ArrayLike]] = (),
     up: Sequence[float] = (0.0, 0.0, 1.0),
+    branches: Sequence[Member] = (),
     elements: int | None = None,
     name: str = "",
 ) -> Structure:
-    """Return a frame in space: a beam that bends both ways and carries twist and tension along a route.
+    """Return a frame in space: beams that bend both ways and carry twist and tension along a route and its branches.
 
     Weight and base motions act along any direction of space. Nodes stand at all points and supports.
 
@@ -276,31 +154,38 @@ def frame(
         pinned: Places that do not move.
         held: Places that do not move in some directions, (place, directions).
         up: Direction of the thickness, for sections that are not as stiff both ways.
-        elements: About so many along straight legs; default 40. Bends have one for each pi / 16 at least.
+        branches: More members. They are joined rigidly where an end of one lies on the axis of another.
+        elements: About so many along all members; default 40. Bends have one for each pi / 16 at least.
         name: Of the structure.
 
     Raises:
-        UserError: The route is none, a place is off the route, or a direction is none.
+        UserError: A route is none, a place is off the route, a direction is none, or a branch meets no other member.
     """
     where = f"frame {name or '?'}"
-    axis, height = FrameRoute(route, bends, where), finite(up, f"{where}: up")
-    if height.shape != (3,) or not np.linalg.norm(height) > 0.0:
-        raise UserError(f"{where}: found up {shown(up)}, expected three numbers that are not all 0")
+    members = (Member(route, section, material, bends, flexibility, up), *branches)
+    axes = frame_axes([(one.route, one.bends) for one in members], where)
     placed = {key: _placed(one, f"{where}: point {key}") for key, one in points.items()}
-    known = {key: _station(axis, at, f"{where}: point {key}", f"points.{key}") for key, (at, _) in placed.items()}
+    known = {key: axes.along(at, f"{where}: point {key}", f"points.{key}") for key, (at, _) in placed.items()}
     fixed = [(at, np.eye(3), kind == "clamped") for kind, group in (("clamped", clamped), ("pinned", pinned))
              for at in group]  # fmt: skip
     pairs = [_placed(one, f"{where}: support") for one in held]
     fixed += [(at, np.atleast_2d(_directions(way, f"{where}: support")), False) for at, way in pairs]
-    supports = [(_station(axis, at, f"{where}: support"), ways, rotates) for at, ways, rotates in fixed]
-    longest = axis.length / element_count(elements, where)
-    s = axis.stations([*known.values(), *(at for at, _, _ in supports)], longest, ANGLE)
-    x = np.array([axis.at(float(one)) for one in s])
-    K, M = _assembled(axis, s, x, section, material, flexibility, height, where)
-    size = MOTIONS * len(s)
+    supports = [(axes.along(at, f"{where}: support"), ways, rotates) for at, ways, rotates in fixed]
+    longest = axes.length / element_count(elements, where)
+    stations = axes.stations([*known.values(), *(at for at, _, _ in supports)], longest, ANGLE)
+    nodes = axes.nodes(stations)
+    x = np.empty((1 + max(int(some.max()) for some in nodes), 3))
+    for route_of, s, some in zip(axes.routes, stations, nodes, strict=True):
+        x[some] = [route_of.at(float(one)) for one in s]
+    K, M = _assembled(members, axes, stations, nodes, x, where)
+    size = MOTIONS * len(x)
+
+    def node_at(along: tuple[int, float]) -> int:
+        return int(nodes[along[0]][np.abs(stations[along[0]] - along[1]).argmin()])
+
     C: Array = np.zeros((0, size))
     for at, ways, rotates in supports:
-        node = int(np.abs(s - at).argmin())
+        node = node_at(at)
         stays: Array = np.zeros((len(ways) + 3 * rotates, size))
         stays[: len(ways), MOTIONS * node : MOTIONS * node + 3] = ways
         if rotates:
@@ -310,7 +195,7 @@ def frame(
     left = null_space(C @ R) if len(C) else np.eye(MOTIONS)
     rows_of: dict[str, Array] = {}
     for key, (_, way) in placed.items():
-        node = int(np.abs(s - known[key]).argmin())
+        node = node_at(known[key])
         ways = np.atleast_2d(_directions(way, f"{where}: point {key}"))
         rows_of[key] = np.zeros((len(ways), size))
         rows_of[key][:, MOTIONS * node : MOTIONS * node + 3] = ways
@@ -325,24 +210,26 @@ def frame(
     return Structure(0.5 * (Mf + Mf.T), 0.5 * (Kf + Kf.T), None, rows, still, name, inertia, moved)
 
 
+def frame_axes(routes: Sequence[tuple[Any, Any]], where: str) -> FrameAxes:
+    """Return the axes of a frame from corners and bend radii of its members.
+
+    Raises:
+        UserError: A route is none, or a branch meets no other.
+    """
+    made = []
+    for k, (corners, radius) in enumerate(routes):
+        try:
+            made.append(FrameRoute(corners, radius, where if k == 0 else f"{where}: member {k}"))
+        except ArgumentError as error:
+            raise ArgumentError(str(error), error.argument if k == 0 else f"members.{k - 1}.{error.argument}") from None
+    return FrameAxes(made, where)
+
+
 def _placed(given: Any, where: str) -> tuple[Station, ArrayLike]:
     """Return a place and its directions."""
     if not (isinstance(given, tuple | list) and len(given) == 2):
         raise UserError(f"{where}: found {shown(given)}, expected (place, directions)")
     return given[0], given[1]
-
-
-def _station(axis: FrameRoute, at: Station, where: str, argument: str = "clamped") -> float:
-    """Return the length along the axis of a place."""
-    given = finite(at, where)
-    if given.shape == (3,):
-        return axis.nearest(given)
-    if given.shape != () or not 0.0 <= given <= axis.length * (1.0 + 1e-12):
-        raise ArgumentError(
-            f"{where}: found {at!r}, expected a length along the axis from 0 to {axis.length:.6g} m, or (x, y, z)",
-            argument,
-        )
-    return min(float(given), axis.length)
 
 
 def _directions(ways: ArrayLike, where: str) -> Array:
@@ -358,23 +245,27 @@ def _directions(ways: ArrayLike, where: str) -> Array:
 
 
 def _assembled(
-    axis: FrameRoute, s: Array, x: Array, section: SpaceSection, material: Material, flexibility: float | None,
-    up: Array, where: str,
-) -> tuple[Any, Any]:  # fmt: skip
+    members: Sequence[Member], axes: FrameAxes, stations: Sequence[Array], nodes: Sequence[Array], x: Array, where: str
+) -> tuple[Any, Any]:
     """Return stiffness and mass of all nodes, sparse."""
-    if flexibility is not None:
-        positive(flexibility, f"{where}: flexibility")
-    size = MOTIONS * len(s)
-    places = []
-    stiffness, mass = [], []
-    for i, (a, b) in enumerate(pairwise(s)):
-        part = axis.part_at(0.5 * (a + b))
-        soft = 1.0 if part.inward is None else section.flexibility(part.radius) if flexibility is None else flexibility
-        k, m = _element(x[i], x[i + 1], float(b - a), section, material, soft, up, where)
-        places.append(MOTIONS * i + np.arange(2 * MOTIONS))
-        stiffness.append(k.ravel())
-        mass.append(m.ravel())
-    at = np.array(places)
+    places, stiffness, mass = [], [], []
+    for one, axis, s, some in zip(members, axes.routes, stations, nodes, strict=True):
+        up = finite(one.up, f"{where}: up")
+        if up.shape != (3,) or not np.linalg.norm(up) > 0.0:
+            raise UserError(f"{where}: found up {shown(one.up)}, expected three numbers that are not all 0")
+        if one.flexibility is not None:
+            positive(one.flexibility, f"{where}: flexibility")
+        for (a, b), (i, j) in zip(pairwise(s), pairwise(some), strict=True):
+            part, soft = axis.part_at(0.5 * (a + b)), one.flexibility
+            if part.inward is None:
+                soft = 1.0
+            elif soft is None:
+                soft = one.section.flexibility(part.radius)
+            k, m = _element(x[i], x[j], float(b - a), one.section, one.material, soft, up, where)
+            places.append(np.concatenate([MOTIONS * end + np.arange(MOTIONS) for end in (i, j)]))
+            stiffness.append(k.ravel())
+            mass.append(m.ravel())
+    at, size = np.array(places), MOTIONS * len(x)
     rows, columns = np.repeat(at, 2 * MOTIONS, axis=1).ravel(), np.tile(at, (1, 2 * MOTIONS)).ravel()
     K, M = (sp.csr_matrix((np.concatenate(one), (rows, columns)), (size, size)) for one in (stiffness, mass))
     return K, M

@@ -315,7 +315,8 @@ def meeting_faults(
     way: Array = second[0] - first[0]
     distance, longest = float(np.linalg.norm(way)), max(body.extent for body in extents)
     clearance = abs(float(getattr(pair.region, "clearance", 0.0)))
-    halves = sum(body.half for body in extents)
+    ends = zip(extents, (first[0], second[0]), strict=True)
+    halves = sum(body.half_at(body.nearest(place)[0]) for body, place in ends)
     if longest > 0.0 and distance > longest + clearance + halves:
         yield Fault(
             (*key, "between"), f"points {distance:g} m apart, farther than their structures are long ({longest:g} m)",

@@ -25,13 +25,15 @@ class PlacedBody:
         names: Nodes of matrices; empty: a straight line from the first place to the second.
         places: Of these nodes, or the ends of the line, (count, 3), m.
         ways: Directions in which points of the line move, (motions, 3); None: nodes move in any.
-        half: From the line to the surface, m; 0 for nodes.
+        half: From the line to the surface, m; 0 for nodes; the largest of a frame.
+        halves: Of each of the names, m; empty: `half` of all.
     """
 
     names: tuple[str, ...]
     places: Array
     ways: Array | None = None
     half: float = 0.0
+    halves: tuple[float, ...] = ()
 
     @property
     def extent(self) -> float:
@@ -41,6 +43,10 @@ class PlacedBody:
     def at(self, x: float) -> Array:
         """Return the place at a length along the line, m."""
         return np.asarray(self.places[0] + x * self._unit)
+
+    def half_at(self, name: str | float) -> float:
+        """Return the distance from a node, or a length along the line, to the surface, m."""
+        return self.halves[self.names.index(str(name))] if self.halves else self.half
 
     def nearest(self, place: Array) -> tuple[str | float, Array]:
         """Return the node, or the length along the line, that is nearest to a place, and where it is."""
@@ -109,7 +115,7 @@ def nearest_places(first: PlacedBody, second: PlacedBody) -> NearestPlaces:
             )
         direction = body.ways[0]
         normal = 1 if direction @ apart > 0.0 else -1
-    return NearestPlaces(a[0], b[0], direction, normal, distance - first.half - second.half)
+    return NearestPlaces(a[0], b[0], direction, normal, distance - first.half_at(a[0]) - second.half_at(b[0]))
 
 
 Found = tuple[str | float, Array]

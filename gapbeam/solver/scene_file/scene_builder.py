@@ -19,7 +19,6 @@ from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import FlowSpan
-from gapbeam.solver.scene.frame_structure import ANGLE, FrameRoute, Station, frame, space_figures
 from gapbeam.solver.scene.modal_files import read_modes
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
@@ -28,6 +27,7 @@ from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, redu
 from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint, read_model
 from gapbeam.solver.scene_file.feedback_builder import faulty_key, flow_span, made_feedback, stations
 from gapbeam.solver.scene_file.feedback_tables import AnyFeedback
+from gapbeam.solver.scene_file.frame_builder import extent_of, framed, stations_of
 from gapbeam.solver.scene_file.mesh_tables import MeshFile
 from gapbeam.solver.scene_file.pair_tables import PairTable, at_nearest, meeting_faults, pair_faults
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, in_space, line_of
@@ -38,8 +38,8 @@ from gapbeam.solver.scene_file.structure_tables import (
     ClampedBody,
     ElementBeam,
     ElementFrame,
-    HeldBody,
     LumpedMass,
+    MemberTable,
     ModesOfFile,
     PinnedBody,
     PointTable,
@@ -50,8 +50,6 @@ from gapbeam.solver.scene_file.structure_tables import (
 from gapbeam.solver.system.operators import Array
 
 STATION = re.compile(r"(feedback|load) \d+: ")  # no name of a point in a file has a blank
-NEAREST_PARTS = 400
-"""Parts of the axis of a frame, about, between which its nearest places are looked for."""
 MESSAGE = re.compile(r"(?:.*?: )?found (?P<found>.*?),? expected (?P<expected>.*?)(?:; (?P<hint>.*))?$", re.DOTALL)
 
 
@@ -78,6 +76,10 @@ class _Site:
     places: dict[str, PlacedPoint] = field(default_factory=dict)
     spans: dict[str, FlowSpan] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
+
+    def members(self, table: BodyTable) -> list[MemberTable]:
+        """Return the branches of a frame."""
+        return [one for one in self.case.member if one.structure == table.name]
 
     def point(self, key: Key, place: str) -> StructurePoint | None:
         """Return a point; None, with a fault, where its structure has none of that name."""
@@ -178,12 +180,7 @@ def _place(site: _Site, table: BodyTable) -> None:
         if nodes:
             site.extents[table.name] = PlacedBody(tuple(nodes), np.array(list(nodes.values())))
     elif isinstance(model, ElementFrame):
-        axis = _axis(table, model)
-        stations = axis.stations((), axis.length / NEAREST_PARTS, ANGLE)
-        places = np.array([axis.at(float(s)) for s in stations])
-        site.extents[table.name] = PlacedBody(
-            tuple(map(repr, map(float, stations))), places, half=0.5 * model.thickness
-        )
+        site.extents[table.name] = extent_of(table, model, site.members(table))
     elif place is not None and isinstance(model, LumpedMass):
         site.extents[table.name] = line_of(place, 0.0, model.motions, 0.0)
     elif place is not None and isinstance(model, ElementBeam | RigidBar):
@@ -222,7 +219,9 @@ def _body(site: _Site, table: BodyTable) -> Structure:
     elif isinstance(model, NODAL):
         one, at = _imported(site, table, points, held), {}
     elif isinstance(model, ElementFrame):
-        one, at = _framed(site, table, model, points, held), {}
+        given = stations_of(points, nearest, extent)
+        one, places = framed(table, model, site.members(table), given, held)
+        at, site.places = {}, site.places | places
     else:
         at = {point.name: _along(extent, point) for point in points} | nearest | _stations(site, table)
         one = _straight(table, model, at, held)
@@ -304,41 +303,6 @@ def _feedback(site: _Site, number: int, table: AnyFeedback) -> Feedback | None:
         return None
 
 
-def _axis(table: BodyTable, model: ElementFrame) -> FrameRoute:
-    return FrameRoute(model.route, model.bend_radius, f"frame {table.name}")
-
-
-def _framed(site: _Site, table: BodyTable, model: ElementFrame, points: list[PointTable], held: list[Any]) -> Structure:
-    axis, given = _axis(table, model), dict[str, tuple[float, Any]]()
-    for point in points:
-        at = axis.nearest(np.asarray(point.nearest)) if point.nearest is not None else float(point.at or 0.0)
-        given[point.name] = (at, point.direction)
-    for name, node in site.nearest.get(table.name, {}).items():
-        given[name] = (float(node["node"]), node["direction"])
-    for name, (at, way) in given.items():
-        ways = np.atleast_2d(np.asarray(way, dtype=float))
-        place = axis.at(at) if at <= axis.length else None
-        site.places[f"{table.name}.{name}"] = PlacedPoint(place, ways / np.linalg.norm(ways, axis=1)[:, None])
-    return frame(
-        model.route,
-        space_figures(model.section, model.thickness, model.width or model.thickness, model.material.poisson_ratio),
-        model.material,
-        given,
-        bends=model.bend_radius,
-        flexibility=model.flexibility,
-        clamped=[_where(joint) for joint in held if isinstance(joint, ClampedBody)],
-        pinned=[_where(joint) for joint in held if isinstance(joint, PinnedBody)],
-        held=[(_where(joint), joint.direction) for joint in held if isinstance(joint, HeldBody)],
-        up=model.up,
-        elements=model.elements,
-        name=table.name,
-    )
-
-
-def _where(joint: ClampedBody | PinnedBody | HeldBody) -> Station:
-    return joint.at if joint.nearest is None and joint.at is not None else joint.nearest or ()
-
-
 def _imported(site: _Site, table: BodyTable, points: list[PointTable], held: list[Any]) -> Structure:
     given: dict[str, Any] = dict(site.nearest.get(table.name, {}))
     for point in points:
@@ -369,6 +333,9 @@ def _fault(site: _Site, number: int, error: Exception) -> Fault:
             key = ("pair", [one.name for one in site.case.pair].index(name))
         else:
             key = ("point", points.index((table.name, name)))
+    elif argument.startswith("members."):
+        _, index, name = argument.split(".")
+        key = ("member", [i for i, one in enumerate(site.case.member) if one.structure == table.name][int(index)], name)
     elif argument == "clamped":
         key = ("joint", [getattr(one, "structure", None) for one in site.case.joint].index(table.name))
     elif table.reduce is not None and "modes" in str(error):

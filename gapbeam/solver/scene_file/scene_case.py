@@ -13,7 +13,7 @@ from gapbeam.solver.scene import linear_scheme
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene_file.feedback_tables import FeedbackTable
 from gapbeam.solver.scene_file.pair_tables import PairContact, PairTable
-from gapbeam.solver.scene_file.structure_tables import BodyJoint, BodyTable, LoadedPoint, PointTable
+from gapbeam.solver.scene_file.structure_tables import BodyJoint, BodyTable, LoadedPoint, MemberTable, PointTable
 from gapbeam.solver.table import Number, Positive, Table, named
 
 
@@ -114,6 +114,7 @@ class SceneCase(Table):
 
     title: str = Field("", max_length=200, description="one line that says what the case shows")
     structure: tuple[BodyTable, ...] = Field(min_length=1, description="linear bodies")
+    member: tuple[MemberTable, ...] = Field(default=(), description="branches of frames")
     point: tuple[PointTable, ...] = Field(default=(), description="points of contact, loads and records")
     joint: tuple[BodyJoint, ...] = Field(default=(), description="joints, which hold structures without play")
     mass: tuple[LoadedPoint, ...] = Field(default=(), description="masses at points")

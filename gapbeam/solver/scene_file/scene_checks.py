@@ -23,6 +23,7 @@ from gapbeam.solver.scene_file.structure_tables import (
     ElementFrame,
     HeldBody,
     LumpedMass,
+    MemberTable,
     ModesOfFile,
     PinnedBody,
     PointTable,
@@ -45,6 +46,8 @@ def scene_faults(tables: Mapping[str, Any]) -> list[Fault]:
     faults = [*_names(tables), *_files(bodies), *_bodies(tables, bodies)]
     for number, point in tables.get("point", {}).items():
         faults += _point(("point", number), point, by_name)
+    for number, member in tables.get("member", {}).items():
+        faults += _member(("member", number), member, by_name)
     for number, joint in tables.get("joint", {}).items():
         faults += _joint(("joint", number), joint, by_name, known)
     for number, mass in tables.get("mass", {}).items():
@@ -106,7 +109,7 @@ def _bodies(tables: Mapping[str, Any], bodies: Mapping[int, BodyTable]) -> Itera
     """Keys that fit the model of a structure."""
     for number, one in bodies.items():
         where, model = ("structure", number), one.model
-        if isinstance(model, ElementBeam | RigidBar):
+        if isinstance(model, ElementBeam | RigidBar | ElementFrame):
             for fault in model.section.faults(model.thickness, model.width or model.thickness):
                 here = (*where, "model")
                 yield replace(fault, key=(*here, *fault.key[1:]), related=((*here, "thickness"), (*here, "width")))
@@ -214,6 +217,19 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
             found = "a direction of a DOF" if given[0] == "dof" else "nothing: the key is missing"
             expected = "no direction" if given[0] == "dof" else "the direction of the motion, such as [0, 0, 1]"
             yield Fault((*key, "direction"), found, expected)
+
+
+def _member(key: Key, member: MemberTable, by_name: Mapping[str, BodyTable]) -> Iterator[Fault]:
+    yield from _known_structure((*key, "structure"), member.structure, by_name)
+    if member.structure not in by_name:
+        return
+    model = by_name[member.structure].model
+    if not isinstance(model, ElementFrame):
+        yield Fault((*key, "structure"), f'"{member.structure}", a model {model.type}', "a frame",
+                    'model = { type = "frame", route = ... }')  # fmt: skip
+        return
+    for fault in (member.section or model.section).faults(*member.outer_sizes(model)):
+        yield replace(fault, key=(*key, *fault.key[1:]), related=((*key, "thickness"), (*key, "width")))
 
 
 def _joint(

@@ -98,6 +98,34 @@ class ElementFrame(_Profile):
     )
 
 
+class MemberTable(Table):
+    """A branch of a frame, joined rigidly to the axis on which one of its ends lies."""
+
+    structure: Name = Field(description="name of the frame", examples=["pipe"])
+    route: tuple[Direction, ...] = Field(
+        min_length=2, max_length=1000, description="ends and corners, m", examples=[[[1, 0, 0], [1, 1, 0]]]
+    )
+    bend_radius: NonNegative | tuple[NonNegative, ...] = Field(
+        default=0.0, description="as of the frame, m; 0: sharp corners"
+    )
+    flexibility: Positive | None = Field(default=None, description="as of the frame, no unit")
+    thickness: Positive | None = Field(default=None, description="as of the frame, m; default the frame's")
+    width: Positive | None = Field(
+        default=None, description="as of the frame, m; default the thickness where that is given, else the frame's"
+    )
+    section: Annotated[SectionChoice, BeforeValidator(named)] | None = Field(
+        default=None, description="the cross-section, as of the frame; default the frame's"
+    )
+    material: Material | None = Field(default=None, description="the material; default the frame's")
+    up: Direction | None = Field(default=None, description="direction of the thickness; default the frame's")
+
+    def outer_sizes(self, frame: ElementFrame) -> tuple[float, float]:
+        """Return thickness and width, m."""
+        if self.thickness is None:
+            return frame.thickness, self.width or frame.width or frame.thickness
+        return self.thickness, self.width or self.thickness
+
+
 class LumpedMass(Table):
     """A rigid mass with equal springs and dampers to the frame; its point is "at"."""
 

@@ -82,7 +82,7 @@ def _differentiate(simulation: Simulation) -> None:
 
 BEAM = ("model.type=beam",)
 WORK = (
-    Work("time loop of beams in holes", "tube-holes", BEAM, _march),
     Work("time loop of beams between flat faces", "demo", BEAM, _march),
+    Work("time loop of beams in holes", "tube-holes", BEAM, _march),
     Work("derivatives for shooting", "demo", BEAM, _differentiate),
 )

@@ -19,6 +19,7 @@ import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
@@ -187,6 +188,16 @@ def entry(function: Function) -> Function:
 def long_entry(function: Function) -> Function:
     """Compile like `entry` a function that takes a while: other threads of Python run meanwhile."""
     return kept(function, _OPTIONS | {"nogil": True})
+
+
+def twin(function: Any, name: str) -> Any:
+    """Compile the source of a long entry once more: machine code of its own, kept apart by its name.
+
+    A function that both called would be optimized twice, as itself and where it is called.
+    """
+    source = function.py_func
+    code = source.__code__.replace(co_name=name, co_qualname=name)
+    return long_entry(FunctionType(code, source.__globals__, name))
 
 
 def allocating_entry(function: Function) -> Function:

@@ -17,7 +17,7 @@ from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at
 from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.diagnostics.energy_ledger import StepEnergies, total_energy
-from gapbeam.solver.jit import compiled, compiled_apart, entry, long_entry
+from gapbeam.solver.jit import compiled, compiled_apart, entry, long_entry, twin
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
 from gapbeam.solver.march.compiled.kernel_tables import (
     KernelState,
@@ -168,27 +168,6 @@ def march_steps(
     Returns:
         DONE, FAILED (that step is not taken), NOT_FINITE or CREATED (it is), the steps taken and the records made.
     """
-    return _march_steps(
-        modal, scheme, law, motion, room, ledgers, limits, records, factors, walls, first, every, last, most
-    )
-
-
-@long_entry
-def march_around(
-    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
-    records: Records, factors: Array, walls: WallRows, first: int, every: int, last: int, most: int,
-) -> tuple[int, int, int]:  # fmt: skip
-    """March as `march_steps` does, with points around rigid sections: machine code of its own, kept apart."""
-    return _march_steps(
-        modal, scheme, law, motion, room, ledgers, limits, records, factors, walls, first, every, last, most
-    )
-
-
-@compiled
-def _march_steps(
-    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
-    records: Records, factors: Array, walls: WallRows, first: int, every: int, last: int, most: int,
-) -> tuple[int, int, int]:  # fmt: skip
     recorded, listed, impacts = 0, 0, records.impacts
     begin_points(modal, motion, room)
     for step in range(len(factors)):
@@ -231,6 +210,10 @@ def _march_steps(
             take_snapshot(records.snapshots, number, motion)
     complete_points(modal, modal.around, law, motion, room)
     return DONE, len(factors), recorded
+
+
+march_around = twin(march_steps, "march_around")
+"""March as `march_steps` does, with points around rigid sections: machine code of its own, kept apart."""
 
 
 @compiled

@@ -13,7 +13,7 @@ demo: ## run cases/demo.toml and draw it
 	$(run) gapbeam run cases/demo.toml --overwrite
 	$(run) gapbeam plot results/demo
 	$(run) gapbeam render results/demo
-	@echo "The pictures are in results/demo:" && find results/demo -name '*.png' -o -name '*.mp4' | sort
+	@echo "The pictures are in results/demo:" && find results/demo -name '*.png' -o -name '*.mp4' -o -name '*.gif' | sort
 
 
 test: ## the tests but the slow ones, on up to four cores

@@ -1,4 +1,4 @@
-"""Make a checkout look installed: the metadata for `importlib.metadata`, and the list of what it needs.
+"""Make a checkout look installed: the metadata for `importlib.metadata`, and the lists of what it needs.
 
 A checkout is used in place (PYTHONPATH), so nothing has to be installed again when another one is used.
 
@@ -13,7 +13,9 @@ project, folder = (Path(argument) for argument in sys.argv[1:])
 about = tomllib.loads((project / "pyproject.toml").read_text())["project"]
 
 needs = list(about.get("dependencies", []))
-for extra in about.get("optional-dependencies", {}).values():
+extras = about.get("optional-dependencies", {})
+lists = {"needs-base": list(needs), "needs-wheel": [*needs, *extras["fem"], *extras["pictures"]]}
+for extra in extras.values():
     needs += [need for need in extra if not need.startswith("dolfinx")]  # which the environment has
 
 metadata = folder / f"{about['name']}-{about['version']}.dist-info"
@@ -22,4 +24,5 @@ metadata.mkdir(parents=True, exist_ok=True)
     f"Metadata-Version: 2.1\nName: {about['name']}\nVersion: {about['version']}\n"
     + "".join(f"Requires-Dist: {need}\n" for need in needs)
 )
-(folder / "needs.txt").write_text("".join(f"{need}\n" for need in needs))
+for name, listed in (lists | {"needs": needs}).items():
+    (folder / f"{name}.txt").write_text("".join(f"{need}\n" for need in listed))

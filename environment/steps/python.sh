@@ -7,13 +7,18 @@ inside() (
   "${entered[@]}" "$@"
 )
 
-# Set `checkout` (the metadata of this checkout), `venv` (shared by all checkouts that need the same) and `mpi`.
-add_python_parts() {
-  local identity
-  venv="" mpi=""
+# Set `checkout`: the metadata of this checkout, and the lists of what it needs.
+describe_checkout() {
   checkout=$cache/python/checkout-$({ project_table && printf '%s\n' "$project"; } | digest)
   inside "$python" "$here/steps/installed.py" "$project" "$checkout" ||
     fail "cannot read $project/pyproject.toml (see above)"
+}
+
+# Set `checkout`, `venv` (shared by all checkouts that need the same) and `mpi`.
+add_python_parts() {
+  local identity
+  venv="" mpi=""
+  describe_checkout
   mpi=$({ inside mpirun --version 2>/dev/null || true; } | sed -n 's/.*(Open MPI) \([0-9]*\).*/\1/p')
   identity=$(inside "$python" -c 'import sys; print(sys.version, sys.prefix)')
   venv=$cache/python/parts-$({ cat "$here"/requirements*.txt "$checkout/needs.txt" && printf '%s\n' "$identity" "$root"; } | digest)

@@ -6,6 +6,7 @@ source "$here/steps/packages.sh"
 source "$here/steps/host.sh"
 source "$here/steps/root.sh"
 source "$here/steps/python.sh"
+source "$here/steps/wheel.sh"
 
 # setup STAMP: one at a time; a second call waits for the first and finds its work done.
 setup() {
@@ -19,8 +20,10 @@ setup() {
   if ! ready "$1"; then
     trap 'say "interrupted; the next call makes anew what is half made"; exit 130' INT
     choose_way
-    add_python_parts
-    compile_ahead
+    if [[ $way != wheel ]]; then
+      add_python_parts
+      compile_ahead
+    fi
     printf '%s\n' "$way" "$root" "$venv" "$checkout" "$mpi" >"$1.partial"
     mv "$1.partial" "$1"
     trap - INT
@@ -42,11 +45,16 @@ choose_way() {
     host) use_host || fail "GAPBEAM_ENVIRONMENT=host: $reason" ;;
     apt) use_apt || fail "GAPBEAM_ENVIRONMENT=apt: $reason" ;;
     root) use_root || fail "GAPBEAM_ENVIRONMENT=root: $reason" ;;
-    auto)
+    wheel) use_wheel || fail "GAPBEAM_ENVIRONMENT=wheel: $reason" ;;
+    auto | gapbeam)
       local reasons=()
       if [[ $suite == trixie ]]; then
         use_host && return
         reasons+=("its own Python: $reason")
+        if [[ $wish == gapbeam ]]; then
+          use_wheel && return
+          reasons+=("PyPI: $reason")
+        fi
         use_apt && return
         reasons+=("apt: $reason")
       fi

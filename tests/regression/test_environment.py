@@ -142,7 +142,7 @@ def test_no_command_is_an_error():
 @pytest.mark.parametrize(
     ("variables", "message"),
     [
-        ({"GAPBEAM_ENVIRONMENT": "docker"}, "expected auto, host, apt, root or none"),
+        ({"GAPBEAM_ENVIRONMENT": "docker"}, "expected auto, host, wheel, apt, root or none"),
         ({"GAPBEAM_ENVIRONMENT": "apt", "GAPBEAM_SUITE": "sid"}, "sid needs the root file system"),
     ],
 )
@@ -150,6 +150,64 @@ def test_nonsense_is_refused_with_what_was_expected(variables, message):
     shown = call("true", GAPBEAM_INSIDE="", **variables)
     assert shown.returncode == 1
     assert message in shown.stderr
+
+
+CHOICE = """
+here=$1 project=${1%/*} wish=$2 suite=trixie works=$3
+source "$here/steps/common.sh" && source "$here/steps/setup.sh"
+use_host() { reason="no DOLFINx"; return 1; }
+use_wheel() { way=wheel reason="pip failed"; $works; }
+use_apt() { reason="no Debian 13"; return 1; }
+use_root() { way=root; }
+choose_way && echo "$way"
+"""
+
+
+def bash(program, *arguments, **variables):
+    """What a program of bash says."""
+    words = ["bash", "-euc", program, "bash", *map(str, arguments)]
+    done = subprocess.run(words, env={**os.environ, **variables}, capture_output=True, text=True, timeout=LONGEST)
+    return done.stdout.strip() or done.stderr
+
+
+@pytest.mark.parametrize(
+    ("wish", "works", "said"),
+    [
+        ("gapbeam", "true", "wheel"),
+        ("gapbeam", "false", "root"),
+        ("auto", "true", "root"),
+        ("wheel", "true", "wheel"),
+        ("wheel", "false", "gapbeam: error: GAPBEAM_ENVIRONMENT=wheel: pip failed\n"),
+    ],
+)
+def test_commands_of_gapbeam_take_the_wheel_and_tests_debian(wish, works, said):
+    """Debian's packages come after the wheel, and by themselves where it cannot be had."""
+    assert bash(CHOICE, STEPS.parent, wish, works) == said
+
+
+@pytest.mark.parametrize(("works", "found"), [(("python3.13",), "python3.13"), (("python3", "python3.12"), "python3")])
+def test_the_wheel_takes_the_first_python_that_is_new_enough(works, found, tmp_path):
+    """Of those on the path; one that does not start, as a stand-in of pyenv does, is passed over."""
+    for name in ("python3", "python3.14", "python3.13", "python3.12"):
+        (tmp_path / name).write_text(f"#!/bin/sh\nexit {0 if name in works else 1}\n")
+        (tmp_path / name).chmod(0o755)
+    program = 'source "$1/wheel.sh" && python_of_wheel'
+    assert bash(program, STEPS, PATH=f"{tmp_path}:{os.environ['PATH']}") == str(tmp_path / found)
+
+
+def test_a_wheel_that_is_set_up_serves_commands_of_gapbeam(tmp_path):
+    """As long as no whole environment is ready; its venv comes first on the path, before it what the checkout has."""
+    venv, checkout, ready = tmp_path / "venv", tmp_path / "checkout", tmp_path / "gapbeam" / "ready"
+    for folder in (venv, checkout, ready):
+        folder.mkdir(parents=True)
+    (venv / "complete").touch()
+    variables = {"XDG_CACHE_HOME": str(tmp_path), "GAPBEAM_ENVIRONMENT": "auto", "GAPBEAM_INSIDE": ""}
+    program = 'here=$1 project=${1%/*} wish=gapbeam suite=trixie; source "$here/steps/common.sh"; fingerprint'
+    stamp = ready / bash(program, STEPS.parent, **variables)
+    stamp.write_text(f"wheel\n\n{venv}\n{checkout}\n\n")
+    shown = call("sh", "-c", 'echo "$VIRTUAL_ENV $PATH"', "gapbeam", "run", **variables)
+    assert shown.stderr == ""
+    assert shown.stdout.startswith(f"{venv} {STEPS.parent / 'bin'}:{venv / 'bin'}:")
 
 
 @pytest.mark.parametrize("file", ["packages.txt", "packages-development.txt"])

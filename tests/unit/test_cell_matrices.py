@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import ufl
-from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 
@@ -15,6 +14,7 @@ from gapbeam.solver.assembly.elasticity import elastic_parts
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.models.body import mesh_beam
 from tests.shared.command import PROJECT
+from tests.shared.forms import compiled_form
 
 pytestmark = pytest.mark.versions
 
@@ -50,7 +50,7 @@ def test_parts_are_those_of_ufl(name: str) -> None:
         (parts.stiffness, ufl.inner(stress(u, material, plane and dimension == 2), ufl.sym(ufl.grad(v))) * ufl.dx),
         (parts.restraint, along * faces(tags)),
     ):
-        expected = fem_petsc.assemble_matrix(fem.form(meshed.width * form))
+        expected = fem_petsc.assemble_matrix(compiled_form(meshed.width * form))
         expected.assemble()
         found = cell_matrix(space)
         part.add_to(found)

@@ -11,6 +11,7 @@ from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 
 from gapbeam.solver.assembly.cell_stiffness import CellStiffness
+from tests.shared.forms import compiled_form
 
 pytestmark = pytest.mark.versions
 
@@ -52,7 +53,7 @@ def test_matrix_of_the_textbook_form(cell: str, degree: int, order: int) -> None
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
     strain, virtual = ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))
     stress = moduli[0] * ufl.tr(strain) * ufl.Identity(dimension) + 2.0 * moduli[1] * strain
-    form = fem.form(fem.Constant(domain, WIDTH) * ufl.inner(stress, virtual) * ufl.dx)
+    form = compiled_form(fem.Constant(domain, WIDTH) * ufl.inner(stress, virtual) * ufl.dx)
     expected = fem_petsc.assemble_matrix(form)
     expected.assemble()
     found = fem_petsc.create_matrix(form)

@@ -17,6 +17,7 @@ from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.contact.solve import condensation
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
+from tests.shared.forms import compiled_form
 from tests.shared.models import COARSE, SOLID, beam_model, thrown
 
 EPS = 5.0e11  # Pa/m
@@ -69,8 +70,8 @@ class TextbookStep:
             pressure_of(self.old[1] - CLEARANCE, self.new[1] - CLEARANCE, damping, implicit),
         )
         residual -= pressures[0] * test[1] * base - pressures[1] * test[1] * gland
-        self._residual = fem.form(WIDTH * residual)
-        self._jacobian = fem.form(ufl.derivative(WIDTH * residual, self.new))
+        self._residual = compiled_form(WIDTH * residual)
+        self._jacobian = compiled_form(ufl.derivative(WIDTH * residual, self.new))
 
     def take(self, u, v, shake):
         """Return displacement and velocity one step later, the base accelerating by `shake` in the middle of it."""

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from gapbeam.meshes.mesh_errors import MeshError
 from tests.shared.command import alone
+from tests.shared.forms import compiled_form
 from tests.unit.test_mesh_files import LENGTH, SUPPORT, THICKNESS, read, user_file
 from tests.unit.test_meshes import integral
 
@@ -162,7 +163,7 @@ def test_drawn_faults_are_refused_or_change_nothing(
         assert complete
         return
     assert np.all(np.isfinite(tagged.mesh.geometry.x))
-    surface = fem.form(fem.Constant(tagged.mesh, 1.0) * ufl.Measure("ds", domain=tagged.mesh))
+    surface = compiled_form(fem.Constant(tagged.mesh, 1.0) * ufl.Measure("ds", domain=tagged.mesh))
     assert integral(tagged) == pytest.approx(LENGTH * THICKNESS, rel=0.01)
     assert fem.assemble_scalar(surface) == pytest.approx(2.0 * (LENGTH + THICKNESS), rel=0.01)
     for face in ("base", "gland"):

@@ -19,6 +19,7 @@ from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam, describe
 from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
 from gapbeam.solver.case.reading.case_reader import read_case
 from tests.shared.command import PROJECT
+from tests.shared.forms import compiled_form
 
 pytestmark = pytest.mark.versions
 
@@ -49,7 +50,7 @@ def integral(tagged: TaggedMesh, group: str | None = None) -> float:
         measure = ufl.dx(domain=tagged.mesh)
     else:
         measure = ufl.Measure("ds", tagged.mesh, subdomain_data=tagged.facets)(tagged.groups[group])
-    return float(COMM.allreduce(fem.assemble_scalar(fem.form(one * measure))))
+    return float(COMM.allreduce(fem.assemble_scalar(compiled_form(one * measure))))
 
 
 def nearest_vertex(tagged: TaggedMesh, point: tuple[float, ...]) -> float:

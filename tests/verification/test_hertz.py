@@ -23,6 +23,7 @@ from mpi4py import MPI
 
 from benchmarks.textbook_newton import stress
 from gapbeam.meshes.gmsh_model import gmsh_session
+from tests.shared.forms import compiled_form
 from tests.shared.models import beam_model, seat_of
 
 SIZE, RADIUS, WIDTH = 0.1, 0.1, 0.02  # m
@@ -158,7 +159,7 @@ def test_stress_on_a_face_that_is_not_flat(tmp_path: Path, degree: int) -> None:
     rule = {"quadrature_degree": model.point_rule.degree}
     arc = ufl.Measure("ds", space.mesh, subdomain_data=tagged.facets, metadata=rule)(tagged.groups["base"])
     traction = ufl.dot(stress(u, model.case.material, False), ufl.FacetNormal(space.mesh))
-    expected = fem.assemble_vector(fem.form(-WIDTH * traction[1] * v[1] * arc)).array
+    expected = fem.assemble_vector(compiled_form(-WIDTH * traction[1] * v[1] * arc)).array
     gamma = np.asarray(model.law.spring.stiffness)
     rows = (contact.gap_matrix - contact.geometry_matrix).multiply(gamma[:, None]).tocsr()
     base = contact.faces == contact.face_names.index("base")

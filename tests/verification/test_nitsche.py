@@ -20,6 +20,7 @@ from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.solver.system.operators import Springs
+from tests.shared.forms import compiled_form
 from tests.shared.models import beam_model, spread, stiffness_of
 
 pytestmark = pytest.mark.versions
@@ -139,7 +140,7 @@ def block(name, layers=2):
 
 def assembled(form):
     """A form as a vector or a matrix."""
-    form = fem.form(form)
+    form = compiled_form(form)
     return fem.assemble_vector(form).array if form.rank == 1 else fem.assemble_matrix(form).to_scipy().tocsr()
 
 

@@ -19,6 +19,7 @@ from gapbeam.meshes.versions.mesh_geometry import cell_matrix
 from gapbeam.solver.assembly.elasticity import elastic_parts
 from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.case import Beam, Material
+from tests.shared.forms import compiled_form
 
 pytestmark = pytest.mark.versions
 
@@ -81,7 +82,7 @@ def error_of(cell, degree, plane_stress, cells):
         part.add_to(assembled)
     starts, columns, entries = assembled.getValuesCSR()
     matrix = csr_matrix((entries, columns, starts), assembled.getSize())
-    right_side = fem.assemble_vector(fem.form(work)).array
+    right_side = fem.assemble_vector(compiled_form(work)).array
     solution = fem.Function(space)
     solution.interpolate(lambda x: np.array(chosen(x, dimension, np)))
     nodes = fem.locate_dofs_topological(space, facets, held)
@@ -93,7 +94,7 @@ def error_of(cell, degree, plane_stress, cells):
     assert not failed
     values[free] = found
     difference = solution - w
-    square = fem.form(ufl.inner(difference, difference) * ufl.dx(metadata={"quadrature_degree": 2 * degree + 3}))
+    square = compiled_form(ufl.inner(difference, difference) * ufl.dx(metadata={"quadrature_degree": 2 * degree + 3}))
     return np.sqrt(fem.assemble_scalar(square))
 
 

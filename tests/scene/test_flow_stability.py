@@ -352,7 +352,7 @@ def test_explicit_schemes_are_refused_beyond_their_limit() -> None:
 
 def refused() -> dict[str, tuple[Callable[[], Any], str]]:
     one, flat = gb.mass(1.0, stiffness=1.0, name="one"), gb.mass(1.0, motions=2, stiffness=1.0)
-    table = [[2.0, -1.0, 0.1], [20.0, -0.5, 0.2]]
+    table = [[2.0, -1.0, 0.1], [9.0, -0.7, 0.2], [20.0, -0.5, 0.2]]
     air: dict[str, Any] = {"velocity": 1.0, "density": 1.0, "diameter": 0.1}
     steady: dict[str, Any] = air | {"drag": 1.0, "slope": -1.0}
     flow = gb.quasi_steady(one["at"], **steady, frequency=10.0, name="flow")
@@ -367,7 +367,7 @@ def refused() -> dict[str, tuple[Callable[[], Any], str]]:
             lambda: gb.measured(one["at"], table, **air, frequencies=[1.0], states=1),
             r"reduced velocity U/\(f D\) = 62.83 at 1 m/s and 1 rad/s is outside of the table, 2 to 20",
         ),
-        "columns": (lambda: gb.measured(one["at"], [[1.0, 2.0]], **air, frequencies=[1.0]), "of 3 or 9 columns"),
+        "columns": (lambda: gb.measured(one["at"], [[1.0, 2.0]], **air, frequencies=[1.0]), "3 or 9 columns"),
         "no table": (lambda: gb.measured(one["at"], "none.csv", **air, frequencies=[1.0]), "none.csv"),
         "delay": (lambda: gb.quasi_steady(one["at"], **steady, frequency=1e4), "give a lower `frequency`"),
         "unseen": (lambda: gb.Feedback(one["at"], one["at"], **unseen), r"a state grows as exp\(1 t\) and no output"),

@@ -11,10 +11,9 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
-import gmsh
 import numpy as np
-from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.mesh_errors import MeshError
@@ -22,6 +21,9 @@ from gapbeam.meshes.mesh_size import CellLength, structured_partition
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.meshes.sections.section_mesh import Indices, PolygonOutline, Triangulation
 from gapbeam.meshes.sections.section_patches import Array
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 OPTIONS = {
     "General.Terminal": 0,
@@ -188,8 +190,6 @@ def _triangulated(loops: list[Array], length: Callable[[float, float], float]) -
     """Return the triangles between the points of loops, of which the first is around the others; size about 1."""
     from mpi4py import MPI
 
-    from gapbeam.meshes.gmsh_model import gmsh_errors, gmsh_session
-
     with gmsh_session(MPI.COMM_SELF), gmsh_errors("cross-section", "a polygon that gmsh can fill with triangles"):
         import gmsh
 
@@ -251,6 +251,8 @@ def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: flo
         cell_length: Wanted length of edges, in m.
         unit: Length of one unit of the gmsh model, m.
     """
+    import gmsh
+
     kernel = gmsh.model.occ
     ends = [0.0, *(edge / unit for edge in geometry.edges), geometry.length / unit]
     blocks = []

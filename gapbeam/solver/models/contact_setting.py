@@ -25,8 +25,9 @@ from gapbeam.solver.contact.formulations.circle_contact import CircleOperator, c
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator, whole_contact
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.damper import CoulombFriction
+from gapbeam.solver.contact.laws.law_choice import KelvinVoigt
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
-from gapbeam.solver.contact.laws.line_law import line_law
+from gapbeam.solver.contact.laws.line_law import line_law, slower_return
 from gapbeam.solver.contact.laws.own_spring_law import LawGroup, mixed_law
 from gapbeam.solver.contact.laws.ramp_law import shaped_law
 from gapbeam.solver.loads.support_walls import hole_shifts
@@ -101,7 +102,7 @@ def _law_of_faces(case: Case, body: Body, face: float) -> tuple[list[float], lis
     usual = squeezed_stiffness(case) or contact_stiffness(case, body.meshed.facet_length, face)
     owners = case.layout.by_face
     stiffness = [usual.value if (own := own_stiffness(case, one)) is None else own for one in owners]
-    asked = [contact_damping(case, value, one) for value, one in zip(stiffness, owners, strict=True)]
+    asked = [_damping_of_face(case, *face) for face in zip(stiffness, owners, line_radii(case), strict=True)]
     damping = []
     for computed, own in zip(asked, (own_damping(case, one) for one in owners), strict=True):
         damping.append(own if own is not None else case.contact.damping if computed is None else computed.value)
@@ -111,6 +112,18 @@ def _law_of_faces(case: Case, body: Body, face: float) -> tuple[list[float], lis
     shared += [computed for computed in plain[:1] if computed is not None]
     brought = [default for one in case.layout.supports for default in _own(case, one, of_supports[one.name])]
     return stiffness, damping, (*shared, *brought)
+
+
+def _damping_of_face(case: Case, stiffness: float, support: OneSupport, radius: float | None) -> Default | None:
+    """Return the damping that the law of a face asks for; on a line of contact with the speed that it takes besides."""
+    found, law = contact_damping(case, stiffness, support), law_at(case.contact, support)
+    if found is None or radius is None or not isinstance(law, KelvinVoigt) or law.restitution is None:
+        return found
+    if case.contact.tension == "adhesive":
+        return found  # nothing is clipped: strip and points are the same
+    slower = f"{100.0 * slower_return(law.restitution):.2g} %"
+    words = f"on lines of contact, clipped as a whole, a section comes back about {slower} slower than from points"
+    return replace(found, reason=f"{found.reason}; {words}")
 
 
 def _own(case: Case, support: OneSupport, damping: Default | None) -> Iterator[Default]:

@@ -177,9 +177,10 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     body, sparse = _on_parts(case, meshed, beam, settings.stations, "torsion" not in beam.motions)
     whole = settings.is_whole(len(beam.motions))
     shift, spans, holding = (2.0 * pi * overhang_frequency(case)) ** 2, None, None
-    acting, highest = acting_rows(case, body.patterns), MODES_ABOVE * highest_frequency(case)
+    acting, highest = acting_rows(case, body.patterns), 0.0
     bending = beam.parts[0]
     if not whole and isinstance(bending, BendingPart):
+        highest = MODES_ABOVE * highest_frequency(case)
         lengths, waves = np.diff(bending.beam.places), wave_count(case)
         count = max(waves // WAVES_IN_SPAN, ceil(len(lengths) / LONGEST_SPAN))
         cuts = beam.at_nodes(cut_nodes(lengths, count))

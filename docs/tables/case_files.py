@@ -24,6 +24,7 @@ from gapbeam.solver.table import POINT_PATTERN, models_in
 from gapbeam.solver.wording import either
 from gapbeam.studies.identification.identification_tables import Identification
 from gapbeam.studies.library.library_file import LibraryStudy
+from gapbeam.studies.optimum.optimum_study import OptimumStudy
 from gapbeam.studies.uncertain.uncertain_file import UncertainStudy
 
 REFERENCE = Path(__file__).resolve().parents[1] / "reference"
@@ -36,6 +37,7 @@ PAGES: dict[str, type[BaseModel]] = {
     "scene-files.md": SceneCase,
     UNCERTAIN: UncertainStudy,
     LIBRARY: LibraryStudy,
+    "optimum-files.md": OptimumStudy,
 }
 ASSUMED = ["[gates.warnings]", "[gates.failures]"]
 """Tables whose keys stand on the page of the assumptions."""

@@ -18,7 +18,7 @@ SYNONYMS = {
     "template": "new", "validate": "check", "predict": "check", "draw": "view", "show": "view", "preview": "view",
     "film": "render", "movie": "render", "animate": "render", "picture": "render", "status": "watch",
     "progress": "watch", "monitor": "watch", "csv": "export", "convert": "export", "figures": "plot", "diff": "compare",
-    "frequencies": "modes", "fit": "identify", "optimize": "identify", "completion": "--install-completion",
+    "frequencies": "modes", "fit": "identify", "completion": "--install-completion",
     "fmi": "fmu", "version": "--version", "help": "--help",
 }  # fmt: skip
 """Names of our commands in other programs."""
@@ -47,6 +47,7 @@ EXAMPLES = {
     "atlas": "gapbeam atlas case.toml",
     "uncertain": "gapbeam uncertain study.toml",
     "library": "gapbeam library study.toml --output results/library",
+    "optimize": "gapbeam optimize study.toml",
     "estimate": "gapbeam estimate results/library recording.csv --unit mm/s",
 }
 """A line to type, for the end of the help of each command."""

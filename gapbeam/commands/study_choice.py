@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gapbeam.commands import atlas, compare, identify, library, life, modes, stability, sweep, tradeoff, uncertain
+from gapbeam.commands import (
+    atlas,
+    compare,
+    identify,
+    library,
+    life,
+    modes,
+    optimize,
+    stability,
+    sweep,
+    tradeoff,
+    uncertain,
+)
 from gapbeam.commands.terminal import StudyCommand
 
 if TYPE_CHECKING:
@@ -19,6 +31,7 @@ STUDIES: tuple[StudyCommand, ...] = (
     library.STUDY,
     library.ESTIMATE,
     identify.STUDY,
+    optimize.STUDY,
     life.STUDY,
     compare.STUDY,
     modes.STUDY,

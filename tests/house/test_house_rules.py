@@ -373,7 +373,7 @@ def test_cases_are_toml_that_introduces_itself() -> None:
         header = text.split("\n\n")[0].splitlines()
         assert len(header) >= 4, path
         assert all(line.startswith("#") for line in header), path
-        kinds = {"measurement": "identify", "recorded": "library", "variable": "uncertain"}
+        kinds = {"measurement": "identify", "recorded": "library", "variable": "uncertain", "least": "optimize"}
         command = next((kinds[key] for key in kinds if key in tomllib.loads(text)), "run")
         assert f"gapbeam {command} {path.relative_to(PROJECT)}" in "\n".join(header)
 

@@ -10,6 +10,7 @@ from gapbeam.postprocess.report.sections.curve_section import (
     comparison_sections,
     life_sections,
 )
+from gapbeam.postprocess.report.sections.optimum_section import OPTIMUM_FILE, optimum_sections
 from gapbeam.postprocess.report.sections.sweep_section import (
     SWEEP_FILE,
     UNCERTAIN_FILE,
@@ -32,6 +33,7 @@ _KINDS = (
     Kind("atlas", "Atlas", (ATLAS_FILE,), atlas_sections),
     Kind("uncertain", "Uncertain values", (UNCERTAIN_FILE,), uncertain_sections),
     Kind("identification", "Identification", (IDENTIFICATION_FILE,), identification_blocks),
+    Kind("optimum", "Optimum", (OPTIMUM_FILE,), optimum_sections),
     Kind("life", "Life", (LIFE_FILE,), life_sections),
     Kind("comparison", "Comparison", (COMPARISON_FILE,), comparison_sections),
 )

@@ -31,13 +31,13 @@ class Optimum:
         values: Parameters by path.
         scene: With them.
         tangents: Figures there, their derivatives, and the state of the response.
-        orbits: Number of responses that were computed.
+        orbits: Values and figures of each response that was computed, in turn.
     """
 
     values: dict[str, float]
     scene: Scene
     tangents: OrbitTangents
-    orbits: int
+    orbits: list[tuple[dict[str, float], dict[str, float]]]
 
     @property
     def is_stable(self) -> bool:
@@ -53,7 +53,7 @@ class _Followed:
         self.period: Callable[[dict[str, float]], float] = period if callable(period) else lambda _: period
         self.u: Any = None
         self.found: Any = None
-        self.orbits = 0
+        self.orbits: list[tuple[dict[str, float], dict[str, float]]] = []
 
     def values(self, u: Array) -> dict[str, float]:
         return dict(zip(self.paths, map(float, u), strict=True))
@@ -91,10 +91,12 @@ class _Followed:
     def orbit(self, u: Array, start: SceneState) -> OrbitTangents:
         """Return the response at values near a start, with its tangents."""
         values = self.values(u)
-        period, self.orbits = self.period(values), self.orbits + 1
+        period = self.period(values)
         found = periodic(self.make(values), period, self.steps, start, scheme=self.scheme)
         given = {"period": period, "steps": self.steps, "start": found.state, "scheme": self.scheme}
-        return tangents(self.make, self.names, values, **given)
+        orbit = tangents(self.make, self.names, values, **given)
+        self.orbits.append((values, orbit.values))
+        return orbit
 
 
 @checked

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 
 import numpy as np
 
@@ -22,29 +23,39 @@ class OrbitFigure:
     Attributes:
         name: With its owner.
         kind: "peak", "rms", "harmonic_3", "peak_force", "impulse" or "work".
-        columns: Of the motions of its owner; for the work those of forces, then those of moves.
+        columns: Of the motions of its owners; for the work those of forces, then those of moves.
         harmonic: Number of the harmonic.
+        owners: Number of contacts, whose forces add up.
     """
 
     name: str
     kind: str
     columns: list[int]
     harmonic: int = 0
+    owners: int = 1
 
     @property
     def forces(self) -> bool:
         """True for a figure of contact forces."""
         return self.kind in CONTACT_FIGURES
 
+    def own(self, series: Array) -> Array:
+        """Return its motions of a series: the sum over its owners, or for the work those of all."""
+        x = series[:, self.columns]
+        if self.kind == "work" or self.owners == 1:
+            return x
+        total: Array = x.reshape(len(x), self.owners, -1).sum(axis=1)
+        return total
+
     def value(self, series: Array, h: float) -> tuple[float, Array]:
-        """Return the figure and its derivative by each value of its own columns.
+        """Return the figure and its derivative by each value of its own motions.
 
         Args:
             series: Displacements of all points, (steps, motions), or forces of all contacts, then their moves in each
                 step.
             h: Step, s.
         """
-        x = series[:, self.columns]
+        x = self.own(series)
         size, steps = np.linalg.norm(x, axis=1), len(x)
         unit: Array = x / np.where(size > 0.0, size, 1.0)[:, None]
         if self.kind in ("peak", "peak_force"):
@@ -69,7 +80,7 @@ class OrbitFigure:
     def scale(self, series: Array, h: float) -> float:
         """Return the size that round-off is relative to: the figure, or the elastic work that the work is a part of."""
         value, weight = self.value(series, h)
-        return 0.5 * float(np.abs(series[:, self.columns] * weight).sum()) if self.kind == "work" else value
+        return 0.5 * float(np.abs(self.own(series) * weight).sum()) if self.kind == "work" else value
 
     def slope(self, series: Array, moves: Array, h: float, growth: float) -> float:
         """Return the derivative of the figure.
@@ -83,7 +94,7 @@ class OrbitFigure:
         Raises:
             UserError: There is none.
         """
-        x, moves, (value, weight) = series[:, self.columns], moves[:, self.columns], self.value(series, h)
+        x, moves, (value, weight) = self.own(series), self.own(moves), self.value(series, h)
         if not (moves * weight if self.kind == "work" else moves).any():
             return growth / h * value if self.kind == "impulse" else 0.0
         size = np.linalg.norm(x, axis=1)
@@ -101,7 +112,7 @@ class OrbitFigure:
 
 
 def figure_of(scene: Scene, name: str) -> OrbitFigure:
-    """Return a figure by its name, "owner.kind".
+    """Return a figure by its name, "owner.kind"; a star in the name of contacts of as many motions stands for letters.
 
     Raises:
         UserError: There is none.
@@ -117,9 +128,11 @@ def figure_of(scene: Scene, name: str) -> OrbitFigure:
     number = kind.removeprefix("harmonic_")
     if owner in columns and (kind in ("peak", "rms") or (number != kind and number.isdigit())):
         return OrbitFigure(name, kind, columns[owner], int(number) if number.isdigit() else 0)
-    if owner in contacts and kind in CONTACT_FIGURES:
-        moves = [scene.motions + k for k in contacts[owner]] if kind == "work" else []
-        return OrbitFigure(name, kind, contacts[owner] + moves)
+    found = [one for key, one in contacts.items() if key == owner or (key and fnmatchcase(key, owner))]
+    if kind in CONTACT_FIGURES and len({len(one) for one in found}) == 1:
+        forces = [k for one in found for k in one]
+        moves = [scene.motions + k for k in forces] if kind == "work" else []
+        return OrbitFigure(name, kind, forces + moves, owners=len(found))
     known = [f"{one}.{kind}" for one in columns for kind in POINT_FIGURES]
     known += [f"{one}.{kind}" for one in contacts for kind in CONTACT_FIGURES]
     raise UserError(f"tangents: found figure {name!r}, expected one of {', '.join(known)}")

@@ -94,7 +94,7 @@ class FeedbackLoop(NamedTuple):
         forces: Number of diagonals of R.
         stack: Number of states and inputs: columns of R and S.
         rows: The motions (motions, n), then velocities of unit forces (outputs, n).
-        acted: (ports + outputs, outputs): G W, then W.
+        acted: (outputs, ports + outputs): transposes of G W, then W.
         port: (inputs + outputs,) port of each input and output.
     """
 
@@ -107,7 +107,7 @@ class FeedbackLoop(NamedTuple):
 
     def matrices(self, n: int) -> tuple[Array, Array, Array, Array]:
         """Return R, S, the motions, (motions, n), and velocities of unit forces, (outputs, n), as whole matrices."""
-        outputs, law, rows = self.acted.shape[1], self.law, self.rows
+        outputs, law, rows = len(self.acted), self.law, self.rows
         states = self.stack - 2 * (len(self.port) - outputs)
         R, S, kept = np.zeros((outputs, self.stack)), np.zeros((states, self.stack)), np.zeros((len(rows.first), n))
         for k, (row, column) in enumerate(zip(law.row, law.column, strict=True)):
@@ -172,4 +172,4 @@ def feedback_loop(
     loop = np.linalg.inv(np.eye(outputs) - sensed[:, m:])
     acted: Array = np.vstack([G[:, m:] @ loop, loop])
     met = np.vstack([G[:, :m], np.zeros((outputs, m))]) + acted @ sensed[:, :m]
-    return FeedbackLoop(*diagonals(force, states), force.shape[1], bands(rows, answers), aligned(acted), port), met
+    return FeedbackLoop(*diagonals(force, states), force.shape[1], bands(rows, answers), aligned(acted.T), port), met

@@ -78,6 +78,22 @@ def add(A, x, y, scale):
 
 
 @lanewise
+def across(A, x, y):
+    """Y += A^T x, four rows of A at a time: where rows are many and columns few, no sum runs along a vector."""
+    rows, columns = A.shape
+    for t in range(rows // 4):
+        j = 4 * t
+        for i in range(columns):
+            a0, a1, a2, a3 = A[j, i], A[j + 1, i], A[j + 2, i], A[j + 3, i]
+            for lane in range(L):
+                y[i, lane] += a0 * x[j, lane] + a1 * x[j + 1, lane] + a2 * x[j + 2, lane] + a3 * x[j + 3, lane]
+    for j in range(rows // 4 * 4, rows):
+        for i in range(columns):
+            for lane in range(L):
+                y[i, lane] += A[j, i] * x[j, lane]
+
+
+@lanewise
 def band(A, top, count, x, y):
     """Y = A x by rows of A from `top` on, each from its first entry to its last; indices of A are without a sign."""
     for i in range(count):

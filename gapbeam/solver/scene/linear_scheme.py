@@ -322,15 +322,15 @@ class StepRecords(NamedTuple):
 def step_records(linear: Linear, steps: int, lanes: int, kept: bool, with_energies: bool) -> StepRecords:
     """Return room for the records of a block of steps: motions and forces, and speeds, places and energies."""
     some, all_ = steps * (kept or with_energies), steps * with_energies
-    watched, motions, outputs = len(linear.watch), len(linear.delassus), linear.feed.acted.shape[1]
+    watched, motions, outputs = len(linear.watch), len(linear.delassus), len(linear.feed.acted)
     sizes = (some, watched), (some, motions), (all_, watched), (all_, motions), (all_, 9), (all_, outputs)
     return StepRecords(*(np.zeros((*size, lanes)) for size in sizes))
 
 
 def rooms(linear: Linear, contacts: int, lanes: int) -> tuple[Space, SolveRoom]:
     """Return the work arrays of a condensed scene."""
-    n, m, outputs, watched = len(linear.squares), len(linear.delassus), linear.feed.acted.shape[1], len(linear.watch)
-    sizes = (n, n, n, len(linear.feed.acted), m, m, linear.feed.stack, outputs, m, watched, 1, outputs)
+    n, m, outputs, watched = len(linear.squares), len(linear.delassus), len(linear.feed.acted), len(linear.watch)
+    sizes = (n, n, n, linear.feed.acted.shape[1], m, m, linear.feed.stack, outputs, m, watched, 1, outputs)
     space = Space(*(aligned(np.zeros((rows, lanes))) for rows in sizes))
     arrays = (np.zeros((rows, lanes)) for rows in (m, 2 * m, m, m, m, m, 4))
     lists = tuple(np.zeros(count, dtype=np.int64) for count in (contacts, m, m, m, 1))

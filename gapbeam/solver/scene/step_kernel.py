@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 from gapbeam.solver.scene.force_solve import solve
-from gapbeam.solver.scene.lane_code import L, add, band, clear, copy, diagonals, lanewise, push, spread
+from gapbeam.solver.scene.lane_code import L, across, add, band, clear, copy, diagonals, lanewise, push, spread
 from gapbeam.solver.scene.touch_kernel import call
 
 DAMPED, LAW, RUBBED, LOADED, FED, WALLED, STORED, KINETIC, STRAIN = range(9)
@@ -24,7 +24,7 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
     velocities of the ports, then feedback forces.
     """
     free, y1, stack, moved, feed = space.free, space.y1, space.stack, space.moved, linear.feed
-    m, no, nf, nz, ni = len(linear.delassus), feed.acted.shape[1], len(linear.patterns), len(z), len(yin)
+    m, no, nf, nz, ni = len(linear.delassus), len(feed.acted), len(linear.patterns), len(z), len(yin)
     phi = len(u) - no
     if no:
         copy(z, stack)
@@ -34,7 +34,7 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
                 stack[nz + ni + j, lane] = u[feed.port[j], lane]
         clear(space.felt)
         diagonals(feed.law, 0, feed.forces, stack, space.felt)
-        add(feed.acted, space.felt, u, 1.0)
+        across(feed.acted, space.felt, u)
     for j in range(m):
         for lane in range(L):
             free[j, lane] = y[j, lane] - moved[j, lane] + h * u[j, lane]
@@ -101,7 +101,7 @@ def march(
     )
     speed, lag, u, place, moved, lost = space.speed, space.lag, space.u, space.place, space.moved, space.lost
     n, m, nw = len(squares), len(linear.delassus), len(linear.watch)
-    no, nf = linear.feed.acted.shape[1], len(patterns)
+    no, nf = len(linear.feed.acted), len(patterns)
     fed = len(u) - no - m - nf
     accelerated, diagonal, total = len(acc) > 0, damping.shape[0] == 1, 0
     r, weight, root, drive = space.r, linear.weight, linear.root, speed if diagonal else space.r

@@ -34,8 +34,7 @@ def atlas(
     Exit status: 0 done, 5 some starts did not settle, 2 a fault of the input, 6 results could not be written.
     """
     from gapbeam.interface.case_atlas import scenes_of
-    from gapbeam.solver.case.reading.case_reader import read_case
-    from gapbeam.solver.scene_file.scene_reader import is_scene
+    from gapbeam.solver.case.reading.case_reader import is_scene, read_case
     from gapbeam.studies.atlas.run_atlas import run_atlas
     from gapbeam.studies.trials.axes import read_axis
 

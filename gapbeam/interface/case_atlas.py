@@ -9,11 +9,11 @@ from pathlib import Path
 from gapbeam.interface.case_scene import scene_of_model
 from gapbeam.interface.single_case import model
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.reading.case_reader import is_scene, read_case
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene_file.scene_case import SceneCase
-from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
+from gapbeam.solver.scene_file.scene_reader import read_scene
 from gapbeam.studies.atlas.run_atlas import PeriodicScene
 
 WHOLE = 1e-9  # of a multiple of the lowest frequency

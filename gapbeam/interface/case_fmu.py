@@ -53,9 +53,10 @@ def marched_scene(case: CaseSource, overrides: Overrides = ()) -> MarchedScene:
         UserError: The case has what a scene has no noun for, or another scheme than the default.
         NotConverged: Nothing holds the beam at the start.
     """
+    from gapbeam.solver.case.reading.case_reader import is_scene
     from gapbeam.solver.errors import UserError
     from gapbeam.solver.scene.linear_scheme import MIDPOINT
-    from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
+    from gapbeam.solver.scene_file.scene_reader import read_scene
 
     if is_scene(case):
         read = read_scene(case, overrides)

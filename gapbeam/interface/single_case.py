@@ -10,14 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 from gapbeam.interface.case_source import (
     CaseSource,
+    case_and_rule,
     check_fraction,
     check_range,
     folder_from,
+    is_made,
     name_of,
     shared_case,
 )
 from gapbeam.meshes.versions.launcher_variables import rank_of_launcher
 from gapbeam.process.launcher import all_ranks
+from gapbeam.solver.case.reading.case_reader import is_scene
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.scene.argument_checks import checked
 
@@ -75,13 +78,12 @@ def run(
 
     Collective.
     """
-    from gapbeam.solver.scene.scene import Scene
-    from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
-
     given = {"relative_error": relative_error, "of": of, "at_most": at_most, "overrides": overrides or None}
-    if isinstance(case, Scene):
+    if is_made(case):
         return _run_of_scene(case, output, overwrite, resume, given, march)
     if is_scene(case):
+        from gapbeam.solver.scene_file.scene_reader import read_scene
+
         _refuse(march, 'a file, whose step and end are keys: overrides={"time.end": 0.2}')
         read = read_scene(case, overrides)
         given["overrides"] = None
@@ -89,15 +91,17 @@ def run(
     if march:
         _refuse(march, 'a case, whose step and end are keys: overrides={"time.end": 0.2}')
     comm = all_ranks()
-    from gapbeam.interface.case_source import case_and_rule
-    from gapbeam.solver.run.run_case import run_case
-    from gapbeam.studies.error_estimate.run_errors import errors_wanted, with_errors
-
     folder = folder_from(output, name_of(case))
     whole, rule = case_and_rule(case, overrides, relative_error, of, at_most, comm)
-    wanted = errors_wanted(whole)
+    from gapbeam.solver.run.run_case import run_case
+    from gapbeam.studies.error_estimate.companions import error_way
+
+    way = error_way(whole)
     outcome = run_case(whole, folder, comm, overwrite, resume, rule)
-    outcome = with_errors(whole, outcome, comm) if wanted else outcome
+    if way != "none":
+        from gapbeam.studies.error_estimate.run_errors import with_errors
+
+        outcome = with_errors(whole, outcome, comm)
     return replace(outcome, body=None)  # its memory goes
 
 
@@ -159,9 +163,10 @@ def model(case: CaseSource, overrides: Overrides = (), comm: MPI.Comm | None = N
     Collective.
     """
     ranks = all_ranks() if comm is None else comm
+    read = shared_case(case, overrides, ranks)
     from gapbeam.solver.march.simulation import Simulation
 
-    return Simulation.of_case(shared_case(case, overrides, ranks), ranks)
+    return Simulation.of_case(read, ranks)
 
 
 def scene(case: CaseSource, overrides: Overrides = ()) -> Scene:
@@ -178,9 +183,9 @@ def scene(case: CaseSource, overrides: Overrides = ()) -> Scene:
         CaseError: The case has faults.
         UserError: The case has what a scene has no noun for.
     """
-    from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
-
     if is_scene(case):
+        from gapbeam.solver.scene_file.scene_reader import read_scene
+
         return read_scene(case, overrides).scene
 
     return shared_case(case, overrides, all_ranks()).scene()
@@ -203,15 +208,16 @@ def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription | Scen
 
     Collective.
     """
-    from gapbeam.solver.scene_file.scene_description import describe_scene
-    from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
-
     if is_scene(case):
+        from gapbeam.solver.scene_file.scene_description import describe_scene
+        from gapbeam.solver.scene_file.scene_reader import read_scene
+
         return describe_scene(read_scene(case, overrides))
     comm = all_ranks()
+    read = shared_case(case, overrides, comm)
     from gapbeam.studies.case_description import describe_case
 
-    return describe_case(shared_case(case, overrides, comm), comm)
+    return describe_case(read, comm)
 
 
 def modes(

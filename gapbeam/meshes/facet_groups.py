@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import KDTree
+import scipy
 
 from gapbeam.meshes.beam_geometry import BeamGeometry, BeamStep, groups_of
 from gapbeam.meshes.mesh_readings import exterior_facets, facet_corners, tagged_facets
@@ -45,6 +45,8 @@ def _sides(step: BeamStep, corners: Array, near: float) -> tuple[Flags, Flags]:
         return np.asarray(below), np.asarray(above)
     curves = [(curve.side, middles(curve)) for curve in step.section.curves if curve.side != "inside"]
     sides = np.concatenate([np.full(len(places), side) for side, places in curves])
-    distances, nearest = KDTree(np.concatenate([places for _, places in curves])).query(corners.mean(axis=1))
+    distances, nearest = scipy.spatial.KDTree(np.concatenate([places for _, places in curves])).query(
+        corners.mean(axis=1)
+    )
     touched = np.where(distances < near, sides[nearest], "inside")
     return touched == "below", touched == "above"

@@ -47,9 +47,9 @@ from functools import cache
 from math import factorial, pi, sqrt
 
 import numpy as np
+import scipy
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from gapbeam.solver.system.operators import Array, Indices
 
@@ -281,7 +281,9 @@ class ModeShape:
         places = np.asarray(np.linspace(0.0, 1.0, SAMPLES * (self.mode + 2))[1:], dtype=np.float64)
         values = self(places)
         changes = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)
-        found = [brentq(lambda xi: float(self(np.array(xi))), places[at], places[at + 1]) for at in changes]
+        found = [
+            scipy.optimize.brentq(lambda xi: float(self(np.array(xi))), places[at], places[at + 1]) for at in changes
+        ]
         return np.array(sorted([*found, *places[values == 0.0]]))
 
 

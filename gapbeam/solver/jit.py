@@ -3,6 +3,8 @@
 Compiled code is kept in $NUMBA_CACHE_DIR, or else $XDG_CACHE_HOME/gapbeam (~/.cache/gapbeam), in a folder named after
 the sources that numba compiles: numba looks for changes only in the file of a function, not in the files of the
 functions that it calls. Where that folder cannot be written, every process compiles again, and nothing else changes.
+
+numba takes as long to load as all else that reads a case: it is loaded when the first function is called or compiled.
 """
 
 from __future__ import annotations
@@ -10,22 +12,16 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
-import pickle
 import signal
 import tempfile
 import threading
 import time
 import warnings
 from collections.abc import Callable
-from contextlib import suppress
+from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar
-
-import numba
-from numba.core import config
-from numba.core.caching import FunctionCache
-from numba.extending import register_jitable
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 MARK = b"gapbeam.solver.jit"  # a file that compiles functions imports them from this module
@@ -49,6 +45,7 @@ def cache_base() -> Path | None:
     return Path(given) if given else None if home is None else home / "compiled"
 
 
+@cache
 def cache_folder() -> Path | None:
     """Return the folder for compiled code of these very sources, made if need be; None where none can be written."""
     base = cache_base()
@@ -82,7 +79,6 @@ def report_not_kept(folder: object, error: Exception) -> None:
 
 LOG = logging.getLogger("gapbeam")
 _SAID: list[str] = []  # folders of which was said that they keep nothing: the first one of a process
-_FOLDER = cache_folder()
 IN_ORDER: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}  # False is written: otherwise the caller's holds
 _OPTIONS: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy", "_nrt": False}
 
@@ -90,12 +86,13 @@ _OPTIONS: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy", "_nrt
 def is_kept(function: Callable[..., Any]) -> bool:
     """Return whether machine code of an entry is kept, in any of its variants."""
     name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}-*.nbc"
-    return _FOLDER is not None and next(_FOLDER.rglob(name), None) is not None
+    folder = cache_folder()
+    return folder is not None and next(folder.rglob(name), None) is not None
 
 
 def is_pending(function: Callable[..., Any]) -> bool:
     """Return whether machine code of an entry could be kept, and is not yet."""
-    return _FOLDER is not None and not is_kept(function)
+    return cache_folder() is not None and not is_kept(function)
 
 
 def compile_in_another_process(call: Callable[[], object], look: Callable[[], None]) -> None:
@@ -147,37 +144,69 @@ def _only_noting(noted: list[int]) -> dict[int, Any]:
     return {number: signal.signal(number, lambda came, _: noted.append(came)) for number in heard}
 
 
+class _Late:
+    """A function that numba compiles, which loads numba when it is first called, or called by compiled code."""
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any], kept: bool) -> None:
+        update_wrapper(self, function)
+        self._function, self._options, self._kept = function, options, kept
+
+    @cached_property
+    def _made(self) -> Any:
+        from gapbeam.solver.machine_code import dispatcher, register_jitable
+
+        while _SHARED:
+            register_jitable(**_OPTIONS)(_SHARED.pop())
+        folder = cache_folder() if self._kept else None
+        return dispatcher(self._function, self._options, folder, report_not_kept)
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return self._made(*arguments, **named)
+
+    def __getattr__(self, name: str) -> Any:  # `_numba_type_` among others, by which numba knows what it calls
+        if name in ("_function", "_options", "_kept"):  # of an object that is not made yet
+            raise AttributeError(name)
+        return getattr(self._made, name)
+
+    def __reduce__(self) -> str:
+        return str(self._function.__qualname__)  # its name in its module, from which another process takes it
+
+
+_SHARED: list[Callable[..., Any]] = []  # functions that numba does not know yet
+
+
+def _late(function: Function, options: dict[str, Any], kept: bool = False) -> Function:
+    made: Function = _Late(function, options, kept)  # type: ignore[assignment]
+    return made
+
+
 def compiled(function: Function) -> Function:
     """Compile a function of numbers and arrays that entries call, as part of these.
 
     Its code is copied to where it is called: a call copies every array of the tables that it is given, in every step.
     """
-    made: Function = numba.njit(**(_OPTIONS | {"forceinline": True}))(function)
-    return made
+    return _late(function, _OPTIONS | {"forceinline": True})
 
 
 def compiled_apart(function: Function) -> Function:
     """Compile like `compiled`, but as a called function: for long ones called from several places, or rarely."""
-    made: Function = numba.njit(**_OPTIONS)(function)
-    return made
+    return _late(function, _OPTIONS)
 
 
 def allocating(function: Function) -> Function:
     """Compile like `compiled` a function that makes arrays."""
-    made: Function = numba.njit(**(_OPTIONS | {"_nrt": True}))(function)
-    return made
+    return _late(function, _OPTIONS | {"_nrt": True})
 
 
 def shared(function: Function) -> Function:
     """Compile a function of numbers where kernels call it; Python calls it as it stands."""
-    made: Function = register_jitable(**_OPTIONS)(function)
-    return made
+    _SHARED.append(function)
+    return function
 
 
 def compiled_in_order(function: Function) -> Function:
     """Compile like `compiled`, keeping the written order of operations: the same digits wherever it is called from."""
-    made: Function = numba.njit(**IN_ORDER)(function)
-    return made
+    return _late(function, IN_ORDER)
 
 
 def entry(function: Function) -> Function:
@@ -205,45 +234,6 @@ def allocating_entry(function: Function) -> Function:
     return kept(function, _OPTIONS | {"_nrt": True})
 
 
-class _DispensableCache(FunctionCache):  # type: ignore[misc]  # numba has no types
-    """Machine code on the disk, which a run does without where it cannot be kept or read.
-
-    numba ends the caller where the disk is full, and where what a full disk left is cut.
-    """
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return machine code; None where there is none, or none that can be read."""
-        try:
-            return super().load_overload(sig, target_context)
-        except Exception as error:
-            self._forget(error)
-            return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep machine code, where that is possible."""
-        try:
-            super().save_overload(sig, data)
-        except (OSError, EOFError, pickle.PickleError) as error:
-            self._forget(error)
-
-    def _forget(self, error: Exception) -> None:
-        """Remove the index, which leads to code that is not there, and say that this process compiles for itself."""
-        with suppress(OSError):
-            Path(self._cache_file._index_path).unlink(missing_ok=True)
-        report_not_kept(self.cache_path, error)
-
-
 def kept(function: Function, options: dict[str, Any]) -> Function:
     """Compile a function when it is first called, and keep the machine code; `options` are those of numba."""
-    made: Function
-    if _FOLDER is None:
-        made = numba.njit(**options)(function)
-        return made
-    before, config.CACHE_DIR = config.CACHE_DIR, str(_FOLDER)
-    try:
-        made = numba.njit(**options)(function)
-        dispatcher: Any = made
-        dispatcher._cache = _DispensableCache(function)
-    finally:
-        config.CACHE_DIR = before
-    return made
+    return _late(function, options, kept=True)

@@ -43,7 +43,8 @@ from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.system.semi_discrete import Snapshots
 from gapbeam.studies.error_estimate.companion_marches import companion_motions
-from gapbeam.studies.error_estimate.run_errors import errors_wanted, plan_of
+from gapbeam.studies.error_estimate.companions import error_way
+from gapbeam.studies.error_estimate.run_errors import plan_of
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -313,7 +314,7 @@ def cost_of_errors(model: Model, comm: MPI.Comm) -> tuple[float, int]:
     Collective.
     """
     case = model.case
-    if not errors_wanted(case) or not isinstance(case.analysis, Transient) or case.analysis.state is not None:
+    if error_way(case) == "none" or not isinstance(case.analysis, Transient) or case.analysis.state is not None:
         return 0.0, 0
     computed = {default.key: default.value for default in model.defaults}
     small = comm.size == 1 and not isinstance(case.model, FullModel)

@@ -19,10 +19,10 @@ from docs.site.code_blocks import Block, blocks, kind_of
 from gapbeam.command_line import app
 from gapbeam.process.usage_errors import ClickException, UsageError
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
+from gapbeam.solver.case.reading.case_reader import is_scene, read_case, read_case_text
 from gapbeam.solver.case.reading.known_keys import check_types
 from gapbeam.solver.scene_file.scene_case import SceneCase
-from gapbeam.solver.scene_file.scene_reader import is_scene, read_scene
+from gapbeam.solver.scene_file.scene_reader import read_scene
 from gapbeam.studies.identification.identification_tables import Identification
 from gapbeam.studies.trials.axes import read_axis
 

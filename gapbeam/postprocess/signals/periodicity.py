@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from gapbeam.postprocess.signals.signal import Signal, SignalError
 from gapbeam.postprocess.signals.spectra import whole_periods
@@ -311,7 +311,9 @@ def _drifts(waves: FloatArray, difference: FloatArray, p: int) -> bool:
 def _at(signal: Signal, time: FloatArray) -> FloatArray:
     if signal.time.size < 4:
         return np.asarray(np.interp(time, signal.time, signal.values))
-    return np.asarray(CubicSpline(signal.time, signal.values)(np.clip(time, signal.time[0], signal.time[-1])))
+    return np.asarray(
+        scipy.interpolate.CubicSpline(signal.time, signal.values)(np.clip(time, signal.time[0], signal.time[-1]))
+    )
 
 
 def _percent(fraction: float) -> str:

@@ -22,9 +22,8 @@ from dataclasses import dataclass
 from math import cos, exp, pi, sin, sqrt
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.signal import lfilter, welch
-from scipy.stats import chi2
 
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.signal import INTERVAL_MEANS, SignalError, record_columns
@@ -116,7 +115,7 @@ def largest_response(values: np.ndarray, interval: float, frequency: float, damp
             (-2.0 * step * c + 2.0 * damping * (1.0 - decay * decay) - 2.0 * mixed) / step,
             (decay * decay * (step + 2.0 * damping) - 2.0 * damping * c + mixed) / step,
         )
-    return float(np.abs(lfilter(rows, (1.0, -2.0 * c, decay * decay), values)).max())
+    return float(np.abs(scipy.signal.lfilter(rows, (1.0, -2.0 * c, decay * decay), values)).max())
 
 
 def shock_rows(found: ShockSpectrum) -> list[str]:
@@ -201,10 +200,14 @@ def power_density(history: xr.Dataset, record: str, resolution: float | None = N
     moving = {label: one.values for label, one in columns.items() if np.ptp(one.values) > 0.0}
     if not moving:
         raise SignalError(f"{record}: no value changes, there is no power to find")
-    found = {label: welch(one, 1.0 / interval, "hann", size, size // 2)[1][1:] for label, one in moving.items()}
+    found = {
+        label: scipy.signal.welch(one, 1.0 / interval, "hann", size, size // 2)[1][1:] for label, one in moving.items()
+    }
     windows = (time.size - size // 2) // (size - size // 2)
     freedom = 2.0 * windows / (1.0 + (1.0 - 1.0 / windows) / 18.0)
-    least, most = (float(freedom / chi2.ppf(0.5 + 0.5 * sign * CONFIDENCE, freedom)) for sign in (1.0, -1.0))
+    least, most = (
+        float(freedom / scipy.stats.chi2.ppf(0.5 + 0.5 * sign * CONFIDENCE, freedom)) for sign in (1.0, -1.0)
+    )
     frequency = np.fft.rfftfreq(size, interval)[1:]
     rms = {label: float(np.std(one)) for label, one in moving.items()}
     return PowerDensity(record, unit, frequency, found, rms, windows, least, most, tuple(notes))

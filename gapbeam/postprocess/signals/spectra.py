@@ -16,9 +16,8 @@ from fractions import Fraction
 from typing import Literal
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.interpolate import CubicSpline, make_interp_spline
-from scipy.signal import get_window
 
 from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning
 from gapbeam.solver.record_table import SMOOTHING_WINDOW
@@ -108,7 +107,7 @@ def spectrum(
     if size < 8:
         raise SignalError(f"{signal.name}: {size} values in the span are too few for a spectrum")
     name = window or ("hann" if count is None else "rectangular")
-    weights = get_window(_SCIPY.get(name, name), size, fftbins=True)
+    weights = scipy.signal.get_window(_SCIPY.get(name, name), size, fftbins=True)
     mean = float(span.values.mean())
     transform = np.fft.rfft(weights * (span.values - mean)) * (2.0 / weights.sum())
     frequency = np.fft.rfftfreq(size, interval)
@@ -182,7 +181,7 @@ def _whole_periods(
     step = periods / forcing_frequency / size
     time = signal.time[-1] - step * np.arange(size - 1, -1, -1)
     time = time + max(0.0, float(signal.time[0] - time[0]))
-    values = CubicSpline(signal.time, signal.values)(time)
+    values = scipy.interpolate.CubicSpline(signal.time, signal.values)(time)
     return Signal(time, values, signal.unit, signal.name, signal.width), periods
 
 
@@ -397,7 +396,7 @@ def _integral_of_steps(signal: Signal, at: FloatArray) -> FloatArray:
 
 
 def _integral_of_lines(signal: Signal, at: FloatArray) -> FloatArray:
-    integral = make_interp_spline(signal.time, signal.values, k=1).antiderivative()
+    integral = scipy.interpolate.make_interp_spline(signal.time, signal.values, k=1).antiderivative()
     return np.asarray(integral(np.clip(at, signal.time[0], signal.time[-1])))
 
 

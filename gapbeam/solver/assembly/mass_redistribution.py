@@ -17,11 +17,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
-from scipy.sparse import csr_matrix
-from scipy.spatial import cKDTree
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array, Indices
@@ -59,7 +58,7 @@ def extrapolation(space: Any, facets: Indices, lumped: bool = False) -> PETSc.Ma
     body = np.concatenate(comm.allgather(places[inside]))
     order = np.argsort(numbers)
     numbers, body = numbers[order], body[order]
-    tree = cKDTree(body)
+    tree = scipy.spatial.cKDTree(body)
     axes = dimension - 1 if lumped else dimension
     found = [_coefficients(tree, body, place, axes, height) for place in places[on_face]]
     if not comm.allreduce(all(each is not None for each in found), op=MPI.LAND):
@@ -81,7 +80,7 @@ def extrapolation(space: Any, facets: Indices, lumped: bool = False) -> PETSc.Ma
     row = ((row - first)[:, None] * block + components).reshape(-1)
     column = (column[:, None] * block + components).reshape(-1)
     size, total = (end - first) * block, index_map.size_global * block
-    matrix = csr_matrix((np.repeat(value, block), (row, column)), (size, total))
+    matrix = scipy.sparse.csr_matrix((np.repeat(value, block), (row, column)), (size, total))
     pattern = (matrix.indptr.astype(PETSc.IntType), matrix.indices.astype(PETSc.IntType), matrix.data)
     return PETSc.Mat().createAIJ(((size, total), (size, total)), csr=pattern, comm=comm)
 
@@ -94,7 +93,9 @@ def _extent(comm: Any, on_faces: Array) -> tuple[float, float]:
     return float(high[0]), float(high[-1] - low[-1])
 
 
-def _coefficients(tree: cKDTree, body: Array, place: Array, axes: int, height: float) -> tuple[Indices, Array] | None:
+def _coefficients(
+    tree: scipy.spatial.cKDTree, body: Array, place: Array, axes: int, height: float
+) -> tuple[Indices, Array] | None:
     """Return nodes and their c_ij by moving least squares of functions linear in the first axes, or None.
 
     Nodes farther away than the height of the beam are none of its neighbours.

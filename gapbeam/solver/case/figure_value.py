@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
+import scipy
 
 Array = np.ndarray
 CONFIDENCE = 0.95
@@ -81,7 +81,7 @@ def probability(blank: FigureValue, t: Array, x: Array, limit: float, duration: 
     edges = t[0] + duration * np.arange(count + 1)
     t, x = np.concatenate([t, edges]), np.concatenate([x, np.interp(edges, t, x)])
     ends = ((t[x > limit, None] >= edges[:-1]) & (t[x > limit, None] <= edges[1:])).any(axis=0)
-    happened = binomtest(int(ends.sum()), count)
+    happened = scipy.stats.binomtest(int(ends.sum()), count)
     interval = happened.proportion_ci(CONFIDENCE)
     return replace(blank, value=float(happened.statistic), low=float(interval.low), high=float(interval.high))
 

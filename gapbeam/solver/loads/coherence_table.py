@@ -39,8 +39,8 @@ from math import pi
 from typing import Annotated, Literal
 
 import numpy as np
+import scipy
 from pydantic import Field
-from scipy.linalg import eigvalsh, toeplitz
 
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.system.operators import Array
@@ -200,7 +200,7 @@ class MeasuredCoherence(CoherenceTable):
 def _least_eigenvalue(coherence: MeasuredCoherence) -> float:
     """Return the least eigenvalue of the coherences of places at equal distances, over the largest."""
     places = np.asarray(np.linspace(0.0, 4.0 * coherence.distances[-1], PLACES))
-    found = eigvalsh(toeplitz(coherence.at(places)))
+    found = scipy.linalg.eigvalsh(scipy.linalg.toeplitz(coherence.at(places)))
     return float(found[0] / found[-1])
 
 

@@ -32,8 +32,7 @@ from math import atanh, sqrt, tanh
 from typing import Any
 
 import numpy as np
-from scipy.signal import welch
-from scipy.stats import chi2, norm
+import scipy
 
 from gapbeam.solver.loads.random_function import RandomSignal, SharedNoise, grid_densities
 from gapbeam.solver.system.operators import Array
@@ -73,7 +72,7 @@ def compared(signal: RandomSignal, end: float) -> dict[str, Any]:
         return found
     values = signal.value(np.arange(count) / rate)
     length = 2 * int(0.5 * rate * LINES / _narrowest(edges))
-    lines, generated = welch(values, rate, "hann", length, length // 2, detrend=False)
+    lines, generated = scipy.signal.welch(values, rate, "hann", length, length // 2, detrend=False)
     width, windows = rate / length, 2 * count // length - 1
     seen = np.convolve(_mirrored(grid_densities(asked, lines, width)), HANN, mode="valid")
     expected = np.asarray(seen, dtype=float)
@@ -110,7 +109,8 @@ def _band(expected: Array, generated: Any, first: int, last: int, width: float, 
     variance = (1.0 + (1.0 - 1.0 / windows) / 18.0) / windows * pairs / float(np.sum(parts)) ** 2
     freedom = 2.0 / variance
     least, most = (
-        float(chi2.ppf(share, freedom)) / freedom for share in (0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE)
+        float(scipy.stats.chi2.ppf(share, freedom)) / freedom
+        for share in (0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE)
     )
     return {
         "from": first * width,
@@ -168,7 +168,7 @@ def _judged(total: complex, gamma: Array) -> dict[str, float | None]:
     """Return the coherence of a band with its interval, and by how much its phase is off, degrees."""
     asked = float(np.mean(gamma))
     center = atanh(min(asked, CERTAIN))
-    reach = float(norm.ppf(0.5 + 0.5 * CONFIDENCE)) / sqrt(2.0 * len(gamma) / DEPENDENT - 3.0)
+    reach = float(scipy.stats.norm.ppf(0.5 + 0.5 * CONFIDENCE)) / sqrt(2.0 * len(gamma) / DEPENDENT - 3.0)
     low = tanh(center - reach)
     return {
         "asked": asked,

@@ -47,7 +47,7 @@ from math import ceil, log2
 from typing import TypeVar
 
 import numpy as np
-from scipy.sparse import csr_matrix
+import scipy
 
 from gapbeam.solver.loads.random_spectra import PowerSpectrum, smoothed
 from gapbeam.solver.loads.time_function import piecewise_mean, ramped
@@ -262,7 +262,9 @@ def _splines(windows: Array, places: Indices, u: Array) -> Array:
     if len(u) < FEW:
         return np.asarray(np.sum(weights[:, :, None] * windows[columns], axis=1))
     starts = np.arange(0, SUPPORT * len(u) + 1, SUPPORT)
-    return np.asarray(csr_matrix((weights.ravel(), columns.ravel(), starts), shape=(len(u), len(windows))) @ windows)
+    return np.asarray(
+        scipy.sparse.csr_matrix((weights.ravel(), columns.ravel(), starts), shape=(len(u), len(windows))) @ windows
+    )
 
 
 def filter_response(spectrum: PowerSpectrum) -> Array:

@@ -37,8 +37,8 @@ from math import atanh, ceil, sqrt, tanh
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
+import scipy
 from pydantic import Field
-from scipy.stats import norm
 
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.coherence_table import CoherenceChoice, CoherenceTable, double_integrals
@@ -150,7 +150,7 @@ def compared_coherence(
     times = np.arange(count) / rate
     forces = weights.T @ np.stack([signal.value(times) for signal in signals])
     products, squares = forces @ forces[middle], np.sum(forces**2, axis=1)
-    reach = float(norm.ppf(0.5 + 0.5 * CONFIDENCE)) / sqrt(pairs - 3.0)
+    reach = float(scipy.stats.norm.ppf(0.5 + 0.5 * CONFIDENCE)) / sqrt(pairs - 3.0)
     for place in (int(one) for one in strong if one != middle):
         asked = float(covariance[place, middle] / (sizes[place] * sizes[middle]))
         center = atanh(min(max(asked, -CERTAIN), CERTAIN))

@@ -25,8 +25,8 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+import scipy
 from pydantic import Field
-from scipy.special import exprel
 
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_table import Column
@@ -373,7 +373,7 @@ class PowerSpectrum:
     def _gained(self, place: Any, frequencies: Array, logarithm: Array, slope: Array) -> Array:
         """Return the integral from the start of a segment to a frequency in it, (count,)."""
         starts, heights = np.array(self.frequencies)[place], np.array(self.densities)[place]
-        curved = starts * logarithm * exprel((slope + 1.0) * logarithm)
+        curved = starts * logarithm * scipy.special.exprel((slope + 1.0) * logarithm)
         return np.asarray(heights * np.where(starts > 0.0, curved, frequencies))
 
 

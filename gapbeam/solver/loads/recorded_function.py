@@ -23,7 +23,7 @@ from functools import cached_property, lru_cache
 from typing import Any, Literal, TypeVar
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
+import scipy
 
 from gapbeam.solver.errors import Fault, UserError
 from gapbeam.solver.loads.load_table import Holes, RecordedTable
@@ -73,7 +73,7 @@ class RecordCurve:
         checksum: SHA-256 of the file.
     """
 
-    pieces: PPoly
+    pieces: scipy.interpolate.PPoly
     first: float
     checksum: str
 
@@ -175,16 +175,18 @@ def holes_between(times: Array) -> Indices:
     return np.asarray(np.flatnonzero(gaps > WIDEST * float(np.median(gaps)) * (1.0 + ALIKE)))
 
 
-def _pieces(times: Array, values: Array, interpolation: Literal["cubic", "monotone"], closed: bool) -> PPoly:
+def _pieces(
+    times: Array, values: Array, interpolation: Literal["cubic", "monotone"], closed: bool
+) -> scipy.interpolate.PPoly:
     """Return the curve through rows; a straight line through two."""
     if interpolation == "monotone":
-        return PchipInterpolator(times, values)
-    return CubicSpline(times, values, bc_type="periodic" if closed else "not-a-knot")
+        return scipy.interpolate.PchipInterpolator(times, values)
+    return scipy.interpolate.CubicSpline(times, values, bc_type="periodic" if closed else "not-a-knot")
 
 
 def _filled(
     times: Array, values: Array, holes: Indices, interpolation: Literal["cubic", "monotone"], straight: bool
-) -> PPoly:
+) -> scipy.interpolate.PPoly:
     """Return the curves through the rows between holes, with straight lines across these, or 0 in them."""
     coefficients = np.zeros((4, len(times) - 1))
     starts, ends = np.concatenate([[0], holes + 1]), np.concatenate([holes, [len(times) - 1]])
@@ -196,7 +198,7 @@ def _filled(
     if straight:
         coefficients[2, holes] = (values[holes + 1] - values[holes]) / (times[holes + 1] - times[holes])
         coefficients[3, holes] = values[holes]
-    return PPoly(coefficients, times)
+    return scipy.interpolate.PPoly(coefficients, times)
 
 
 def _hole(times: Array, first: float, holes: Indices) -> Fault:

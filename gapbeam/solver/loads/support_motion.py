@@ -24,8 +24,8 @@ from math import cos, pi, radians
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
+import scipy
 from pydantic import Field
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator, PPoly
 
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_table import LoadTable
@@ -226,12 +226,12 @@ class ClearanceChange(MovingSupport):
         """None: it opens and closes on all sides."""
 
     @cached_property
-    def curve(self) -> PPoly:
+    def curve(self) -> scipy.interpolate.PPoly:
         """The curve x, m over s."""
         times, changes = np.array(self.times), np.array(self.changes)
-        slopes = PchipInterpolator(times, changes).derivative()(times)
+        slopes = scipy.interpolate.PchipInterpolator(times, changes).derivative()(times)
         slopes[[0, -1]] = 0.0
-        return CubicHermiteSpline(times, changes, slopes)
+        return scipy.interpolate.CubicHermiteSpline(times, changes, slopes)
 
     def time_function(self) -> TimeFunction:
         """Return x(t)."""

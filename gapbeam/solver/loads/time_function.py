@@ -29,7 +29,7 @@ from math import log, pi
 from typing import Any, Literal, TypeVar
 
 import numpy as np
-from scipy.special import exprel
+import scipy
 
 from gapbeam.solver.system.operators import Alike, Array
 
@@ -212,7 +212,7 @@ class SweptSine:
         share = times / self.duration
         if self.spacing == "linear":
             return np.asarray(times * (self.first + 0.5 * (self.last - self.first) * share))
-        return np.asarray(self.first * times * exprel(log(self.last / self.first) * share))
+        return np.asarray(self.first * times * scipy.special.exprel(log(self.last / self.first) * share))
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.periodic.floquet import (
@@ -420,7 +420,7 @@ class _Walk:
             return test(found.point)
 
         try:
-            root = float(brentq(at, 0.0, 1.0, xtol=LOCATED))
+            root = float(scipy.optimize.brentq(at, 0.0, 1.0, xtol=LOCATED))
         except (NotConverged, ValueError):
             root = max(known)
         share = min(known, key=lambda tried: abs(tried - root))

@@ -11,7 +11,7 @@ from os import PathLike
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
-import scipy.sparse as sp
+import scipy
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
@@ -168,8 +168,8 @@ def matrix(value: Any, where: str) -> Any:
     Raises:
         UserError: It is not square, or has entries that are not finite.
     """
-    if sp.issparse(value):
-        found = sp.csr_matrix(value)
+    if scipy.sparse.issparse(value):
+        found = scipy.sparse.csr_matrix(value)
         found.data = finite(found.data, where)
     else:
         found = np.atleast_2d(finite(value, where))

@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError, finite
@@ -123,7 +123,7 @@ def fit(rows: Array, states: int, tolerance: float = TOLERANCE) -> CoefficientFi
         if states and np.all(np.diff(some) > 0.0):
             bounds = low - 2.0, high + 2.0
             options = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-14)
-            found = least_squares(lambda x: solved(x)[1].ravel(), some, bounds=bounds, **options)
+            found = scipy.optimize.least_squares(lambda x: solved(x)[1].ravel(), some, bounds=bounds, **options)
             if found.cost < least:
                 best, least = found.x, found.cost
     return CoefficientFit(reduced, c, np.exp(best), solved(best)[0], tolerance)

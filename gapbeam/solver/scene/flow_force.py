@@ -22,8 +22,8 @@ from math import factorial, pi
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 import scipy.linalg as sl
-from scipy.interpolate import make_interp_spline
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
@@ -114,7 +114,7 @@ def span(
     points = tuple(structure[name] for name in names)
     if len({len(point.rows) for point in points}) > 1:
         raise UserError(f"{where}: its points have different numbers of motions; expected the same number")
-    spline = make_interp_spline(x, np.eye(len(x)), k=min(DEGREE, len(x) - 1))
+    spline = scipy.interpolate.make_interp_spline(x, np.eye(len(x)), k=min(DEGREE, len(x) - 1))
     lengths = spline.integrate(x[0], x[-1])
     if not np.all(lengths > 0.0):
         raise UserError(f"{where}: the places are too uneven for a spline; space the points evenly")

@@ -10,8 +10,8 @@ from math import inf, pi, sqrt
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, positive
@@ -163,7 +163,7 @@ def flow_margin(scene: Scene, closed: Closed = ()) -> FlowMargin:
             if now > 0.0:
                 return FlowMargin(0.0, float("nan"), lowest, lowest)
         if last <= 0.0 < now:
-            found = float(brentq(growth, factor * 2.0 ** (-1.0 / PARTS), factor, rtol=1e-12))
+            found = float(scipy.optimize.brentq(growth, factor * 2.0 ** (-1.0 / PARTS), factor, rtol=1e-12))
             frequency = abs(leading(found).imag)
             for one in flows_of(at_factor(scene, found)) if frequency > 0.0 else ():
                 one.check(frequency)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy
 
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.scene.argument_checks import checked, finite
@@ -154,7 +154,7 @@ def optimize(
     def narrowing(s: Array) -> Array:
         return np.array([-slopes(s, name) / limit for name, limit in bounds.items()])
 
-    answer = minimize(
+    answer = scipy.optimize.minimize(
         lambda s: at(s).values[figure] / scale, (first - lowest) / span, jac=lambda s: slopes(s, figure) / scale,
         bounds=[(0.0, 1.0)] * len(table), method="SLSQP", options={"maxiter": passes, "ftol": 1e-12},
         constraints=[{"type": "ineq", "fun": room, "jac": narrowing}] if bounds else (),

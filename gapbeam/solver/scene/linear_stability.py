@@ -14,8 +14,8 @@ from math import comb
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq, linear_sum_assignment
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, positive, shown
@@ -123,7 +123,7 @@ def root_locus(scene: Scene, path: str, values: ArrayLike, closed: Closed = (), 
     for value in np.atleast_1d(finite(values, path)):
         found = eigenvalues(scene.with_({path: float(value)}), closed)
         distance = np.abs(last[:, None] - found[None])
-        last = found[linear_sum_assignment(distance)[1]]
+        last = found[scipy.optimize.linear_sum_assignment(distance)[1]]
         rows.append(last)
     return np.array(rows)
 
@@ -172,7 +172,7 @@ def critical_velocity(scene: Scene, path: str, low: float, high: float, closed: 
             f"{high:g}; expected decay at one bound and growth at the other; a structure without damping or that can "
             "move freely decays nowhere"
         )
-    value = float(brentq(growth, low, high, xtol=SAME * low, rtol=SAME))
+    value = float(scipy.optimize.brentq(growth, low, high, xtol=SAME * low, rtol=SAME))
     at = scene.with_({path: value})
     found = eigenvalues(at, closed)[0]
     frequency = abs(float(found.imag))

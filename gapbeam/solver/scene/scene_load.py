@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.interpolate import make_interp_spline
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.time_function import Harmonic
@@ -303,7 +303,7 @@ def moving_force(
         )
     speed = 0.0 if callable(position) else float(finite(position, f"moving force {name or '?'}: position"))
     moved = np.vectorize(position if callable(position) else lambda t: speed * t, otypes=[float])
-    shapes = make_interp_spline(s, np.eye(len(s)), k=min(3, len(s) - 1))
+    shapes = scipy.interpolate.make_interp_spline(s, np.eye(len(s)), k=min(3, len(s) - 1))
     given = Load(points[0].structure, points[0].rows[0], force, name)
 
     def share(i: int) -> Callable[[Any], Any]:

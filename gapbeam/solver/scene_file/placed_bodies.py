@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import lsq_linear
-from scipy.spatial import KDTree
+import scipy
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.structure import Structure
@@ -132,14 +131,16 @@ def _between_lines(first: PlacedBody, second: PlacedBody) -> tuple[Found, Found]
                 f"found parallel structures, as near from {spans[0]:g} to {spans[1]:g} m of the first, expected one "
                 "place; name points"
             )
-    solved = lsq_linear(np.column_stack([ways[0], -ways[1]]), second.places[0] - first.places[0], (0.0, 1.0), tol=1e-14)
+    solved = scipy.optimize.lsq_linear(
+        np.column_stack([ways[0], -ways[1]]), second.places[0] - first.places[0], (0.0, 1.0), tol=1e-14
+    )
     b = second.nearest(first.places[0] + solved.x[0] * ways[0])
     a = first.nearest(b[1])
     return a, second.nearest(a[1])
 
 
 def _between_nodes(first: PlacedBody, second: PlacedBody) -> tuple[Found, Found]:
-    distances, others = KDTree(second.places).query(first.places)
+    distances, others = scipy.spatial.KDTree(second.places).query(first.places)
     at = int(distances.argmin())
     _one(int(np.count_nonzero(distances <= (1.0 + SAME) * distances[at])), float(distances[at]))
     near = int(others[at])

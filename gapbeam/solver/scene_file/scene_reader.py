@@ -6,9 +6,9 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any
 
-from gapbeam.solver.case.reading.case_reader import SCENE, Places, checked_tables, plain_tables
+from gapbeam.solver.case.reading.case_reader import SCENE, Places, SceneSource, checked_tables, plain_tables
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.case.reading.toml_text import key_lines, parse, read_text
 from gapbeam.solver.scene.flow_force import FlowSpan
@@ -19,7 +19,6 @@ from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_checks import FILES, scene_faults
 
 NAME = "case"
-SceneSource = str | os.PathLike[str] | Mapping[str, object]
 
 
 @dataclass(frozen=True)
@@ -81,25 +80,6 @@ class ReadScene:
         if self.case.start.state == "seat":
             return seat(self.scene)
         return self.scene.state(velocity=start_velocities(self.case, self.scene))
-
-
-def is_scene(source: object) -> TypeGuard[SceneSource]:
-    """Return whether a case as Python users have them, a path, text or tables, is of several structures."""
-    if isinstance(source, Mapping):
-        return SCENE in source
-    if not isinstance(source, str | os.PathLike):
-        return False
-    text = str(source)
-    if "\n" not in text:
-        path = Path(source)
-        if not path.is_file():
-            return False
-        text = path.read_text(encoding="utf-8", errors="replace")
-    return any(line.replace(" ", "").startswith(f"[[{SCENE}") for line in text.splitlines()) or _inline(text)
-
-
-def _inline(text: str) -> bool:
-    return any(line.partition("=")[0].strip() == SCENE for line in text.split("[", 1)[0].splitlines() if "=" in line)
 
 
 def read_scene(source: SceneSource, overrides: Overrides = ()) -> ReadScene:

@@ -53,8 +53,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
@@ -162,7 +162,7 @@ def _length(system: SemiDiscreteSystem, law: ContactLaw, force: Array, u: Array,
 
     if slope(1.0) <= -WHOLE * slope(0.0):
         return 1.0
-    return float(brentq(slope, 0.0, 1.0, xtol=1.0e-12)) if slope(0.0) < 0.0 else 1.0
+    return float(scipy.optimize.brentq(slope, 0.0, 1.0, xtol=1.0e-12)) if slope(0.0) < 0.0 else 1.0
 
 
 def _resolved_share(system: SemiDiscreteSystem, law: ContactLaw, total: float, u: Array) -> float:
@@ -382,7 +382,7 @@ class _Search:
             forces = contact.weights * self._law.static(contact.depth(there)).pressure
             return float(first + length * second - forces @ (contact.at(there).gap_matrix @ change))
 
-        return float(brentq(slope, 0.0, 1.0)) if slope(1.0) > -OVERSHOT * slope(0.0) > 0.0 else 1.0
+        return float(scipy.optimize.brentq(slope, 0.0, 1.0)) if slope(1.0) > -OVERSHOT * slope(0.0) > 0.0 else 1.0
 
     def _round_off(self) -> Array:
         """Return an update that round-off in K u alone makes, (n,), m. Collective."""

@@ -17,9 +17,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import spsolve
 
 RATIO = 0.6  # of the lengths of neighboring elements
 INWARD, OUTWARD = 18, 10  # elements toward the corner where blocks meet, and toward the outer faces
@@ -64,10 +63,10 @@ def torsion_of_blocks(corner: tuple[float, float], outer: tuple[float, float], b
     held = (free < count) | (free % count == 0)
     shape = (len(free), len(free))
     rows, columns = np.repeat(numbers, 9, axis=1), np.tile(numbers, 9)
-    matrix = csc_matrix((stiffness.reshape(-1), (rows.reshape(-1), columns.reshape(-1))), shape)
+    matrix = scipy.sparse.csc_matrix((stiffness.reshape(-1), (rows.reshape(-1), columns.reshape(-1))), shape)
     right = np.bincount(numbers.reshape(-1), force.reshape(-1), len(free))
     kept = np.flatnonzero(~held)
-    warping = spsolve(matrix[np.ix_(kept, kept)], right[kept])
+    warping = scipy.sparse.linalg.spsolve(matrix[np.ix_(kept, kept)], right[kept])
     rigid = np.sum(long * high * ((y**2) @ WEIGHTS + (z**2) @ WEIGHTS))
     return float(4.0 * (rigid - right[kept] @ warping))
 

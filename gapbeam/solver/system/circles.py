@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.sparse import csr_matrix
+import scipy
 
 from gapbeam.solver.system.operators import Array, Indices
 
@@ -39,8 +39,8 @@ class Circles:
 
     points: Indices
     members: tuple[Indices, ...]
-    plane: csr_matrix
-    surface: csr_matrix | None
+    plane: scipy.sparse.csr_matrix
+    surface: scipy.sparse.csr_matrix | None
     radii: Array
     middles: Array
     clearances: Array

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.integer[Any]]
@@ -41,7 +41,7 @@ class Factor(Protocol):
     def solve(self, right_side: Array) -> Array:
         """Return A^-1 b; both arrays hold the owned part (n,). Collective."""
 
-    def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
+    def solve_columns(self, interface: Interface, columns: scipy.sparse.csr_matrix) -> Array:
         """Return A^-1 E X for columns X (interface.size, r) on the interface DOFs: (n, r), column-major. Collective."""
 
     def interface_block(self, interface: Interface) -> Array | None:
@@ -157,7 +157,7 @@ class Springs:
     """A sparse matrix (size, size) on the interface DOFs, N/m, with entries between DOFs of one cell only."""
 
     interface: Interface
-    matrix: csr_matrix
+    matrix: scipy.sparse.csr_matrix
 
 
 @dataclass(frozen=True)
@@ -288,8 +288,8 @@ class Reactions:
         turning: Effect of forces along y and z at the stations in round holes, (r, 2k); P is 0 there.
     """
 
-    displacement: Array | csr_matrix
-    velocity: Array | csr_matrix
+    displacement: Array | scipy.sparse.csr_matrix
+    velocity: Array | scipy.sparse.csr_matrix
     loads: Array
     pressure: Array
     friction: Array
@@ -324,6 +324,6 @@ class Reactions:
         return np.asarray(moved + row_product(factors, self.loads.T) + of_contact)
 
 
-def _product(x: Array, rows: Array | csr_matrix) -> Array:
+def _product(x: Array, rows: Array | scipy.sparse.csr_matrix) -> Array:
     """Return the products of rows (r, n) with vectors (times, n): (times, r), the same bits for any number of times."""
     return row_product(x, rows.T) if isinstance(rows, np.ndarray) else np.ascontiguousarray((rows @ x.T).T)

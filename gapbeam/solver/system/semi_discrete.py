@@ -19,8 +19,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.circles import Circles
@@ -64,15 +64,15 @@ class ContactOperator:
     """
 
     interface: Interface
-    gap_matrix: csr_matrix
+    gap_matrix: scipy.sparse.csr_matrix
     weights: Array
     initial_gap: Array
     faces: Indices
     support: Support
     positions: Array
-    force_matrix: csr_matrix | None = None
-    geometry_matrix: csr_matrix | None = None
-    tangents: csr_matrix | None = None
+    force_matrix: scipy.sparse.csr_matrix | None = None
+    geometry_matrix: scipy.sparse.csr_matrix | None = None
+    tangents: scipy.sparse.csr_matrix | None = None
     walls: Walls = NO_WALLS
     frictionless: bool = False
     measures_sliding: bool = False
@@ -91,7 +91,7 @@ class ContactOperator:
         return self.force_matrix is None
 
     @property
-    def rubbed(self) -> csr_matrix | None:
+    def rubbed(self) -> scipy.sparse.csr_matrix | None:
         """T where friction acts along it, (m k, interface.size); None: frictionless."""
         return None if self.frictionless else self.tangents
 
@@ -132,9 +132,9 @@ class ContactOperator:
         """Return the operator with other directions of the stations that turn, (k, 2): itself where none does."""
         return self
 
-    def holding(self, forces: Array, interface_values: Array) -> csr_matrix:  # noqa: ARG002
+    def holding(self, forces: Array, interface_values: Array) -> scipy.sparse.csr_matrix:  # noqa: ARG002
         """Return the stiffness that contact forces, (m,), N, add as they turn, (interface.size, interface.size)."""
-        return csr_matrix((self.interface.size, self.interface.size))
+        return scipy.sparse.csr_matrix((self.interface.size, self.interface.size))
 
     def spread(self, forces: Array) -> Array:
         """Return the forces at the points where the faces were integrated, N, of f, (m,) or (m, times): often f."""
@@ -214,14 +214,14 @@ class ContactOperator:
         return np.asarray(self.tangents @ interface_values).reshape(self.size, -1)
 
     @cached_property
-    def resultants(self) -> csr_matrix:
+    def resultants(self) -> scipy.sparse.csr_matrix:
         """H^T on the interface DOFs, (interface.size, m)."""
-        return csr_matrix((self.gap_matrix if self.force_matrix is None else self.force_matrix).T)
+        return scipy.sparse.csr_matrix((self.gap_matrix if self.force_matrix is None else self.force_matrix).T)
 
     @cached_property
-    def friction_resultants(self) -> csr_matrix:
+    def friction_resultants(self) -> scipy.sparse.csr_matrix:
         """T^T on the interface DOFs, (interface.size, m k); without columns where there is no friction."""
-        return csr_matrix((self.interface.size, 0) if self.rubbed is None else self.rubbed.T)
+        return scipy.sparse.csr_matrix((self.interface.size, 0) if self.rubbed is None else self.rubbed.T)
 
     def closing(self, old: State, new: State, operators: Operators) -> Array:
         """Return -(H (u1 - u0) + W1 - W0), (m,), m: what point forces do work on. Collective where H is not G."""
@@ -231,12 +231,12 @@ class ContactOperator:
         return np.asarray(-moved - self.walls.grown(old.time, new.time))
 
 
-def spring_matrix(rows: csr_matrix, springs: Array) -> csr_matrix:
+def spring_matrix(rows: scipy.sparse.csr_matrix, springs: Array) -> scipy.sparse.csr_matrix:
     """Return R^T diag(s) R of rows R, (m, n), and springs s, (m,), N/m: (n, n)."""
     if rows.nnz > FILLED * rows.shape[0] * rows.shape[1]:
         filled = rows.toarray()
-        return csr_matrix(filled.T @ (springs[:, None] * filled))
-    return csr_matrix(rows.T @ rows.multiply(springs[:, None]))
+        return scipy.sparse.csr_matrix(filled.T @ (springs[:, None] * filled))
+    return scipy.sparse.csr_matrix(rows.T @ rows.multiply(springs[:, None]))
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ A solid (3D) that is loaded in its bending plane has plane companions: their dif
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -23,13 +24,29 @@ from typing import Any
 from gapbeam.solver.case.case import MOST_CELLS, Case
 from gapbeam.solver.case.model_choice import line_radii
 from gapbeam.solver.case.solution_tables import MOST_STATIONS, BeamModel, FullModel, ReducedModel, RigidModel, Time
+from gapbeam.solver.errors import UserError
 from gapbeam.studies.trials.refined_mesh import mesh_keys
 
 SAME, HALF_STEP, TWICE, FOURFOLD = "same", "half step", "twice the step", "four times the step"
 COARSER, FINEST, STIFFER = "coarser mesh", "finest", "stiffer contact"
 FINEST_MODES, FINEST_SHAPES = 40, 19
 FEWEST_SHAPES, MOST_OF_ALL = 3, 200  # shapes along each face, and of all faces together
+VARIABLE = "GAPBEAM_ERRORS"
+WAYS = ("companions", "thorough", "none")
 MOST_STEPS = 2.0  # of all companions, over those of the run
+
+
+def error_way(case: Case) -> str:
+    """Return the way in which errors are estimated, one of `WAYS`: the later of output.errors and GAPBEAM_ERRORS.
+
+    Raises:
+        UserError: GAPBEAM_ERRORS is none of WAYS.
+    """
+    asked = os.environ.get(VARIABLE, WAYS[0])
+    if asked not in WAYS:
+        expected = " or ".join(f'"{way}"' for way in WAYS)
+        raise UserError(f'the environment variable {VARIABLE} is "{asked}"; expected {expected}')
+    return max(asked, case.output.errors, key=WAYS.index)
 
 
 @dataclass(frozen=True)

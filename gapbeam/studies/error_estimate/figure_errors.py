@@ -43,8 +43,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from scipy.stats import f as fisher
-from scipy.stats import t as student
+import scipy
 
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.system.operators import Array
@@ -299,11 +298,11 @@ def quantile_of_means(within: float, between: float, means: int, count: int) -> 
     free = means * (count - 1), means - 1
     level = 0.5 + 0.5 * CONFIDENCE
     if free[1] < 2:  # two means say nothing of how means differ
-        return float(student.ppf(level, free[0]) * np.sqrt(within))
-    if between > within * float(fisher.ppf(SAME_VARIANCE, free[1], free[0])):
-        return float(student.ppf(level, free[1]) * np.sqrt(between))
+        return float(scipy.stats.t.ppf(level, free[0]) * np.sqrt(within))
+    if between > within * float(scipy.stats.f.ppf(SAME_VARIANCE, free[1], free[0])):
+        return float(scipy.stats.t.ppf(level, free[1]) * np.sqrt(between))
     pooled = (free[0] * within + free[1] * between) / sum(free)
-    return float(student.ppf(level, sum(free)) * np.sqrt(pooled))
+    return float(scipy.stats.t.ppf(level, sum(free)) * np.sqrt(pooled))
 
 
 APART = 0.03  # of the range of the motion: beyond, two motions have parted

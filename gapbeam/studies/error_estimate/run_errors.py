@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -20,7 +19,7 @@ from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.solution_tables import FullModel, ReducedModel
-from gapbeam.solver.errors import Interrupted, UserError
+from gapbeam.solver.errors import Interrupted
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH, RIGID, SLENDER
 from gapbeam.solver.run.interruption import Signals
@@ -30,7 +29,7 @@ from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.error_estimate.closing_table import MOST_FORCES, closing_table, with_unit
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
-from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of
+from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of, error_way
 from gapbeam.studies.error_estimate.figure_errors import (
     FigureError,
     figure_errors,
@@ -64,8 +63,6 @@ FAR = 2.0  # times the limit of an assumption on the frequencies that carry the 
 RESOLVING = [one.name for one in (ON_MESH, IN_BASIS, SLENDER, RIGID)]
 MOST_EATEN = 0.2  # of the energy under noise
 ACCELERATION = f" {SMOOTHED_ACCELERATION}"
-VARIABLE = "GAPBEAM_ERRORS"
-WAYS = ("companions", "thorough", "none")
 SHARES = {TWICE: 0.25, FOURFOLD: 0.25}  # of a difference: half the step would make a quarter of it
 
 
@@ -156,23 +153,6 @@ def _add_peaks(case: Case, outcome: Outcome) -> None:
         for face, force in zip(run.faces, forces, strict=True)
     ]
     LOG.info("up to t = %.6g s, without errors: %s", run.end, ", ".join(words[:MOST_FORCES]))
-
-
-def errors_wanted(case: Case) -> bool:
-    """Return whether errors are estimated: neither the case (output.errors) nor GAPBEAM_ERRORS switches them off.
-
-    Raises:
-        UserError: GAPBEAM_ERRORS is none of WAYS.
-    """
-    return "none" not in (_asked(), case.output.errors)
-
-
-def _asked() -> str:
-    asked = os.environ.get(VARIABLE, WAYS[0])
-    if asked not in WAYS:
-        expected = " or ".join(f'"{way}"' for way in WAYS)
-        raise UserError(f'the environment variable {VARIABLE} is "{asked}"; expected {expected}')
-    return asked
 
 
 def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
@@ -298,7 +278,7 @@ def plan_of(case: Case, computed: Mapping[str, Any]) -> CompanionPlan:
     automatic = case.contact.stiffness == "auto"
     stiff = computed.get("contact.stiffness", None if automatic else case.contact.stiffness)
     step = computed.get("time.step", case.time.step)
-    return companions_of(case, step, stiff, automatic, "thorough" in (_asked(), case.output.errors))
+    return companions_of(case, step, stiff, automatic, error_way(case) == "thorough")
 
 
 def errors_of(

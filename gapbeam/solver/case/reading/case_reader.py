@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from pydantic import BaseModel
@@ -28,6 +28,26 @@ __all__ = ["CaseError", "Fault", "case_to_toml", "read_case", "read_tables", "sc
 Root = TypeVar("Root", bound=BaseModel)
 SCENE = "structure"
 """The table that files of several structures have, and no others."""
+SceneSource = str | os.PathLike[str] | Mapping[str, object]
+
+
+def is_scene(source: object) -> TypeGuard[SceneSource]:
+    """Return whether a case as Python users have them, a path, text or tables, is of several structures."""
+    if isinstance(source, Mapping):
+        return SCENE in source
+    if not isinstance(source, str | os.PathLike):
+        return False
+    text = str(source)
+    if "\n" not in text:
+        path = Path(source)
+        if not path.is_file():
+            return False
+        text = path.read_text(encoding="utf-8", errors="replace")
+    return any(line.replace(" ", "").startswith(f"[[{SCENE}") for line in text.splitlines()) or _inline(text)
+
+
+def _inline(text: str) -> bool:
+    return any(line.partition("=")[0].strip() == SCENE for line in text.split("[", 1)[0].splitlines() if "=" in line)
 
 
 def read_case(path: Path | str, overrides: Overrides = ()) -> Case:

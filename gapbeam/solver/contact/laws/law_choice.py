@@ -35,8 +35,8 @@ from collections.abc import Iterator
 from math import asin, asinh, exp, expm1, hypot, log, log1p, nan, pi, sqrt
 from typing import Annotated, ClassVar, Literal
 
+import scipy
 from pydantic import Field
-from scipy.optimize import brentq
 
 from gapbeam.solver.contact.formulations.formulation_choice import ChosenFormulation
 from gapbeam.solver.contact.laws.damper import DampedPoint, Damper, per_area
@@ -149,7 +149,9 @@ def kelvin_voigt_ratio(restitution: float, adhesive: bool) -> float:
     if lost == 0.0:
         return 0.0
     # for zeta > 1 the decay exceeds 2 ln zeta, and up to there e > exp(-2)
-    return float(brentq(lambda zeta: _decay(zeta) - lost, 0.0, exp(0.5 * lost), xtol=1.0e-300, rtol=1.0e-14))
+    return float(
+        scipy.optimize.brentq(lambda zeta: _decay(zeta) - lost, 0.0, exp(0.5 * lost), xtol=1.0e-300, rtol=1.0e-14)
+    )
 
 
 def kelvin_voigt_restitution(ratio: float, adhesive: bool) -> float:
@@ -212,7 +214,7 @@ def hunt_crossley_product(restitution: float) -> float:
         return (p * (1.0 + restitution) - log1p(p) - y) / (y * y)
 
     lowest, highest = 1.0e-3 * (1.0 - restitution), (1.0 + restitution) / restitution
-    y = brentq(excess, lowest, highest, xtol=1.0e-15, rtol=1.0e-14)
+    y = scipy.optimize.brentq(excess, lowest, highest, xtol=1.0e-15, rtol=1.0e-14)
     return -expm1(-float(y)) / restitution
 
 

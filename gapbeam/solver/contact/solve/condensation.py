@@ -26,9 +26,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import LinAlgError, lu_factor, lu_solve, solve
-from scipy.linalg.lapack import dposv
-from scipy.sparse import csr_matrix, hstack, identity
+import scipy
 
 from gapbeam.solver.system.operators import Array, Factor, Indices, IterativeFactor, Springs
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
@@ -99,14 +97,19 @@ class CondensedOperator:
         self._factor = system.operators.factor(mass, stiffness, springs, self.dashpots) if factor is None else factor
         factored = time.perf_counter()
         interface = contact.interface
-        tangents, forces = contact.rubbed, csr_matrix(hstack([contact.resultants, contact.friction_resultants]))
+        tangents, forces = (
+            contact.rubbed,
+            scipy.sparse.csr_matrix(scipy.sparse.hstack([contact.resultants, contact.friction_resultants])),
+        )
         self._by_point = forces.shape[1] < interface.size
         self._columns: Array | None = None
         block: Array | None = None
         if not self._by_point and (seldom or not self._factor.keeps(interface.size)):
             block = self._factor.interface_block(interface)
         if block is None:
-            block = self._by_columns(system, forces if self._by_point else csr_matrix(identity(interface.size)))
+            block = self._by_columns(
+                system, forces if self._by_point else scipy.sparse.csr_matrix(scipy.sparse.identity(interface.size))
+            )
         gaps = contact.gap_matrix @ block
         self._all = np.asfortranarray(gaps if tangents is None else np.concatenate([gaps, tangents @ block]))
         self._gaps = self._all[: contact.size]
@@ -115,7 +118,7 @@ class CondensedOperator:
         self.largest_compliance = float(np.max(self.diagonal, initial=0.0))
         self.seconds = {"factorization": factored - started + factored_in, "delassus": time.perf_counter() - factored}
 
-    def _by_columns(self, system: SemiDiscreteSystem, spanning: csr_matrix) -> Array:
+    def _by_columns(self, system: SemiDiscreteSystem, spanning: scipy.sparse.csr_matrix) -> Array:
         """Return E^T A^-1 E X for columns X on the interface DOFs; keeps A^-1 E X if there is room. Collective."""
         interface, count = system.contact.interface, spanning.shape[1]
         keeps = self._factor.keeps(count)
@@ -145,7 +148,7 @@ class CondensedOperator:
         contact = self._contact
         if contact.rubbed is None:
             return self.delassus
-        forces = csr_matrix(hstack([contact.resultants, contact.friction_resultants]))
+        forces = scipy.sparse.csr_matrix(scipy.sparse.hstack([contact.resultants, contact.friction_resultants]))
         whole = self._all if self._by_point else (forces.T @ self._all.T).T
         return np.ascontiguousarray(0.5 * (whole + whole.T))
 
@@ -223,13 +226,13 @@ class CondensedOperator:
         _add_on_diagonal(matrix, compliance)
         if self.symmetric:
             # transposed it is column-major, and factored in place
-            _, solution, failed = dposv(matrix.T, target, overwrite_a=True)
+            _, solution, failed = scipy.linalg.lapack.dposv(matrix.T, target, overwrite_a=True)
             if not failed:
                 return np.asarray(solution)
         else:
             try:
-                return np.asarray(solve(matrix, target, check_finite=False))
-            except LinAlgError:
+                return np.asarray(scipy.linalg.solve(matrix, target, check_finite=False))
+            except scipy.linalg.LinAlgError:
                 pass
         # Compliances of nearly rigid laws vanish against round-off in D: take the smallest solution.
         matrix = scale * self.among(active)
@@ -261,13 +264,13 @@ class CondensedOperator:
             return None
         gaps = gaps[:, touched]
         block = scale * self._block[np.ix_(touched, touched)]
-        shared = csr_matrix(gaps.T @ gaps.multiply((1.0 / compliance)[:, None]))
+        shared = scipy.sparse.csr_matrix(gaps.T @ gaps.multiply((1.0 / compliance)[:, None]))
         small = np.asarray(shared @ block)
         _add_on_diagonal(small, 1.0)
-        factor = lu_factor(small, overwrite_a=True, check_finite=False)
+        factor = scipy.linalg.lu_factor(small, overwrite_a=True, check_finite=False)
 
         def solved(right: Array) -> Array:
-            found = lu_solve(factor, gaps.T @ (right / compliance), check_finite=False)
+            found = scipy.linalg.lu_solve(factor, gaps.T @ (right / compliance), check_finite=False)
             return np.asarray((right - gaps @ (block @ found)) / compliance)
 
         once = solved(target)
@@ -413,7 +416,7 @@ class MatrixFreeOperator:
         forces = change.copy()
         forces[active] = target / compliance
         right_side = self._load(forces)
-        stiffer = csr_matrix(gaps.T @ gaps.multiply((scale / compliance)[:, None]))
+        stiffer = scipy.sparse.csr_matrix(gaps.T @ gaps.multiply((scale / compliance)[:, None]))
         springs = Springs(self._system.contact.interface, stiffer)
         whole = self.factor.solve_stiffened(
             right_side,

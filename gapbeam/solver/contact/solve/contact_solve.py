@@ -20,7 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from gapbeam.solver.contact.laws.contact_law import StagePressure
 from gapbeam.solver.contact.solve.condensation import Condensed, ForceResponse
@@ -281,7 +281,7 @@ def _exact_step(
         pressure = law(depth + length * change).pressure
         return float(-change @ (forces + length * update - weights * pressure))
 
-    return float(brentq(slope, 0.0, 1.0)) if slope(0.0) < 0.0 < slope(1.0) else 1.0
+    return float(scipy.optimize.brentq(slope, 0.0, 1.0)) if slope(0.0) < 0.0 < slope(1.0) else 1.0
 
 
 def _shorter_step(

@@ -20,7 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+import scipy
 
 from gapbeam.solver.contact.laws.damper import CoulombFriction
 from gapbeam.solver.errors import NotConverged
@@ -135,7 +135,7 @@ def _newton_update(
     places = np.arange(slip.size).reshape(slip.shape)
     matrix[places[:, :, None], places[:, None, :]] += blocks
     target = -np.einsum("mij,mj->mi", blocks, mismatch).reshape(-1)
-    solved = cho_solve(cho_factor(matrix, overwrite_a=True, check_finite=False), target)
+    solved = scipy.linalg.cho_solve(scipy.linalg.cho_factor(matrix, overwrite_a=True, check_finite=False), target)
     return np.asarray(solved).reshape(slip.shape)
 
 

@@ -12,7 +12,7 @@ Source: Farkas (1902); Signorini (1959) and Fichera (1964) for the condition on 
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy
 
 from gapbeam.solver.system.operators import Array
 
@@ -29,7 +29,7 @@ def unopposed_motion(work: Array, openings: Array, bounded: Array, barred: Array
         bounded: B, (b, k), whose rows have no larger values than 1.
         barred: Z, (h, k).
     """
-    found = linprog(
+    found = scipy.optimize.linprog(
         -work,
         A_ub=np.concatenate([-STRICT * openings, bounded, -bounded]),
         b_ub=np.concatenate([np.zeros(len(openings)), np.ones(2 * len(bounded))]),

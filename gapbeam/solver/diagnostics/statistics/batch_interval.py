@@ -35,7 +35,7 @@ from math import exp, inf, sqrt
 from typing import Literal
 
 import numpy as np
-from scipy.stats import t as student
+import scipy
 
 from gapbeam.solver.diagnostics.statistics.block_means import correlation_time
 
@@ -105,7 +105,7 @@ def standard_error(means: Array) -> float:
 @cache
 def quantile(confidence: float, batches: int) -> float:
     """Return the half-width of an interval of a mean of batch means, in standard errors."""
-    return float(student.ppf(0.5 + 0.5 * confidence, batches - 1))
+    return float(scipy.stats.t.ppf(0.5 + 0.5 * confidence, batches - 1))
 
 
 def interval_of_mean(

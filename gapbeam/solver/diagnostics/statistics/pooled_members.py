@@ -21,8 +21,7 @@ from math import log
 from typing import Any
 
 import numpy as np
-from scipy.stats import f as fisher
-from scipy.stats import t as student
+import scipy
 
 from gapbeam.solver.diagnostics.statistics.batch_interval import BATCHES, CONFIDENCE, Interval, interval_about, quantile
 from gapbeam.solver.diagnostics.statistics.run_statistics import ORDER
@@ -63,7 +62,7 @@ def _pooled(members: Sequence[Described], spans: np.ndarray) -> dict[str, Any]:
         interval, kappa = Interval(mean, mean - error, mean + error), None
     else:
         freedom = error**4 / float(np.sum((shares * errors) ** 4)) * (BATCHES - 1)
-        reach = error * float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
+        reach = error * float(scipy.stats.t.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
         interval = interval_about(mean, reach, positive=not name.endswith("mean"))
         kappa = (error / mean / power) ** 2 * float(spans.sum())
     interval = interval.root() if power > 1.0 else interval
@@ -99,4 +98,4 @@ def _disagree(values: np.ndarray, errors: np.ndarray) -> bool:
     if within == 0.0:
         return bool(np.ptp(values) > 0.0)
     ratio = float(np.var(values, ddof=1)) / within
-    return bool(fisher.sf(ratio, len(values) - 1, len(values) * (BATCHES - 1)) < BY_CHANCE)
+    return bool(scipy.stats.f.sf(ratio, len(values) - 1, len(values) * (BATCHES - 1)) < BY_CHANCE)

@@ -14,8 +14,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.record_table import FIELDS_DATA_FILE, VECTOR_FIELDS
@@ -117,7 +117,7 @@ def matching(places: Array, wanted: Array) -> Indices:
         raise ValueError(f"{places.shape[0]} places, expected {wanted.shape[0]}")
     if np.array_equal(places, wanted):
         return np.arange(len(places))
-    near, found = cKDTree(places).query(wanted)
+    near, found = scipy.spatial.cKDTree(places).query(wanted)
     farthest = float(np.max(near, initial=0.0))
     if farthest > SAME_PLACE * float(np.max(np.ptp(wanted, axis=0))):
         raise ValueError(f"places that lie {farthest:.3g} m apart")
@@ -280,7 +280,7 @@ def found_rows(comm: MPI.Comm, places: Array, pieces: Callable[[], Iterator[Valu
     ends = comm.allgather((np.min(places, axis=0, initial=np.inf), np.max(places, axis=0, initial=-np.inf)))
     low, high = np.min([one for one, _ in ends], axis=0), np.max([other for _, other in ends], axis=0)
     tolerance = SAME_PLACE * float(np.max(high - low))
-    tree, count = cKDTree(places), 0
+    tree, count = scipy.spatial.cKDTree(places), 0
     found, times = np.zeros(len(places), dtype=np.int64), np.zeros(len(places), dtype=np.int64)
     for piece in broadcast(comm, pieces):
         near, which = tree.query(piece, distance_upper_bound=2.0 * tolerance)

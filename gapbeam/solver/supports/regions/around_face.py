@@ -22,9 +22,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linprog
-from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from gapbeam.solver.supports.support import Array, Face, Indices
 
@@ -43,11 +42,11 @@ def centroid(normals: Array, limits: Array) -> tuple[tuple[float, float], float]
         return None
     unit = float(np.max(np.abs(limits))) or 1.0
     walls = np.column_stack([normals, np.ones(len(normals))])
-    inner = linprog([0.0, 0.0, -1.0], walls, limits / unit, bounds=[(None, None)] * 3).x
+    inner = scipy.optimize.linprog([0.0, 0.0, -1.0], walls, limits / unit, bounds=[(None, None)] * 3).x
     if inner[2] <= 0.0:
         return (unit * float(inner[0]), unit * float(inner[1])), unit * float(inner[2])
-    corners = HalfspaceIntersection(np.column_stack([normals, -limits / unit]), inner[:2]).intersections
-    corners = corners[ConvexHull(corners).vertices]
+    corners = scipy.spatial.HalfspaceIntersection(np.column_stack([normals, -limits / unit]), inner[:2]).intersections
+    corners = corners[scipy.spatial.ConvexHull(corners).vertices]
     following = np.roll(corners, -1, axis=0)
     doubled = corners[:, 0] * following[:, 1] - following[:, 0] * corners[:, 1]
     middle = unit * (doubled @ (corners + following)) / (3.0 * np.sum(doubled))

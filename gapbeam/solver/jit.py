@@ -149,7 +149,7 @@ class _Late:
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any], kept: bool) -> None:
         update_wrapper(self, function)
-        self._function, self._options, self._kept = function, options, kept
+        self.py_func, self._options, self._kept = function, options, kept
 
     @cached_property
     def _made(self) -> Any:
@@ -158,18 +158,18 @@ class _Late:
         while _SHARED:
             register_jitable(**_OPTIONS)(_SHARED.pop())
         folder = cache_folder() if self._kept else None
-        return dispatcher(self._function, self._options, folder, report_not_kept)
+        return dispatcher(self.py_func, self._options, folder, report_not_kept)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         return self._made(*arguments, **named)
 
     def __getattr__(self, name: str) -> Any:  # `_numba_type_` among others, by which numba knows what it calls
-        if name in ("_function", "_options", "_kept"):  # of an object that is not made yet
+        if name in ("py_func", "_options", "_kept"):  # of an object that is not made yet
             raise AttributeError(name)
         return getattr(self._made, name)
 
     def __reduce__(self) -> str:
-        return str(self._function.__qualname__)  # its name in its module, from which another process takes it
+        return str(self.py_func.__qualname__)  # its name in its module, from which another process takes it
 
 
 _SHARED: list[Callable[..., Any]] = []  # functions that numba does not know yet

@@ -26,7 +26,6 @@ from gapbeam.studies.trials.axes import Axis, Spacing, read_axis
 
 if TYPE_CHECKING:
     from mpi4py import MPI
-    from typing_extensions import TypeIs
 
     from gapbeam.solver.case.case import Case
     from gapbeam.solver.run.stop_rule import StopRule
@@ -97,22 +96,17 @@ def _read(source: CaseSource, overrides: Overrides) -> Case:
     return case_reader.read_case(Path(source), overrides)
 
 
-def is_made(source: object) -> TypeIs[Scene]:
-    """Return whether a source is a scene, not a case; what reads a case does not load what marches a scene."""
-    if isinstance(source, str | PathLike | Mapping | Case):
-        return False
-    from gapbeam.solver.scene.scene import Scene
-
-    return isinstance(source, Scene)
-
-
 def _refuse_scene(source: object) -> None:
     """Refuse a scene where a case is asked for.
 
     Raises:
         UserError: It is one.
     """
-    if is_made(source):
+    if isinstance(source, str | PathLike | Mapping | Case):
+        return  # what reads a case does not load what marches a scene
+    from gapbeam.solver.scene.scene import Scene
+
+    if isinstance(source, Scene):
         raise UserError(
             "found a scene, expected a case; `gapbeam.run` marches one scene into a folder, `gapbeam.ensemble` many "
             'members of it side by side: ensemble(scene, {"left.clearance": values}, step=, end=)'

@@ -14,12 +14,12 @@ from gapbeam.interface.case_source import (
     check_fraction,
     check_range,
     folder_from,
-    is_made,
     name_of,
     shared_case,
 )
 from gapbeam.meshes.versions.launcher_variables import rank_of_launcher
 from gapbeam.process.launcher import all_ranks
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import is_scene
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.scene.argument_checks import checked
@@ -79,7 +79,7 @@ def run(
     Collective.
     """
     given = {"relative_error": relative_error, "of": of, "at_most": at_most, "overrides": overrides or None}
-    if is_made(case):
+    if not isinstance(case, str | PathLike | Mapping | Case):
         return _run_of_scene(case, output, overwrite, resume, given, march)
     if is_scene(case):
         from gapbeam.solver.scene_file.scene_reader import read_scene

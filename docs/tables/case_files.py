@@ -103,20 +103,27 @@ def reference(name: str) -> str:
     else:
         parts += [*_table(loose, ("",)), ""]
     same: dict[tuple[Row, ...], str] = {}  # keys of a table without their units, and its heading
+    elsewhere = list[str]()
     for section, headers in sections(root).items():
+        if section in there:
+            page_there, named = there[section]
+            heading = _heading(named)
+            address = f"{page_there}#{_anchor(heading)}"
+            elsewhere.append(f"[{_heading(headers).replace('[', '').replace(']', '')}]({address})")
+            continue
         parts += [f"### {_heading(headers)}", ""]
         keys = tuple((key, value, meaning.rpartition(", ")[0]) for (key, value, meaning), _ in section.rows)
         if same.setdefault(keys, _heading(headers)) != _heading(headers) and len(keys) >= SHARED:
             units = dict.fromkeys(meaning.rpartition(", ")[2] for (_, _, meaning), _ in section.rows)
             parts += [f"{section.purposes[0][1]} As {same[keys]}, in {either(units)}.", ""]
             continue
-        if section in there:
-            page_there, named = there[section]
-            heading = _heading(named)
-            parts += [f"As [{heading.replace('[', '').replace(']', '')}]({page_there}#{_anchor(heading)}).", ""]
-            continue
         kinds = section.purposes
-        parts += [f"* `{kind}`: {words}" for kind, words in kinds] if kinds[0][0] else [kinds[0][1]]
+        described = {kind for other, (_, named) in there.items() if headers[0] in named for kind in other.purposes}
+        shared = [kind for kind in kinds if kind in described] if len(kinds) > 1 else []
+        own = kinds if len(shared) < SHARED else [kind for kind in kinds if kind not in described]
+        parts += [f"* `{kind}`: {words}" for kind, words in own] if kinds[0][0] else [kinds[0][1]]
+        if len(own) < len(kinds):
+            parts.append(f"* as in case files: {', '.join(f'`{kind}`' for kind, _ in shared)}")
         parts.append("")
         if headers == ASSUMED:
             named = ", ".join(key for key, _, _ in keys)
@@ -124,6 +131,8 @@ def reference(name: str) -> str:
             continue
         known = {row for other, (_, named) in there.items() if headers[0] in named for row, _ in other.rows}
         parts += _kept(section.rows, known, tuple(k for k, _ in kinds), f"{FIRST}#{_anchor(_heading(headers))}", FIRST)
+    if elsewhere:
+        parts += ["### As on another page", "", f"{', '.join(elsewhere)}.", ""]
     return "\n".join(parts)
 
 

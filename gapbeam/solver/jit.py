@@ -155,8 +155,9 @@ class _Late:
     def _made(self) -> Any:
         from gapbeam.solver.machine_code import dispatcher, register_jitable
 
-        while _SHARED:
-            register_jitable(**_OPTIONS)(_SHARED.pop())
+        with _ONE:
+            while _SHARED:
+                register_jitable(**_OPTIONS)(_SHARED.pop())
         folder = cache_folder() if self._kept else None
         return dispatcher(self.py_func, self._options, folder, report_not_kept)
 
@@ -173,6 +174,7 @@ class _Late:
 
 
 _SHARED: list[Callable[..., Any]] = []  # functions that numba does not know yet
+_ONE = threading.Lock()  # for the thread that makes them known
 
 
 def _late(function: Function, options: dict[str, Any], kept: bool = False) -> Function:

@@ -55,7 +55,8 @@ def begun(model: Model, in_memory: bool) -> State:
         in_memory: March the earlier run here, without its files.
     """
     if earlier_folder(model.case) is None:
-        return seated(model).state
+        found: State = seated(model).state
+        return found
     simulation = Simulation(model)
     seat = simulation.seat_or_failure()
     if not in_memory:

@@ -230,14 +230,14 @@ def _sweep_again(seeds: Path, folder: Path, chance: random.Random) -> Work:
     def work() -> int:
         from gapbeam.postprocess.results.bounded_files import as_written
         from gapbeam.postprocess.study_figures.sweep_branches import census
-        from gapbeam.solver.case.case import Case
+        from gapbeam.solver.errors import CaseError
         from gapbeam.studies.sweep.sweep_plan import Sweep, finished, prepare, read_points
         from gapbeam.studies.sweep.sweep_tables import write_tables
         from gapbeam.studies.trials.axes import read_axis
 
         sweep = Sweep(STABILITY, QUICK_FIXED, (read_axis("support.clearance=0.05e-3,0.1e-3", "linear", ""),))
-        cases = [entry for entry in read_points(sweep).values() if isinstance(entry, Case)]
-        prepare(sweep, copy, cases, False)
+        subjects = [entry for entry in read_points(sweep).values() if not isinstance(entry, CaseError)]
+        prepare(sweep, copy, subjects, False)
         with as_written(copy):
             records = [record for _, record in sorted(finished(copy).items())]
             write_tables(copy, records, census(records, sweep.tolerance))

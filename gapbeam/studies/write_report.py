@@ -26,16 +26,14 @@ from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
-from gapbeam.solver.diagnostics.statistics.statistic_figures import RMS_FORCE, WORK_RATE, Doubts
+from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RecordStatistics
+from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts
 from gapbeam.solver.record_table import CASE_FILE, HISTORY_FILE
 from gapbeam.solver.run.outcome import all_rates, work_rate
 from gapbeam.solver.run.output.results_folder import check_folder, check_name
 from gapbeam.solver.run.stop_rule import decay_time, has_statistics
 from gapbeam.studies.study_folder import refuse_links
 
-UNKNOWN = (RMS_FORCE, "approach_speed")
-"""Figures that records do not hold."""
 MOTIONS = ("displacement", "acceleration_absolute")
 
 
@@ -55,16 +53,13 @@ def statistics_of_span(run: SpanOfRun) -> dict[str, Any] | None:
     probes = tuple(str(name) for name in history["probe"].values) if "probe" in history.coords else ()
     times = np.asarray(history["time"].values, dtype=float)
     slides = {"sliding_work", "work_by_mode"} <= set(history.variables)
-    found = RunStatistics(
+    found = RecordStatistics(
         faces, probes, bends_in_two_planes(case), float(np.median(np.diff(times))), decay_time(case), slides
     )
-    none = np.zeros((len(times), len(faces)))
     wanted = (*SUMMED, *(("sliding_work", "work_by_mode") if slides else ()), *(MOTIONS if probes else ()))
-    rows = {name: np.asarray(history[name].values, dtype=float) if name in history else none for name in wanted}
+    rows = {name: np.asarray(history[name].values, dtype=float) for name in wanted if name in history}
     found.see(rows | {"time": times})
-    described = found.describe(Doubts.restored(run.summary["statistics"]))
-    kept = [one for one in described["figures"] if one["name"].rpartition(".")[2] not in UNKNOWN]
-    return described | {"figures": kept}
+    return found.describe(Doubts.restored(run.summary["statistics"]))
 
 
 def wear_of_span(run: SpanOfRun, statistics: Mapping[str, Any] | None) -> dict[str, Any] | None:

@@ -20,9 +20,8 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import CaseError
 from gapbeam.solver.record_table import SMOOTHING_WINDOW
 from gapbeam.studies.identification.identification_file import read_identification, unit_of_key
-from gapbeam.studies.sweep.sweep_point import span
 from gapbeam.studies.trials.response import respond
-from gapbeam.studies.trials.starts import KeptBody, seated
+from gapbeam.studies.trials.starts import KeptBody, seated, span
 from tests.shared.command import PROJECT, alone, called_in_turn
 from tests.shared.reports import report_on
 

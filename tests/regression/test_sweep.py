@@ -23,10 +23,10 @@ from gapbeam.solver.march.stepwise_march import march
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.system.semi_discrete import MASS, VALUE
 from gapbeam.studies.sweep.sweep_plan import Chain, Sweep, Task, chains_of, finished, point_file
-from gapbeam.studies.sweep.sweep_point import lost_chain, run_chain, span
+from gapbeam.studies.sweep.sweep_point import lost_chain, run_chain
 from gapbeam.studies.trials.axes import Axis, points_of, read_axis
 from gapbeam.studies.trials.response import respond
-from gapbeam.studies.trials.starts import carried, kicked, seated
+from gapbeam.studies.trials.starts import carried, kicked, seated, span
 from tests.shared.command import GAPBEAM, PROJECT, alone, called, called_in_turn, process_environment, settings
 from tests.shared.models import COARSE, beam_model
 from tests.shared.processes import until

@@ -282,6 +282,19 @@ def _amplitude_signals(history: xr.Dataset, frequency: float, names: Iterable[st
             )
 
 
+def _accelerations(history: xr.Dataset, probe: str, window: float, notes: list[str]) -> Iterator[tuple[str, Signal]]:
+    """Yield the absolute acceleration of a probe as recorded and smoothed, where it is known, by name of its figure."""
+    if "acceleration_absolute" not in history:
+        notes.append("no figures of accelerations: the motion of the points with the frame is not known")
+        return
+    acceleration = probe_signal(history, "acceleration_absolute", probe)
+    yield f"{probe} {ACCELERATION}", acceleration
+    try:
+        yield f"{probe} {SMOOTHED_ACCELERATION}", smooth_over(acceleration, window)
+    except SignalError as fault:
+        notes.append(f"not smoothed: {fault}")
+
+
 def figures_over(
     history: xr.Dataset, frequency: float, periods: int, count: int = 1
 ) -> tuple[dict[str, WindowFigure], dict[str, FloatArray], list[str]]:
@@ -304,15 +317,9 @@ def figures_over(
     span = Windows(frequency, periods, count, float(history["time"].values[-1]))
     for probe in probes:
         displacement = probe_signal(history, "displacement", probe)
-        acceleration = probe_signal(history, "acceleration_absolute", probe)
         quantities[f"{probe} {DISPLACEMENT}"] = WindowFigure("m", span.ranges(displacement))
-        quantities[f"{probe} {ACCELERATION}"] = WindowFigure("m/s^2", span.ranges(acceleration))
-        try:
-            quantities[f"{probe} {SMOOTHED_ACCELERATION}"] = WindowFigure(
-                "m/s^2", span.ranges(smooth_over(acceleration, window))
-            )
-        except SignalError as fault:
-            notes.append(f"not smoothed: {fault}")
+        for name, acceleration in _accelerations(history, probe, window, notes):
+            quantities[name] = WindowFigure("m/s^2", span.ranges(acceleration))
         amplitudes[probe] = span.harmonics(displacement, HARMONICS)
         for order in range(1, HARMONICS + 1):
             quantities[f"{probe} harmonic {order}"] = WindowFigure("m", np.abs(amplitudes[probe][:, order - 1]))
@@ -346,15 +353,9 @@ def figures_of_record(history: xr.Dataset, after: float | None = None) -> tuple[
     quantities: dict[str, WindowFigure] = {}
     notes: list[str] = []
     for probe in probes:
-        acceleration = probe_signal(history, "acceleration_absolute", probe)
         quantities[f"{probe} {DISPLACEMENT}"] = _range(probe_signal(history, "displacement", probe), after)
-        quantities[f"{probe} {ACCELERATION}"] = _range(acceleration, after)
-        try:
-            quantities[f"{probe} {SMOOTHED_ACCELERATION}"] = _range(
-                smooth_over(acceleration, window_of(history, None)), after
-            )
-        except SignalError as fault:
-            notes.append(f"not smoothed: {fault}")
+        for name, acceleration in _accelerations(history, probe, window_of(history, None), notes):
+            quantities[name] = _range(acceleration, after)
     for face in (str(name) for name in history["face"].values) if "face" in history.coords else ():
         force, impulse = (_later(face_signal(history, name, face), after) for name in ("contact_force", "impulse"))
         quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure("N", np.array([force.max()]))

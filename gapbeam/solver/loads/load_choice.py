@@ -10,6 +10,7 @@ from pydantic import Field
 
 from gapbeam.solver.loads.exciter import Exciter
 from gapbeam.solver.loads.gravity import Gravity
+from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.places import SupportAcceleration
 from gapbeam.solver.loads.point_load import ConstantForce, HarmonicForce, RecordedForce
 from gapbeam.solver.loads.random_line_load import RandomLineLoad
@@ -46,7 +47,7 @@ Load = Annotated[
 NO_LOADS: tuple[Load, ...] = ()
 
 
-def forcing_frequencies(loads: Iterable[Load]) -> list[float]:
+def forcing_frequencies(loads: Iterable[LoadTable]) -> list[float]:
     """Return the frequencies at which loads repeat, Hz, each once, ascending; none with a load that never repeats."""
     loads = tuple(loads)
     if not all(load.repeats for load in loads):

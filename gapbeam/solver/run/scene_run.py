@@ -243,7 +243,7 @@ def _left(folder: Path, mark: str) -> dict[str, Any]:
     return found
 
 
-def _smoothing(asked: SceneRun, whole: float) -> dict[str, Any]:
+def smoothing_of(asked: SceneRun, whole: float) -> dict[str, Any]:
     """Return the window of smoothed accelerations: a share of the forcing period, the first period, or the run, s."""
     period, words = asked.period, "forcing period"
     if period is None and not asked.scene.is_large:
@@ -266,7 +266,7 @@ def _opening(asked: SceneRun, folder: Path, marcher: Marcher) -> dict[str, Any]:
         "warnings": [],
         "versions": python_versions(),
         "forcing": {"frequency": None if asked.period is None else 1.0 / asked.period, "period": asked.period},
-        "smoothing": _smoothing(asked, asked.end - marcher.t0),
+        "smoothing": smoothing_of(asked, asked.end - marcher.t0),
         "model": {"type": "scene", "dofs": asked.scene.size, "contact_points": len(asked.scene.contacts),
                   "supports": []},
         "scene": describe_scene(asked.scene, marcher.h, asked.end, asked.scheme),

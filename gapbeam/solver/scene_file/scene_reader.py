@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 from gapbeam.solver.case.reading.case_reader import SCENE, Places, SceneSource, checked_tables, plain_tables
-from gapbeam.solver.case.reading.overrides import Overrides
+from gapbeam.solver.case.reading.known_keys import candidates
+from gapbeam.solver.case.reading.overrides import Overrides, pairs
 from gapbeam.solver.case.reading.toml_text import key_lines, parse, read_text
+from gapbeam.solver.errors import CaseError, Fault, UserError
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import seat
@@ -52,7 +55,7 @@ class ReadScene:
             "figures": self.case.figure,
             "sources": {f"{name}: {what}": source for name, what, source in self.sources},
             "random_loads": [one.generated(time.end, self.case.load) for one in self.case.load if one.noise],
-            "wear": None if self.case.wear is None else self.case.wear.model_dump(),
+            "wear": None if self.case.wear is None else self.case.wear.model_dump(exclude={"depth_limit"}),
         }
 
     @property
@@ -82,15 +85,61 @@ class ReadScene:
         return self.scene.state(velocity=start_velocities(self.case, self.scene))
 
 
+@dataclass(frozen=True)
+class SceneFile:
+    """The checked tables of a file of several structures, none of which is set up yet.
+
+    Attributes:
+        case: Contents of the file.
+        changes: Values of its scene, by paths as in `Scene.with_`: {"gap.clearance": 1e-4}.
+        places: Places of its keys.
+    """
+
+    case: SceneCase
+    changes: Mapping[str, Any]
+    places: Places
+
+    def read(self) -> ReadScene:
+        """Return the file with its scene.
+
+        Raises:
+            CaseError: A structure cannot be read, parts do not fit, or a path is of no value of the scene.
+        """
+        path = self.places.path
+        scene, spans = built_scene(self.case, str(path), self.places.put_in_order)
+        faults = list[Fault]()
+        for key, value in self.changes.items():
+            try:
+                scene = scene.with_({key: value})
+            except UserError as error:
+                words = " ".join(str(error).replace("; it has ", ", expected one of ").split())
+                found, _, expected = words.removeprefix(f"{key!r}: ").partition("expected ")
+                found = found.rstrip(",;: ") or f"nothing that is called {key.partition('.')[0]}"
+                faults.append(Fault((), found, expected, where=f"`overrides=` {key}"))
+        if faults:
+            raise CaseError(str(path), faults)
+        return ReadScene(self.case, scene, spans, path.stem)
+
+
 def read_scene(source: SceneSource, overrides: Overrides = ()) -> ReadScene:
     """Read a file of several structures, and make its scene.
 
     Args:
         source: Its path, its text or its tables; paths in these are relative to the file or the current folder.
-        overrides: Keys to replace, as in a case: {"pair.gap.friction": 0.1}, or texts.
+        overrides: Keys to replace, as in a case: {"pair.gap.friction": 0.1}, or texts; also by the name of an
+            entry alone, "shaker.amplitude", and paths of the scene as in `Scene.with_`, "gap.clearance".
 
     Raises:
         CaseError: The file has faults, or a structure cannot be read: all of it in the message.
+    """
+    return scene_file(source, overrides).read()
+
+
+def scene_file(source: SceneSource, overrides: Overrides = ()) -> SceneFile:
+    """Read and check the tables of a file of several structures; arguments as in `read_scene`.
+
+    Raises:
+        CaseError: The file has faults: all of them.
     """
     text = ""
     if isinstance(source, Mapping):
@@ -102,9 +151,35 @@ def read_scene(source: SceneSource, overrides: Overrides = ()) -> ReadScene:
         path = Path(source)
         text = read_text(path)
         data = parse(text, str(path))
+    faults = [one for one in pairs(overrides) if isinstance(one, Fault)]
+    if faults:
+        raise CaseError(str(path), faults)
+    tables, changes = dict[str, Any](), dict[str, Any]()
+    for key, value in (one for one in pairs(overrides) if not isinstance(one, Fault)):
+        named, is_path = _named(key, data)
+        (changes if is_path else tables)[named] = value
     places = Places(path, data, key_lines(text), {}, SceneCase)
-    case, places = checked_tables(data, places, scene_faults, overrides, _find_files)
-    return ReadScene(case, *built_scene(case, str(path), places.put_in_order), path.stem)
+    case, places = checked_tables(data, places, scene_faults, tables, _find_files)
+    return SceneFile(case, changes, places)
+
+
+def _named(key: str, data: Mapping[str, Any]) -> tuple[str, bool]:
+    """Return the key of a table that an override names, or its path of `Scene.with_`, and whether it is one.
+
+    "shaker.amplitude" is a key of the load of that name, "gap.clearance" a path; other keys begin with a table.
+    """
+    owner, _, value = key.partition(".")
+    if not value or owner in SceneCase.model_fields:
+        return key, False
+    found = False
+    for array, entries in data.items():
+        for number, entry in enumerate(entries if isinstance(entries, list) else ()):
+            name = str(entry.get("name", "")) if isinstance(entry, dict) else ""
+            known = candidates((array, number), data, SceneCase) if name == owner else ()
+            if any(value.partition(".")[0] in model.model_fields for model in known):
+                return f"{array}.{key}", False
+            found = found or bool(name and fnmatchcase(name, owner))
+    return key, found
 
 
 def _find_files(data: dict[str, Any], path: Path) -> None:

@@ -35,9 +35,8 @@ from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.identification.identification_file import Problem, Values
 from gapbeam.studies.identification.identification_tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
 from gapbeam.studies.study_folder import REMEDY, StoredPiece, checked, differing, refuse_links, study_written
-from gapbeam.studies.sweep.sweep_point import span
 from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
-from gapbeam.studies.trials.starts import KeptBody, Start, kicked, seated
+from gapbeam.studies.trials.starts import KeptBody, Start, kicked, seated, span
 
 WHOLE = 1.0e-6
 

@@ -12,16 +12,11 @@ from typing import Any, NamedTuple
 
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.case.analysis_table import Periodic
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.errors import CaseError, UserError
-from gapbeam.solver.models.body_key import body_key
-from gapbeam.solver.run.checkpoint.same_model import checksum_of
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.studies.study_folder import REMEDY, StoredResponse, checked, differing, refuse_links
 from gapbeam.studies.trials.axes import Axis, overrides_of, points_of
+from gapbeam.studies.trials.subject import Subject, read_subject
 
 PLAN_FILE = "plan.json"
 POINTS = "points"
@@ -31,10 +26,10 @@ _NUMBERED = re.compile(r"\d{6}\.json")
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep over the keys of a case.
+    """A sweep over the keys of a case or of a file of structures.
 
     Attributes:
-        case: Path of the case file.
+        case: Path of the file.
         fixed: Overrides of every point, KEY=VALUE.
         axes: Axes of the study.
         zipped: Lists side by side instead of a grid.
@@ -118,60 +113,53 @@ def chains_of(sweep: Sweep, folder: Path) -> list[Chain]:
     return numbered
 
 
-def read_points(sweep: Sweep) -> dict[tuple[str, ...], Case | CaseError]:
-    """Read the case of every point; those with faults are results.
+def read_points(sweep: Sweep) -> dict[tuple[str, ...], Subject | CaseError]:
+    """Read the case or file of structures at every point; those with faults are results.
 
     Raises:
         CaseError: Every point has faults; those of the first are reported.
         UserError: What is asked for is no march, or a state cannot be carried along the last key.
     """
-    found: dict[tuple[str, ...], Case | CaseError] = {}
+    found: dict[tuple[str, ...], Subject | CaseError] = {}
     for point in sweep.points():
         try:
-            found[point] = read_case(sweep.case, sweep.overrides(point))
+            found[point] = read_subject(sweep.case, sweep.overrides(point))
         except CaseError as error:
             found[point] = error
     faults = [entry for entry in found.values() if isinstance(entry, CaseError)]
     if len(faults) == len(found):
         raise faults[0]
-    if any(isinstance(case, Case) and isinstance(case.analysis, Periodic) for case in found.values()):
-        raise UserError(
-            'analysis.type = "periodic": a sweep marches to its responses; expected "transient", or a '
-            "[analysis.continuation] and gapbeam run, which follow a periodic response along a key"
-        )
+    sound = {point: one for point, one in found.items() if not isinstance(one, CaseError)}
+    for one in sound.values():
+        one.refuse()
     if sweep.carry:
-        _check_carry(sweep, found)
+        _check_carry(sweep, sound)
     return found
 
 
-def _check_carry(sweep: Sweep, cases: Mapping[tuple[str, ...], Case | CaseError]) -> None:
+def _check_carry(sweep: Sweep, subjects: Mapping[tuple[str, ...], Subject]) -> None:
     """Refuse to carry a state along a key that changes what the state is a state of."""
-    if sweep.zipped:
-        lines: dict[tuple[str, ...], list[Case]] = {(): [case for case in cases.values() if isinstance(case, Case)]}
-    else:
-        lines = {}
-        for point, case in cases.items():
-            if isinstance(case, Case):
-                lines.setdefault(point[:-1], []).append(case)
+    lines: dict[tuple[str, ...], list[Subject]] = {}
+    for point, one in subjects.items():
+        lines.setdefault(() if sweep.zipped else point[:-1], []).append(one)
     for line in lines.values():
-        keys = [body_key(case) for case in line]
-        if any(key != keys[0] for key in keys):
-            tables = [flat(key.model_dump(mode="json")) for key in keys]
+        tables = [one.state_keys for one in line]
+        if any(table != tables[0] for table in tables):
             name = next(name for name in tables[0] if any(table.get(name) != tables[0][name] for table in tables))
             raise UserError(
                 f"`carry=True`: {name} changes along {sweep.axes[-1].key}, so a state does not fit the next point; "
-                "expected a last key that leaves mesh, material, model and places as they are, such as "
-                "support.clearance, contact.stiffness, load.NAME.amplitude or load.NAME.frequency"
+                f"expected a last key that leaves mesh, material, model and places as they are, such as "
+                f"{line[0].carried_keys}"
             )
 
 
-def prepare(sweep: Sweep, folder: Path, cases: Sequence[Case], overwrite: bool) -> int:
+def prepare(sweep: Sweep, folder: Path, subjects: Sequence[Subject], overwrite: bool) -> int:
     """Make the folder of a sweep, or continue the one that is there.
 
     Args:
         sweep: The sweep.
         folder: Its folder.
-        cases: The case at the points, as far as it has no faults.
+        subjects: At the points, as far as they have no faults.
         overwrite: Remove what an earlier sweep left.
 
     Returns:
@@ -181,7 +169,7 @@ def prepare(sweep: Sweep, folder: Path, cases: Sequence[Case], overwrite: bool) 
         UserError: The folder holds another sweep: which key differs, and how; or it holds links.
         ResultsError: Results of an earlier sweep cannot be read.
     """
-    plan, path = _plan(sweep, cases), folder / PLAN_FILE
+    plan, path = _plan(sweep, subjects), folder / PLAN_FILE
     refuse_links(folder, folder / POINTS)
     if path.exists() and not overwrite:
         words = differing(read_object(path, remedy=REMEDY), plan, _ARGUMENTS)
@@ -237,15 +225,13 @@ def point_file(folder: Path, task: Task, suffix: str = "json") -> Path:
     return folder / POINTS / f"{task.number:06d}.{suffix}"
 
 
-def _plan(sweep: Sweep, cases: Sequence[Case]) -> dict[str, Any]:
+def _plan(sweep: Sweep, subjects: Sequence[Subject]) -> dict[str, Any]:
     """Return the inputs of a sweep, key by key."""
     swept = {axis.key for axis in sweep.axes}
     plan: dict[str, Any] = {"format": FORMAT}
-    tables = [flat(case.model_dump(mode="json")) for case in cases]
+    tables = [one.tables for one in subjects]
     plan |= {key: value for key, value in tables[0].items() if all(table.get(key) == value for table in tables)}
-    if cases[0].mesh.file is not None:
-        content = Path(cases[0].mesh.file)
-        plan["contents of mesh.file"] = checksum_of(content) if content.is_file() else None
+    plan |= subjects[0].contents
     plan |= {f"values of {axis.key}": list(axis.values) for axis in sweep.axes}
     plan |= {f"--{key}": getattr(sweep, name) for key, name in _OPTIONS.items()}
     return {key: value for key, value in plan.items() if key not in swept}

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import io
 import json
-import math
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -24,45 +23,21 @@ from gapbeam.postprocess.signals.periodicity import NO_CYCLE, NOT_SETTLED
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import WORD, Steady, figures_of_record, steady
 from gapbeam.postprocess.study_figures.sweep_branches import RANDOM
-from gapbeam.solver.case.analysis_table import Transient
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.computed_defaults import smoothing_window
-from gapbeam.solver.case.figure_table import figure_values
-from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.figure_table import Figure, figure_values
 from gapbeam.solver.diagnostics.assumption import WARNING, Finding
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts
 from gapbeam.solver.errors import CaseError, OutOfMemory, RunError
-from gapbeam.solver.loads.load_choice import forcing_frequencies
-from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import SMOOTHING_WINDOW
 from gapbeam.solver.run.output.results_folder import finite, write_beside
-from gapbeam.solver.run.stop_rule import gathered_statistics, has_statistics, statistics_of
-from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
 from gapbeam.studies.study_folder import study_written
 from gapbeam.studies.sweep.sweep_plan import Chain, Task, point_file
 from gapbeam.studies.sweep.window_data import as_data
-from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
-from gapbeam.studies.trials.starts import KeptBody, Start, carried, kicked, seated
+from gapbeam.studies.trials.response import VERDICTS, TrialResponse
+from gapbeam.studies.trials.subject import Subject, read_subject
 
 GOOD, BIASED = "good", "biased"
 RMS = ("rms", "lateral_rms")
-
-
-def statistics_of_response(model: Model, interval: float) -> RunStatistics | None:
-    """Return the statistics to gather of a response; None where it is no transient.
-
-    A response to a periodic force may turn out chaotic: its statistics are gathered, too. Its force holds it up, so
-    that the damping of the beam is no time that its motion remembers.
-
-    Args:
-        model: The model.
-        interval: Time between records, s.
-    """
-    if not isinstance(model.case.analysis, Transient):
-        return None
-    every = max(1, round(interval / model.step))
-    return statistics_of(model, every) or gathered_statistics(model, every)
 
 
 def random_response(
@@ -119,11 +94,9 @@ def with_intervals(data: dict[str, Any], found: Mapping[str, Any]) -> dict[str, 
     return data | {"figures": data["figures"] | known, "statistics": found}
 
 
-SAME = 1e-6  # of the range of the gaps: the same basis gives the same gaps
-ROUND_OFF = 1e-11  # of the largest gap
 FEWEST_RECORDS = 8  # of a response that did not pass, for figures of it
-_End = tuple[State, Case]
-BODY = KeptBody()  # of this process
+_End = tuple[Any, Subject]
+"""The end of a response, and what responded."""
 
 
 def run_chain(chain: Chain) -> int:
@@ -174,49 +147,29 @@ def _blank(chain: Chain, task: Task) -> dict[str, Any]:
 
 
 def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, Any], _End | None]:
-    """Return the record of a response, and its case and end for the next one."""
+    """Return the record of a response, and its end for the next one."""
     sweep, clock = chain.sweep, time.perf_counter()
     record = _blank(chain, task)
     try:
-        case = read_case(sweep.case, sweep.overrides(task.values))
-        model = BODY.model(case)
-        begin = _start(model, task, before, sweep.seed)
+        subject = read_subject(sweep.case, sweep.overrides(task.values))
+        begin = subject.start(task.start, sweep.seed) if before is None else subject.carried(*before)
     except (CaseError, RunError) as error:
         verdict = "refused" if isinstance(error, CaseError) else VERDICTS.get(type(error), "failed")
         return record | {"verdict": verdict, "exit_status": error.exit_status, "message": str(error)}, None
     record["start"], record["notes"] = begin.word, list(begin.notes)
     set_up = time.perf_counter() - clock
-    steps, frequency = span(model)
-    rings = before is not None or task.start > 0
-    interval = case.output.history_interval or model.step
-    statistics = statistics_of_response(model, interval)
-    response = respond(model, begin.state, steps, interval, watched=True, rings=rings, statistics=statistics)
+    response = subject.respond(begin, rings=before is not None or task.start > 0)
     record |= {name: getattr(response, name) for name in ("verdict", "exit_status", "message", "reached", "steps")}
     record |= {name: getattr(response, name) for name in ("created", "residual", "penetration", "peak_force")}
     record |= _watched(response.findings, record["notes"])
-    record |= _classified(model, response, frequency, begin, sweep.transient, record["notes"], 0.5 * sweep.tolerance)
-    record |= _own(model, response, record)
+    record |= _classified(subject, response, sweep.transient, record["notes"], 0.5 * sweep.tolerance)
+    record |= _own(subject.figures, response, record)
     record["seconds"] = {"set_up": set_up, "march": response.seconds}
     end = response.end if response.verdict == "passed" else None
     if end is None or not sweep.carry:
         return record, None
-    _keep(chain, task, end)
-    return record, (end, model.case)
-
-
-def span(model: Model) -> tuple[int, float | None]:
-    """Return the steps of a response, a whole number of forcing periods up to time.end, and the forcing frequency."""
-    frequencies = forcing_frequencies(model.case.load)
-    if len(frequencies) != 1:
-        return round(model.case.time.end / model.step), None
-    periods = math.floor(model.case.time.end * frequencies[0] + 1e-9)
-    return max(1, round(max(periods, 1) / (frequencies[0] * model.step))), frequencies[0]
-
-
-def _start(model: Model, task: Task, before: _End | None, seed: int) -> Start:
-    if before is not None:
-        return carried(model, *before)
-    return seated(model) if task.start == 0 else kicked(model, task.start, seed)
+    _keep(chain, task, subject.packed(end))
+    return record, (end, subject)
 
 
 def _watched(findings: Sequence[Finding], notes: list[str]) -> dict[str, Any]:
@@ -225,15 +178,15 @@ def _watched(findings: Sequence[Finding], notes: list[str]) -> dict[str, Any]:
     return {"assumptions": [one.as_data() for one in findings]}
 
 
-def _own(model: Model, response: TrialResponse, record: dict[str, Any]) -> dict[str, Any]:
+def _own(figures: Sequence[Figure], response: TrialResponse, record: dict[str, Any]) -> dict[str, Any]:
     """Return the figures of a response with those of one's own, and of one that did not pass those of its records."""
     found, history = dict(record.get("figures") or {}), response.history
     if response.verdict != "passed" and len(history.get("time", ())) >= FEWEST_RECORDS:
         with suppress(SignalError):
             found = as_data(figures_of_record(as_history(history, response.labels))[0])
-    if not model.case.figure or not len(history.get("time", ())):
+    if not figures or not len(history.get("time", ())):
         return {"figures": found} if found else {}
-    for name, one in figure_values(model.case.figure, history, response.labels).items():
+    for name, one in figure_values(figures, history, response.labels).items():
         if one["value"] is None:
             record["notes"].append(f"no {name}: {one['reason']}")
         elif name not in found:
@@ -246,10 +199,8 @@ def _own(model: Model, response: TrialResponse, record: dict[str, Any]) -> dict[
 
 
 def _classified(
-    model: Model,
+    subject: Subject,
     response: TrialResponse,
-    frequency: float | None,
-    begin: Start,
     transient: float | None,
     notes: list[str],
     limit: float,
@@ -257,48 +208,35 @@ def _classified(
     """Return the period and the figures of a response, as far as its records allow."""
     if response.verdict != "passed":
         return {}
-    after = None if transient is None else begin.state.time + transient
-    window, _ = smoothing_window(model.case)
-    history = as_history(response.history, response.labels).assign_attrs({SMOOTHING_WINDOW: window})
+    first, frequency = float(response.history["time"][0]), subject.frequency
+    after = None if transient is None else first + transient
+    history = as_history(response.history, response.labels).assign_attrs({SMOOTHING_WINDOW: subject.window})
     try:
-        if has_statistics(model.case):
+        if subject.is_random:
             return random_response(history, response.statistics, after, notes, response.doubts) | {
                 "transient": transient or 0.0
             }
         if frequency is None:
-            return _without_period(history, after, notes) | {"transient": transient or 0.0}
+            lasting = response.statistics if subject.moves_by_itself else None
+            known = {} if lasting is None else lasting.describe(response.doubts)
+            after = first + known["burn_in"] if after is None and known.get("burn_in") else after
+            data = _without_period(history, after, notes) | {"transient": 0.0 if after is None else after - first}
+            return with_intervals(data, known)
         found = steady(history, frequency, after, limit)
     except SignalError as fault:
         notes.append(f"no figures: {fault}")
         return {}
     notes += found.notes
-    if found.cycle.period != 1 and stays_linear(model, history, found.start):
+    if found.cycle.period != 1 and subject.stays_linear(history, found.start):
         notes.append(
             "the contact did not change and is linear, so that there is one response, of period 1: what else moves "
             "has not faded yet; try a larger time.end"
         )
-        return described(found) | {"response": NOT_SETTLED, "transient": found.start - begin.state.time}
-    data = described(found) | {"transient": found.start - begin.state.time}
+        return described(found) | {"response": NOT_SETTLED, "transient": found.start - first}
+    data = described(found) | {"transient": found.start - first}
     if found.word != NO_CYCLE or response.statistics is None:
         return data
     return with_intervals(data, response.statistics.describe(response.doubts))
-
-
-def stays_linear(model: Model, history: xr.Dataset, after: float) -> bool:
-    """Return whether the beam was a linear system from some time on: no point opened or closed, on linear springs.
-
-    A linear system with damping has one steady response, with the period of its forcing.
-
-    Args:
-        model: The model.
-        history: Its records.
-        after: s.
-    """
-    law = model.law
-    if law.friction is not None or not law.linear:
-        return False
-    closed = history["active_points"].sel(time=slice(after, None)).values
-    return bool(np.all(closed == closed[:1]))
 
 
 def described(found: Steady) -> dict[str, Any]:
@@ -316,14 +254,15 @@ def described(found: Steady) -> dict[str, Any]:
 def _without_period(history: xr.Dataset, after: float | None, notes: list[str]) -> dict[str, Any]:
     """Return the figures of a response that no forcing period divides: peaks over the record, one window."""
     quantities, words = figures_of_record(history, after)
-    notes += ["the forcing has no single frequency: no cycle, figures are peaks over the whole record", *words]
+    part = "the whole record" if after is None else f"the record after {after:.4g} s"
+    notes += [f"the forcing has no single frequency: no cycle, figures are peaks over {part}", *words]
     return {"response": WORD, "windows": 1, "figures": as_data(quantities)}
 
 
-def _keep(chain: Chain, task: Task, end: State) -> None:
+def _keep(chain: Chain, task: Task, arrays: Mapping[str, Any]) -> None:
     """Put the end of a response on disk, for a sweep that resumes after an interruption."""
     path, data = point_file(chain.folder, task, "npz"), io.BytesIO()
-    np.savez(data, time=end.time, u=end.u[0], v=end.v[0], depth=end.depth, pressure=end.pressure)
+    np.savez(data, **arrays)
     part = path.with_name(path.name + ".part")
     with study_written(path):
         part.write_bytes(data.getvalue())
@@ -331,17 +270,8 @@ def _keep(chain: Chain, task: Task, end: State) -> None:
 
 
 def _kept(chain: Chain, task: Task) -> _End | None:
-    """Return end and case of a response that is on disk; None where this process has another basis than that one."""
-    case = read_case(chain.sweep.case, chain.sweep.overrides(task.values))
-    system = BODY.model(case).system
+    """Return the end of a response that is on disk; None where this process has another basis than that one."""
+    subject = read_subject(chain.sweep.case, chain.sweep.overrides(task.values))
     with np.load(point_file(chain.folder, task, "npz")) as data:
-        u, v = imaged(system.operators, data["u"]), imaged(system.operators, data["v"])
-        state = State(float(data["time"]), u, v, data["depth"], data["pressure"])
-    depth = system.contact.depth(system.contact.interface.trace(u[VALUE], system.operators), state.time)
-    same = np.allclose(
-        depth,
-        state.depth,
-        rtol=0.0,
-        atol=SAME * float(np.ptp(state.depth)) + ROUND_OFF * float(np.max(np.abs(state.depth))),
-    )
-    return (state, case) if same else None
+        end = subject.unpacked(data)
+    return None if end is None else (end, subject)

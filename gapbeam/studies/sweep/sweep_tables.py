@@ -28,10 +28,9 @@ from gapbeam.postprocess.study_figures.sweep_branches import (
     start_words,
 )
 from gapbeam.postprocess.study_figures.sweep_map import draw_map
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.errors import CaseError
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.studies.engine.study_engine import Engine
-from gapbeam.studies.engine.worker_memory import worker_memory
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
@@ -251,9 +250,9 @@ def run_sweep(
         ResultsError: Results of an earlier sweep cannot be read.
         NotWritten: A response could not be written.
     """
-    cases = [entry for entry in read_points(wanted).values() if isinstance(entry, Case)]
+    subjects = [entry for entry in read_points(wanted).values() if not isinstance(entry, CaseError)]
     with study_folder(folder):
-        done = prepare(wanted, folder, cases, overwrite)
+        done = prepare(wanted, folder, subjects, overwrite)
         chains = chains_of(wanted, folder)
         total = sum(len(chain.tasks) for chain in chains)
         if done:
@@ -271,7 +270,7 @@ def run_sweep(
             lost.update(lost_chain(chain, words))
             return 0
 
-        with Engine(workers, len(missing), worker_memory(cases), folder) as engine:
+        with Engine(workers, len(missing), subjects[0].memory_with(subjects[1:]), folder) as engine:
             for _ in engine.done(run_chain, missing, tick, give_up):
                 tick()
         with as_written(folder):

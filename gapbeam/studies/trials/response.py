@@ -68,7 +68,7 @@ class TrialResponse:
         history: Records by name, (records, ...), as in `record_table.HISTORY`, and "time"; empty where none
             were asked for.
         labels: Names along the labeled dimensions of the records.
-        end: The state at the end of the last whole step.
+        end: The state at the end of the last whole step, of the model or the scene.
         created: Energy created relative to the energy exchanged; round-off counts as none.
         residual: Residual of the energy balance relative to the energy exchanged.
         lost: Energy that the scheme dissipated relative to the energy exchanged.
@@ -88,7 +88,7 @@ class TrialResponse:
     reached: float = 0.0
     history: dict[str, Array] = field(default_factory=dict)
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    end: State | None = None
+    end: Any = None
     created: float = 0.0
     residual: float = 0.0
     lost: float = 0.0

@@ -16,8 +16,10 @@ every pose that is found adds some (the cutting planes of Kelley, 1960), until n
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil, floor, pi
+from typing import Any
 
 import numpy as np
 from scipy.optimize import linprog
@@ -26,6 +28,7 @@ from gapbeam.meshes.rank_zero import ONE_RANK
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.loads.load_choice import forcing_frequencies
+from gapbeam.solver.loads.scene_load_choice import AnyLoad
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.body_key import body_key
@@ -133,12 +136,12 @@ class Start:
     """A state to start from, and what has to be reported about it.
 
     Attributes:
-        state: The state.
+        state: Of a model or of a scene.
         word: "seat", "undeformed", "centered", "kick 3" or "carried".
         notes: Changes to carry it, and parts that do not fit.
     """
 
-    state: State
+    state: Any
     word: str
     notes: tuple[str, ...] = ()
 
@@ -192,11 +195,8 @@ def kicked(model: Model, number: int, seed: int) -> Start:
         velocity += generator.standard_normal() * shape / np.sqrt(size)
     kinetic = 0.5 * float(model.system.dots([(velocity, operators.apply_mass(velocity))])[0])
     velocity *= np.sqrt(generator.uniform(0.0, KICK) * energy / kinetic)
-    ramps = [load.rise_time for load in case.load]
-    frequencies = forcing_frequencies(case.load)
-    period = 1.0 / frequencies[0] if frequencies else 0.0
-    steps = ceil(max(ramps, default=0.0) / model.step - _WHOLE) + floor(generator.uniform() * period / model.step)
-    if not _repeats(case) or moving:
+    steps = drawn_phase(case.load, model.step, generator)
+    if not all(load.repeats for load in case.load) or moving:
         steps = 0  # the walls of the seat are where they are at t = 0
     state = replace(seat, time=steps * model.step, v=imaged(operators, velocity))
     return Start(state, f"kick {number}")
@@ -219,7 +219,7 @@ def carried(model: Model, end: State, before: Case) -> Start:
     Collective.
     """
     contact, operators = model.system.contact, model.system.operators
-    time, notes = _time(model, end, before)
+    time, notes = phase_kept(model.case.load, model.step, end.time, before.load)
     u = end.u[VALUE]
     depth = contact.depth(contact.interface.trace(u, operators), time)
     allowed = np.maximum(end.depth, 0.0) if len(end.depth) == len(depth) else np.zeros(len(depth))
@@ -234,24 +234,56 @@ def carried(model: Model, end: State, before: Case) -> Start:
     return Start(state, "carried", tuple(notes))
 
 
-def _time(model: Model, end: State, before: Case) -> tuple[float, list[str]]:
-    if not _repeats(model.case):
+def phase_kept(
+    loads: Sequence[AnyLoad], step: float, end: float, before: Sequence[AnyLoad]
+) -> tuple[float, list[str]]:
+    """Return the first time after the smooth starts at which loads have the phase that others had at a time, s; notes.
+
+    Args:
+        loads: That act from then on.
+        step: s, of which the time is a whole number.
+        end: Time, s, of the others.
+        before: The others.
+    """
+    if not all(load.repeats for load in loads):
         return 0.0, []
-    old, new, step = forcing_frequencies(before.load), forcing_frequencies(model.case.load), model.step
+    old, new = forcing_frequencies(before), forcing_frequencies(loads)
     if len(old) != 1 or len(new) != 1:
-        return round(end.time / step) * step, []
-    phase = end.time * old[0]
-    ramps = [load.rise_time for load in model.case.load]
-    phase += ceil(max(ramps, default=0.0) * new[0] - phase - _WHOLE) if phase < max(ramps, default=0.0) * new[0] else 0
+        return round(end / step) * step, []
+    phase, rise = end * old[0], max((load.rise_time for load in loads), default=0.0)
+    phase += ceil(rise * new[0] - phase - _WHOLE) if phase < rise * new[0] else 0
     number = round(phase / (new[0] * step))
     jump = abs(number * step * new[0] - phase)
     words = [f"the phase of the forcing jumps by {jump:.2g} of a period, to a whole step"] if jump > 1e-4 else []
     return number * step, words
 
 
-def _repeats(case: Case) -> bool:
-    """Return whether all loads are static or repeat."""
-    return all(load.repeats for load in case.load)
+def drawn_phase(loads: Sequence[AnyLoad], step: float, draw: np.random.Generator) -> int:
+    """Return the steps from t = 0 to a random phase of loads that repeat, after their smooth starts."""
+    frequencies = forcing_frequencies(loads)
+    period = 1.0 / frequencies[0] if frequencies else 0.0
+    rise = max((load.rise_time for load in loads), default=0.0)
+    return ceil(rise / step - _WHOLE) + floor(draw.uniform() * period / step)
+
+
+def whole_steps(loads: Sequence[AnyLoad], end: float, step: float) -> tuple[int, float | None]:
+    """Return the steps of a response, a whole number of forcing periods up to an end, and the forcing frequency, Hz.
+
+    Args:
+        loads: That act.
+        end: s.
+        step: s.
+    """
+    frequencies = forcing_frequencies(loads)
+    if len(frequencies) != 1:
+        return round(end / step), None
+    periods = floor(end * frequencies[0] + 1e-9)
+    return max(1, round(max(periods, 1) / (frequencies[0] * step))), frequencies[0]
+
+
+def span(model: Model) -> tuple[int, float | None]:
+    """Return the steps of a response of a model, and the forcing frequency, as `whole_steps`."""
+    return whole_steps(model.case.load, model.case.time.end, model.step)
 
 
 class KeptBody:

@@ -22,6 +22,8 @@ from gapbeam.solver.diagnostics.statistics.block_means import MOST, BlockEnds, B
 from gapbeam.solver.diagnostics.statistics.statistic_figures import (
     ASKED,
     LATERAL,
+    PARTS_OF_WORK,
+    RMS_FORCE,
     AveragedSeries,
     Doubts,
     StatisticFigure,
@@ -198,7 +200,7 @@ class RunStatistics:
 
     def _by_direction(self, motion: Array) -> Array:
         """Return the entries of a motion, (times, probes, components), that figures are made of."""
-        return np.asarray(motion[..., [-1, 1]] if self.in_space else motion[..., [-1]])
+        return np.asarray(motion[..., [-1, -2]] if self.in_space else motion[..., [-1]])
 
 
 def slowest_of(series: Sequence[AveragedSeries]) -> float:
@@ -317,3 +319,34 @@ class PointStatistics(RunStatistics):
         work = data["point_work"]
         self._work = None if work is None else np.array(work, dtype=float).reshape(self.points)
         self._left_out = np.array(data["points_left_out"], dtype=float).reshape(self.points)
+
+
+NEEDS = {
+    RMS_FORCE: "force_square",
+    "approach_speed": "approach_speeds",
+    "acceleration_rms": "acceleration_absolute",
+    f"{LATERAL}acceleration_rms": "acceleration_absolute",
+    **dict.fromkeys(PARTS_OF_WORK, "work_by_mode"),
+}
+"""Figures with the records that they follow from and histories may lack."""
+
+
+@dataclass
+class RecordStatistics(RunStatistics):
+    """Statistics of records that lack some sums, as those of histories and scenes do; figures of these are left out."""
+
+    _lacking: frozenset[str] = frozenset()
+
+    def see(self, rows: Mapping[str, Array]) -> None:
+        """Take in records, each with a leading axis of times."""
+        self._lacking = frozenset(NEEDS.values()) - set(rows)
+        faces, modes = np.zeros_like(rows["impulse"]), len(SLIP_MODES)
+        none = dict.fromkeys(("force_square", "approach_speeds"), faces)
+        none |= {"work_by_mode": np.zeros((*faces.shape, modes))}
+        if self.probes:
+            none["acceleration_absolute"] = np.zeros_like(rows["displacement"])
+        super().see(none | dict(rows))
+
+    def figures(self) -> list[StatisticFigure]:
+        """Return all figures that the records give, with their intervals and verdicts."""
+        return [one for one in super().figures() if NEEDS.get(one.name.rpartition(".")[2]) not in self._lacking]

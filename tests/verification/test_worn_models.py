@@ -12,7 +12,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.contact.formulations.circle_contact import CircleOperator
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.errors import CaseError
-from gapbeam.studies.life.run_life import CaseRates, PointRates
+from gapbeam.studies.life.case_rates import CaseRates, PointRates
 from gapbeam.studies.life.worn_case import worn_case
 from tests.regression.test_life_study import GENTLE
 from tests.verification.test_rigid_sections import BEAM, CLEARANCE, RIGID, SHAKER, SURFACE, WEIGHT, tables_of

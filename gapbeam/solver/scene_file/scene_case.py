@@ -101,6 +101,9 @@ class SceneWear(Table):
     area: Positive | None = Field(
         default=None, description="worn area of each pair, m^2; default none: no depth is given", examples=[1e-5]
     )
+    depth_limit: Positive | None = Field(
+        default=None, description="depth at which a life ends, m; of gapbeam life", examples=[0.2e-3]
+    )
 
 
 class SceneOutput(Table):

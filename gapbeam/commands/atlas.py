@@ -34,17 +34,17 @@ def atlas(
     Exit status: 0 done, 5 some starts did not settle, 2 a fault of the input, 6 results could not be written.
     """
     from gapbeam.interface.case_atlas import scenes_of
-    from gapbeam.solver.case.reading.case_reader import is_scene, read_case
     from gapbeam.studies.atlas.run_atlas import run_atlas
     from gapbeam.studies.trials.axes import read_axis
+    from gapbeam.studies.trials.subject import read_subject
 
     axes = [read_axis(text, "linear", "--vary ") for text in vary or []]
     folder = output if output is not None else Path("results") / f"{case.stem}-atlas"
-    given = None if is_scene(case) else read_case(case, override or []).model_dump(mode="json")
+    subject = read_subject(case, override or [])
     with progress_bar("points") as bar:
         result = run_atlas(
             scenes_of(case, override or []), axes, folder, starts=starts, settle=settle, rounds=rounds, orders=orders,
-            reach=reach, seed=seed, progress=bar.show, inputs=given,
+            reach=reach, seed=seed, progress=bar.show, inputs=subject.tables | subject.contents,
         )  # fmt: skip
     print_study(result.tables(), [*result.paths, result.headline()])
     return result.exit_status

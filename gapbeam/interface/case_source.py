@@ -138,9 +138,8 @@ def case_file(source: CaseSource, folder: Path) -> Path:
     if not isinstance(source, Case | Mapping) and not (isinstance(source, str) and "\n" in source):
         return Path(source)
     from gapbeam.solver.run.output.results_folder import check_place, write_beside
-    from gapbeam.solver.case.reading.case_reader import is_scene
 
-    if is_scene(source):
+    if case_reader.is_scene(source):
         raise UserError("found the text or tables of several structures; expected the path of their file: write it")
     text = case_to_toml(read_case(source), ["the case of the study in this folder"])
     check_place(folder)

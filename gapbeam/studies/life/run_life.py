@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.reading.case_reader import is_scene, read_case
 from gapbeam.solver.errors import RangeNotCovered
 from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.solver.scene_file.scene_reader import is_scene, scene_file
+from gapbeam.solver.scene_file.scene_reader import scene_file
 from gapbeam.studies.life.case_rates import CaseRates, PointRates
 from gapbeam.studies.life.scene_rates import SceneRates
 from gapbeam.studies.life.worn_case import PROFILES_FILE, KeptRuns, Profiles, of_faces, time_words

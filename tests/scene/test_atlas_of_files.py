@@ -1,0 +1,45 @@
+"""The command `gapbeam atlas` of files of structures: killed, it resumes after its last point."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gapbeam.commands.atlas import atlas
+from gapbeam.studies.atlas import run_atlas
+from tests.shared.command import PROJECT
+
+FLUTTER = PROJECT / "cases" / "scenes" / "freeplay-flutter.toml"
+
+
+@pytest.mark.slow(minutes=0.4)
+def test_a_killed_atlas_of_a_flow_resumes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Killed as its picture is drawn: called again it searches no more, and comes to the same table to the bit."""
+    search, draw, searched, dead = run_atlas.cycle_atlas, run_atlas.draw_cycles, list[Any](), True
+
+    def counted(scene: Any, *others: Any) -> Any:
+        searched.append(scene)
+        return search(scene, *others)
+
+    def killed(*parts: Any) -> Any:
+        if dead:
+            raise KeyboardInterrupt
+        return draw(*parts)
+
+    monkeypatch.setattr(run_atlas, "cycle_atlas", counted)
+    monkeypatch.setattr(run_atlas, "draw_cycles", killed)
+
+    def found() -> str:
+        options = {"settle": 10, "rounds": 1, "orders": 1, "reach": 2.0, "seed": 0}
+        atlas(FLUTTER, ["feedback.air.velocity=3.6"], None, 1, output=tmp_path / "found", **options)
+        return (tmp_path / "found" / "atlas.json").read_text()
+
+    with pytest.raises(KeyboardInterrupt):
+        found()
+    before, dead = (tmp_path / "found" / "atlas.json").read_text(), False
+    assert "period" in before
+    assert found() == before
+    assert len(searched) == 1
+    assert not (tmp_path / "found" / "points.jsonl").exists()

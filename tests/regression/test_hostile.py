@@ -30,7 +30,6 @@ from gapbeam.postprocess.results.bounded_files import as_written, read_json
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.process.terminal_text import harmless
-from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.errors import CaseError, UserError
@@ -48,6 +47,7 @@ from gapbeam.studies.study_folder import StoredPiece, StoredResponse, checked, r
 from gapbeam.studies.sweep.sweep_plan import Sweep, chains_of, point_file, prepare, read_points
 from gapbeam.studies.tradeoff.run_tradeoff import stored_choice, study_key
 from gapbeam.studies.trials.axes import points_of, read_axis
+from gapbeam.studies.trials.subject import Subject
 from tests.regression.test_postprocess_plot import sine_records
 from tests.shared.case_texts import GOOD, written
 from tests.shared.command import DEMO, alone
@@ -335,16 +335,16 @@ def test_stored_records_are_checked(change: dict[str, Any]) -> None:
 
 
 @pytest.fixture
-def sweep(tmp_path: Path) -> tuple[Sweep, list[Case], Path]:
-    """Return a sweep of two points, their cases, and its folder with both responses on disk."""
+def sweep(tmp_path: Path) -> tuple[Sweep, list[Subject], Path]:
+    """Return a sweep of two points, their subjects, and its folder with both responses on disk."""
     sweep = Sweep(DEMO, (), (read_axis("support.clearance=1e-4,2e-4", "linear"),))
-    cases = [case for case in read_points(sweep).values() if isinstance(case, Case)]
-    assert prepare(sweep, tmp_path / "sweep", cases, False) == 0
+    subjects = [one for one in read_points(sweep).values() if not isinstance(one, CaseError)]
+    assert prepare(sweep, tmp_path / "sweep", subjects, False) == 0
     for chain in chains_of(sweep, tmp_path / "sweep"):
         for task in chain.tasks:
             record = RESPONSE | {"values": {"support.clearance": task.values[0]}}
             point_file(tmp_path / "sweep", task).write_text(json.dumps(record), encoding="utf-8")
-    return sweep, cases, tmp_path / "sweep"
+    return sweep, subjects, tmp_path / "sweep"
 
 
 @pytest.mark.parametrize(
@@ -361,15 +361,15 @@ def sweep(tmp_path: Path) -> tuple[Sweep, list[Case], Path]:
     ],
 )
 def test_sweeps_that_are_not_gone_on_with(
-    name: str, content: str, message: str, sweep: tuple[Sweep, list[Case], Path]
+    name: str, content: str, message: str, sweep: tuple[Sweep, list[Subject], Path]
 ) -> None:
     """Another plan, responses at other values, more of them than the sweep has, files cut off."""
-    wanted, cases, folder = sweep
+    wanted, subjects, folder = sweep
     (folder / "points" / "notes.json").write_text("not a record, and none of ours", encoding="utf-8")
-    assert prepare(wanted, folder, cases, False) == 2
+    assert prepare(wanted, folder, subjects, False) == 2
     (folder / name).write_text(content, encoding="utf-8")
     with pytest.raises((ResultsError, UserError), match=re.escape(message)):
-        prepare(wanted, folder, cases, False)
+        prepare(wanted, folder, subjects, False)
 
 
 @pytest.mark.parametrize("instead", ["folder", "pipe", "device"])

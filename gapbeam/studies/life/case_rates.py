@@ -12,6 +12,7 @@ Source: Podra and Andersson, Tribology International 32 (1999) 71, for wear that
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -55,7 +56,7 @@ class CaseRates:
     @property
     def inputs(self) -> dict[str, Any]:
         """All that decides the rates."""
-        return dict(self.case.model_dump(mode="json"))
+        return dict(json.loads(self.case.model_dump_json()))
 
     @cached_property
     def limits(self) -> Array:

@@ -10,6 +10,9 @@ import pytest
 
 import gapbeam as gb
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene_file.scene_reader import scene_file
+from gapbeam.studies.life.scene_rates import SceneRates
+from gapbeam.studies.trials.scene_subject import SceneSubject
 
 RUB = """
 [[structure]]
@@ -85,6 +88,26 @@ def test_a_hard_pressed_mass_wears_at_a_constant_rate(tmp_path: Path) -> None:
     result = gb.life(path, limit, output=tmp_path / "life")
     work = gb.run(path, limit, output=tmp_path / "run").summary["wear"]["faces"]["wall"]["work_rate"]["value"]
     assert result.worn.life == pytest.approx(1e-6 * 1e-6 / (1e-12 * work), rel=2e-3)
+
+
+def test_each_run_of_a_life_under_noise_has_noise_of_its_own(tmp_path: Path) -> None:
+    """W' = N sigma sqrt(2 / pi) of a Gaussian speed, sigma^2 = S / (4 m c), beside a mean force N, in each interval."""
+    path, start = tmp_path / "noise.toml", RUB.index('type = "harmonic_force"')
+    noise = ""
+    for name, along, density in (("along", [0, 1], 0.5), ("across", [1, 0], 1e-4)):
+        noise += f'[[load]]\ntype = "random"\nname = "{name}"\npoint = "shoe.at"\ndirection = {along}\n'
+        noise += f'spectrum = {{ type = "white", density = {density}, high = 200.0 }}\n\n'
+    path.write_text(RUB[:start].removesuffix("[[load]]\n") + noise + RUB[RUB.index("[start]") :])
+    light = {"structure.shoe.model.damping": 4.0, "time.step": 1e-3, "time.end": 60.0}
+    rates = SceneRates(SceneSubject(scene_file(path, light)))
+    depths = np.zeros(1)
+    found = [rates(depths, number) for number in (0, 1, 1)]
+    force, spread = 5.0 * 1e5 / (1e5 + 2000.0), np.sqrt(0.5 / (4.0 * 0.5 * 4.0))
+    expected = 1e-12 / 1e-6 * force * spread * np.sqrt(2.0 / np.pi)
+    for one in found:
+        assert one.low[0] < expected < one.high[0]
+        assert one.high[0] < 1.25 * one.low[0]
+    assert found[0].values[0] != found[1].values[0] == found[2].values[0]
 
 
 @pytest.mark.parametrize(

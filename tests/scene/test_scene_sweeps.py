@@ -133,6 +133,23 @@ def test_kicks_are_starts_with_the_energy_of_the_loads(rattle: Path, tmp_path: P
     assert len({record["residual"] for record in found[0].records}) == 3
 
 
+def test_responses_under_noise_have_the_statistics_of_their_runs(rattle: Path, tmp_path: Path) -> None:
+    """Two seeds: words, intervals and verdicts are those of `run`; the statistics of both are pooled."""
+    noise = 'type = "random"\nname = "shaker"\npoint = "ball.at"\n'
+    noise += 'spectrum = { type = "white", density = 0.5, high = 100.0 }\n\n'
+    rattle.write_text(RATTLE[: RATTLE.index('type = "harmonic')] + noise + RATTLE[RATTLE.index("[[figure]]") :])
+    fixed = ["time.end=60", "output.history_interval=4e-3"]
+    result = gb.sweep(rattle, {"load.shaker.seed": [0, 1]}, fixed, output=tmp_path / "sweep", workers=1)
+    assert [record["response"] for record in result.records] == ["random", "random"]
+    for record in result.records:
+        seed = f"load.shaker.seed={record['values']['load.shaker.seed']}"
+        outcome = gb.run(rattle, [*fixed, seed], output=tmp_path / seed)
+        assert record["statistics"] == outcome.summary["statistics"]
+        rms = next(one for one in record["statistics"]["figures"] if one["name"] == "probe.at.rms")
+        assert record["figures"]["probe.at.rms"]["low"] == rms["low"] < rms["high"]
+    assert (tmp_path / "sweep" / "ensembles.json").exists()
+
+
 def test_two_keys_make_a_map(rattle: Path, tmp_path: Path) -> None:
     """Nine points of two keys: table and map; the folder is of this sweep only."""
     folder, keys = tmp_path / "sweep", {"stop.clearance": "0.5e-3:2e-3:3", "load.shaker.amplitude": "1:2:3"}

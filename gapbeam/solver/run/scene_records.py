@@ -6,18 +6,19 @@ Accounts are energies, gates, impacts, peaks and contact times.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS, ImpactList, approach_speed
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import ESTIMATE, ROUND_OFF_SAFETY, Ledger
 from gapbeam.solver.diagnostics.statistics.block_means import MOST, BlockEnds
-from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.diagnostics.statistics.run_statistics import RecordStatistics
 from gapbeam.solver.record_table import HISTORY
 from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
@@ -285,28 +286,6 @@ def probe_names(scene: Scene) -> tuple[str, ...]:
     )
 
 
-def scene_statistics(marcher: Marcher, every: int) -> RunStatistics:
-    """Return the statistics to gather in a march under random loads, with the decay of the slowest linear vibration.
-
-    Args:
-        marcher: At its start.
-        every: Steps from one record to the next.
-    """
-    scene = marcher.scene
-    growth = 0.0 if scene.is_large else float(eigenvalues(scene)[0].real)
-    decay = -0.5 / growth if growth < 0.0 else 0.0
-    in_space = motions_of_points(scene) == 2
-    return RunStatistics(contact_names(scene), probe_names(scene), in_space, every * marcher.h, decay)
-
-
-def in_three(rows: Rows) -> Rows:
-    """Return records of a scene as statistics read those of cases: motions of points in x, y and z."""
-    shaken = ABSOLUTE if ABSOLUTE in rows else "acceleration_relative"
-    moved = {"displacement": "displacement", ABSOLUTE: shaken} if shaken in rows else {}
-    wide = {name: np.pad(rows[own], ((0, 0), (0, 0), (3 - rows[own].shape[2], 0))) for name, own in moved.items()}
-    return rows | wide
-
-
 class SceneRecords:
     """Turns blocks of steps into records.
 
@@ -351,6 +330,21 @@ class SceneRecords:
         fed = [sum(energies.fed[:, some].sum(axis=1) for some in parts) for _, parts in self.fed]
         columns = [energies.work[:, 0]] * len(self.loaded) + fed + [energies.work[:, 2]] * len(self.walled)
         return np.column_stack(columns) if columns else np.zeros((len(energies.work), 0))
+
+    def statistics(self, own: Sequence[Figure], is_random: bool) -> RecordStatistics:
+        """Return the statistics to gather of the records.
+
+        Args:
+            own: Figures of one's own; those that average are among them.
+            is_random: Under noise a motion remembers as long as its slowest linear vibration does.
+        """
+        scene = self.scene
+        growth = float(eigenvalues(scene)[0].real) if is_random and not scene.is_large else 0.0
+        return RecordStatistics(
+            contact_names(scene), probe_names(scene), self.width == 2, self.every * self.h,
+            -0.5 / growth if growth < 0.0 else 0.0, any(one.motions == 2 for one in scene.contacts),
+            tuple(one for one in own if one.averages), self.labels,
+        )  # fmt: skip
 
     def _load_name(self) -> str:
         names = {one.name for one in self.scene.loads}

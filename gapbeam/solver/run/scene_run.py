@@ -38,10 +38,8 @@ from gapbeam.solver.run.scene_records import (
     SceneRecords,
     contact_names,
     contacts_of,
-    in_three,
     probe_names,
     promises_balance,
-    scene_statistics,
 )
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of, wear_of
 from gapbeam.solver.scene.argument_checks import check_fields
@@ -298,7 +296,7 @@ class SceneMarch:
             remedy = "Try the default scheme, which creates none, a smaller step or a softer stiffness"
         self.accounts = SceneAccounts(marcher, limits, remedy)
         self.records = SceneRecords(marcher, asked.every)
-        self.statistics = scene_statistics(marcher, asked.every) if asked.random_loads else None
+        self.statistics = self.records.statistics(asked.figures, is_random=True) if asked.random_loads else None
         self.seconds = 0.0
 
     @property
@@ -345,7 +343,7 @@ class SceneMarch:
                 if rows is not None:
                     writer.append(rows)
                     if self.statistics is not None:
-                        self.statistics.see(in_three(rows))
+                        self.statistics.see(rows)
                 elif time.perf_counter() - saved > self.asked.checkpoint:
                     writer.commit()
                     checkpoint.save(folder, writer.records)

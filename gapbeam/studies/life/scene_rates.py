@@ -15,14 +15,13 @@ import numpy as np
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.scene_records import contact_names
-from gapbeam.solver.scene.scene import Scene
 from gapbeam.studies.life.face_rates import passed, rate_verdict, record_steps, work_rates
 from gapbeam.studies.life.worn_march import Array, DepthRates
 from gapbeam.studies.trials.scene_subject import SceneSubject
 
 
 class SceneRates:
-    """Runs of a file of structures on worn pairs, one after the other; its structures are set up once.
+    """Runs of a file of structures on worn pairs, one after the other; under noise each sets up its structures.
 
     Pairs of two motions wear: those of one have no sliding.
 
@@ -65,20 +64,26 @@ class SceneRates:
         self.worn(limits)
         return limits
 
-    def worn(self, depths: Array) -> Scene:
-        """Return the scene with regions grown by the depths of the pairs, (pairs,), m.
+    def worn(self, depths: Array, number: int = 0) -> SceneSubject:
+        """Return the file with regions grown by depths.
+
+        Args:
+            depths: Of all pairs, (pairs,), m.
+            number: Of the run: each has noise of its own.
 
         Raises:
             UserError: A region cannot grow.
         """
-        contacts = list(self.scene.contacts)
+        subject = self.subject.with_other_noise(number)
+        scene = subject.scene
+        contacts = list(scene.contacts)
         for i, depth in zip(self.mine, depths, strict=True):
             contacts[i] = replace(contacts[i], region=contacts[i].region.grown(float(depth)))
-        return self.scene.with_parts(contacts, self.scene.loads)
+        return subject.in_scene(scene.with_parts(contacts, scene.loads))
 
     def clearances(self, depths: Array) -> dict[str, float]:
         """Return the clearance of each pair at depths, (pairs,), m."""
-        contacts = self.worn(depths).contacts
+        contacts = self.worn(depths).scene.contacts
         regions = {name: contacts[i].region for name, i in zip(self.names, self.mine, strict=True)}
         return {
             name: float(np.asarray(one.values[one.kind.names.index("clearance")]))
@@ -91,14 +96,13 @@ class SceneRates:
 
         Args:
             depths: Of all pairs, (pairs,), m.
-            number: Of the run.
+            number: Of the run, which chooses the noise.
 
         Raises:
             RunFailed: The run did not pass.
             UserError: It has too few records for statistics, or there is no seat.
         """
-        del number
-        subject, case = self.subject.in_scene(self.worn(depths)), self.subject.case
+        subject, case = self.worn(depths, number), self.subject.case
         asked, end = subject.asked, case.time.end
         subject.asked = replace(asked, every=record_steps(case.load, end, asked.step, asked.every * asked.step))
         response = subject.respond(subject.start(0, 0), rings=False)

@@ -22,11 +22,9 @@ import xarray as xr
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.known_keys import flat
-from gapbeam.solver.diagnostics.statistics.run_statistics import RecordStatistics
 from gapbeam.solver.errors import Interrupted, RunError, UserError
 from gapbeam.solver.run.checkpoint.same_model import checksum_of
 from gapbeam.solver.run.interruption import Signals
-from gapbeam.solver.run.scene_records import contact_names, motions_of_points, probe_names
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun, smoothing_of
 from gapbeam.solver.run.scene_summary import findings_of
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -54,7 +52,6 @@ class SceneSubject:
         file: Its checked tables.
     """
 
-    is_random = False
     carried_keys = "the clearance or stiffness of a pair, the velocity of a flow, load.NAME.amplitude or .frequency"
 
     def __init__(self, file: SceneFile) -> None:
@@ -73,6 +70,13 @@ class SceneSubject:
     def scene(self) -> Scene:
         """The scene."""
         return self.read.scene
+
+    def with_other_noise(self, number: int) -> SceneSubject:
+        """Return the subject with noise that is independent of this one, another for each number."""
+        if not self.is_random or number == 0:
+            return self
+        loads = tuple(load.with_other_noise(number) for load in self.case.load)
+        return SceneSubject(replace(self.file, case=self.case.model_copy(update={"load": loads})))
 
     def in_scene(self, scene: Scene) -> SceneSubject:
         """Return the subject with another scene of the same structures."""
@@ -105,6 +109,11 @@ class SceneSubject:
     def figures(self) -> Sequence[Figure]:
         """See `Subject`."""
         return self.case.figure
+
+    @property
+    def is_random(self) -> bool:
+        """See `Subject`."""
+        return any(load.noise for load in self.case.load)
 
     @property
     def moves_by_itself(self) -> bool:
@@ -192,7 +201,7 @@ class SceneSubject:
         """See `Subject`."""
         del rings
         clock, asked = time.perf_counter(), replace(self.asked, start=begin.state)
-        response = TrialResponse(statistics=self.statistics())
+        response = TrialResponse()
         try:
             marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
             check_delays(marcher, begin.state.t + self.case.time.end)
@@ -212,14 +221,13 @@ class SceneSubject:
             RunError: The march did not pass.
         """
         parts, marcher, accounts = list[Any](), march.marcher, march.accounts
-        if response.statistics is not None:
-            response.statistics.labels = march.records.labels
+        statistics = march.statistics or march.records.statistics(self.case.figure, is_random=False)
+        response.statistics = statistics
         try:
             for rows in march.rows():
                 if rows is not None:
                     parts.append(rows)
-                    if response.statistics is not None:
-                        response.statistics.see(rows)
+                    statistics.see(rows)
         finally:
             ledger = accounts.ledger
             scale = ledger.exchanged if ledger.exchanged > 0.0 else np.nan
@@ -232,16 +240,6 @@ class SceneSubject:
             response.iterations = marcher.passes / max(marcher.count, 1)
             response.findings = findings_of(accounts)
         march.judge()
-
-    def statistics(self) -> RecordStatistics:
-        """Return the statistics to gather of a response."""
-        scene, asked = self.scene, self.asked
-        slides = any(one.motions == 2 for one in scene.contacts)
-        own = tuple(one for one in self.case.figure if one.averages)
-        return RecordStatistics(
-            contact_names(scene), probe_names(scene), motions_of_points(scene) == 2, asked.every * asked.step, 0.0,
-            slides, own,
-        )  # fmt: skip
 
     def stays_linear(self, history: xr.Dataset, after: float) -> bool:
         """See `Subject`."""

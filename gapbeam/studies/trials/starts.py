@@ -234,9 +234,7 @@ def carried(model: Model, end: State, before: Case) -> Start:
     return Start(state, "carried", tuple(notes))
 
 
-def phase_kept(
-    loads: Sequence[AnyLoad], step: float, end: float, before: Sequence[AnyLoad]
-) -> tuple[float, list[str]]:
+def phase_kept(loads: Sequence[AnyLoad], step: float, end: float, before: Sequence[AnyLoad]) -> tuple[float, list[str]]:
     """Return the first time after the smooth starts at which loads have the phase that others had at a time, s; notes.
 
     Args:

@@ -350,3 +350,12 @@ class RecordStatistics(RunStatistics):
     def figures(self) -> list[StatisticFigure]:
         """Return all figures that the records give, with their intervals and verdicts."""
         return [one for one in super().figures() if NEEDS.get(one.name.rpartition(".")[2]) not in self._lacking]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return everything that is kept, for JSON."""
+        return super().as_json() | {"lacking": sorted(self._lacking)}
+
+    def restore(self, data: Mapping[str, Any]) -> None:
+        """Bring statistics, as they are at a start, to what was stored; raises as `RunStatistics.restore`."""
+        super().restore(data)
+        self._lacking = frozenset(data["lacking"])

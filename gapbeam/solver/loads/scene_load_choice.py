@@ -71,9 +71,11 @@ SceneLoad: Any = Annotated[Union[TABLES], Field(discriminator="type")]  # noqa: 
 
 AnyLoad = LoadTable
 """A load, whichever it is."""
+LineLoad = RandomLineLoad
+"""A load along a beam."""
 
 
-def is_along_beam(load: LoadTable) -> TypeGuard[RandomLineLoad]:
+def is_along_beam(load: LoadTable) -> TypeGuard[LineLoad]:
     """Return whether a load acts along a beam, whose structure and direction it names."""
     return isinstance(load, AlongBeam)
 

@@ -12,8 +12,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
 from gapbeam.solver.errors import CaseError, Fault, Key, RunError, UserError
-from gapbeam.solver.loads.random_line_load import RandomLineLoad
-from gapbeam.solver.loads.scene_load_choice import AnyLoad, is_along_beam, point_of, structure_of
+from gapbeam.solver.loads.scene_load_choice import AnyLoad, LineLoad, is_along_beam, point_of, structure_of
 from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.contact_pair import Contact
@@ -443,7 +442,7 @@ def _in_motions(site: _Site, number: int, load: AnyLoad, point: StructurePoint) 
     return np.asarray(given / np.linalg.norm(given))
 
 
-def _along_beam(site: _Site, number: int, load: RandomLineLoad, body: Structure) -> list[Load]:
+def _along_beam(site: _Site, number: int, load: LineLoad, body: Structure) -> list[Load]:
     """Return a load for each pattern of forces along a beam, each with its own noise."""
     points = [body[f"load {number}: {i}"] for i in range(len(load.patterns[0].places))]
     unit = _in_motions(site, number, load, points[0])

@@ -10,8 +10,7 @@ from typing import Any
 from gapbeam.solver.case.checks.run_checks import run_has_steps, step_follows_the_forcing
 from gapbeam.solver.case.figure_table import figure_faults
 from gapbeam.solver.errors import Fault, Key
-from gapbeam.solver.loads.random_line_load import RandomLineLoad
-from gapbeam.solver.loads.scene_load_choice import is_along_beam, point_of, structure_of
+from gapbeam.solver.loads.scene_load_choice import LineLoad, is_along_beam, point_of, structure_of
 from gapbeam.solver.scene_file.feedback_checks import feedback_faults
 from gapbeam.solver.scene_file.mesh_tables import MeshFile, material_faults
 from gapbeam.solver.scene_file.pair_tables import nearest_faults
@@ -310,7 +309,7 @@ def _is_placed(body: BodyTable) -> bool:
     return isinstance(model, ElementFrame) or body.place is not None
 
 
-def _along(key: Key, load: RandomLineLoad, body: BodyTable) -> Iterator[Fault]:
+def _along(key: Key, load: LineLoad, body: BodyTable) -> Iterator[Fault]:
     """A load along a beam has one, without a place in space, and ends on it."""
     if not isinstance(body.model, ElementBeam | RigidBar):
         yield Fault((*key, "structure"), f'"{body.name}", a model {body.model.type}',

@@ -56,16 +56,12 @@ def estimate(
     Exit status: 0 done, 5 a recording lies outside of the library, 2 a fault of the input, 6 the file could not be
     written.
     """
-    import csv
-    import io
-
     from gapbeam.solver.errors import UserError
-    from gapbeam.solver.run.output.results_folder import write_beside
     from gapbeam.studies.library.estimate import estimate as estimated
     from gapbeam.studies.library.estimate import series
     from gapbeam.studies.library.recording import read_recording
     from gapbeam.studies.library.recording_library import read_library
-    from gapbeam.studies.study_folder import study_written
+    from gapbeam.studies.study_folder import write_table
 
     def number(text: str, where: str) -> float:
         try:
@@ -97,11 +93,7 @@ def estimate(
     result = series(estimates, times, limits)
     print_study(result.tables(), [])
     if output is not None:
-        heads, rows = result.rows()
-        file = io.StringIO()
-        csv.writer(file).writerows([heads, *rows])
-        with study_written(output):
-            write_beside(output, file.getvalue())
+        write_table(output, *result.rows())
     print_study([], [one.headline() for one in [*estimates, *([result] if len(estimates) > 2 else [])]])
     return result.exit_status
 

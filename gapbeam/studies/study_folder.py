@@ -5,7 +5,9 @@ A study is resumed from its records on disk, which are checked first.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import csv
+import io
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -14,7 +16,7 @@ from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, Validati
 
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.errors import NotWritten, UserError
-from gapbeam.solver.run.output.results_folder import by_one, check_place, locked
+from gapbeam.solver.run.output.results_folder import by_one, check_place, locked, write_beside
 from gapbeam.solver.wording import printable
 
 if TYPE_CHECKING:
@@ -180,3 +182,15 @@ def study_written(path: Path) -> Iterator[None]:
             f"{path} could not be written: {error.strerror or error}; look for a full disk, a quota, or a folder that "
             "was moved or made read-only, then call the study again: it resumes"
         ) from error
+
+
+def write_table(path: Path, heads: Iterable[Any], rows: Iterable[Iterable[Any]]) -> None:
+    """Write a table of a study as CSV.
+
+    Raises:
+        NotWritten: By the operating system.
+    """
+    text = io.StringIO()
+    csv.writer(text).writerows([heads, *rows])
+    with study_written(path):
+        write_beside(path, text.getvalue())

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +24,7 @@ from gapbeam.studies.atlas.cycle_search import cycle_atlas, draw_cycles
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, atlas, drawn_starts
 from gapbeam.studies.engine.study_journal import StudyJournal
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder, study_written
+from gapbeam.studies.study_folder import study_folder, study_written, write_table
 from gapbeam.studies.trials.axes import Axis, points_of
 
 DOUBTFUL = 5
@@ -173,7 +171,8 @@ def run_atlas(
         paths = [folder / ATLAS_FILE, folder / "atlas.csv", folder / ATLAS_PICTURE]
         with study_written(paths[0]):
             write_beside(paths[0], json.dumps(records, indent=1) + "\n")
-            write_beside(paths[1], _csv(records))
+        write_table(paths[1], *responses_of(records))
+        with study_written(paths[2]):
             assert scene is not None
             picture = draw_cycles(whole.points, over) if cycles else _picture(whole, scene)
             picture.savefig(paths[2])
@@ -298,13 +297,6 @@ def _record(one: AtlasPoint) -> dict[str, Any]:
     ]  # fmt: skip
     shares = {"chaotic": one.chaotic, "exponent": one.exponent, "unsettled": one.unsettled, "failed": one.failed}
     return {"values": one.values, "period": one.period, "responses": responses, **shares}
-
-
-def _csv(records: Sequence[dict[str, Any]]) -> str:
-    heads, rows = responses_of(records)
-    text = io.StringIO()
-    csv.writer(text).writerows([heads, *rows])
-    return text.getvalue()
 
 
 def _picture(found: Atlas, scene: Scene) -> Any:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -28,7 +26,7 @@ from gapbeam.solver.scene.scene_march import history
 from gapbeam.solver.table import Number, Positive, Table, Whole
 from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder, study_written
+from gapbeam.studies.study_folder import study_folder, study_written, write_table
 
 DOUBTFUL = 5
 SEARCH = "search.csv"
@@ -74,6 +72,11 @@ class OptimumStudy(Table):
     passes: Whole = Field(default=50, ge=1, le=10_000, description="of the search at most")
     free: tuple[FreeValue, ...] = Field(default=(), description="values that the search may change")
     limit: tuple[HighestFigure, ...] = Field(default=(), description="figures that stay below a limit")
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """Highest value of each figure that has a limit."""
+        return {one.figure: one.value for one in self.limit}
 
 
 def contradictions(tables: Mapping[str, Any]) -> list[Fault]:
@@ -164,19 +167,15 @@ def run_optimum(study: OptimumStudy, one: PeriodicScene, folder: Path) -> Optimu
         raise UserError("optimize: no load of the case varies; expected loads that repeat after a period")
     period, steps = study.order * one.period, study.order * one.steps
     over = {free.path: free.range for free in study.free}
-    limits = {limit.figure: limit.value for limit in study.limit}
     with study_folder(folder):
         found = optimize(
-            one.scene, study.least, over, limits=limits, period=period, steps=steps, passes=study.passes,
+            one.scene, study.least, over, limits=study.limits, period=period, steps=steps, passes=study.passes,
             start=_response(study, one, period, steps),
         )  # fmt: skip
         record = _record(study, found)
         rows = [(*values.values(), *figures.values()) for values, figures in found.orbits]
-        text = io.StringIO()
-        csv.writer(text).writerows([(*over, *found.orbits[0][1]), *rows])
         paths = [folder / name for name in (OPTIMUM_FILE, SEARCH, OPTIMUM_PICTURE)]
-        with study_written(paths[1]):
-            write_beside(paths[1], text.getvalue())
+        write_table(paths[1], (*over, *found.orbits[0][1]), rows)
         with study_written(paths[2]):
             draw_search(study, found).savefig(paths[2])
         with study_written(paths[0]):
@@ -200,8 +199,7 @@ def _response(study: OptimumStudy, one: PeriodicScene, period: float, steps: int
 
 def _record(study: OptimumStudy, found: Optimum) -> dict[str, Any]:
     """Return the record of optimum.json."""
-    at, begin = found.tangents, found.orbits[0][1]
-    limits = {limit.figure: limit.value for limit in study.limit}
+    at, begin, limits = found.tangents, found.orbits[0][1], study.limits
     values = ", ".join(f"{path} = {value:.5g}" for path, value in found.values.items())
     unstable = "" if found.is_stable else "; this response is unstable: a march leaves it"
     head = f"{study.least} falls from {begin[study.least]:.5g} to {at.values[study.least]:.5g} at {values}{unstable}"
@@ -224,7 +222,7 @@ def _record(study: OptimumStudy, found: Optimum) -> dict[str, Any]:
 def draw_search(study: OptimumStudy, found: Optimum) -> Figure:
     """Draw figures, over their limits or first values, and values, in their ranges, of all responses of a search."""
     figure, grid = panels(2, height=1.9, sharex=True)
-    limits = {limit.figure: limit.value for limit in study.limit}
+    limits = study.limits
     number = np.arange(1, len(found.orbits) + 1)
     above, below = grid[0][0], grid[1][0]
     for k, (name, first) in enumerate(found.orbits[0][1].items()):

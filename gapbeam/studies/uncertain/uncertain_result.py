@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -20,7 +18,7 @@ from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, UN
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_written
+from gapbeam.studies.study_folder import study_written, write_table
 from gapbeam.studies.uncertain.probability import Indices, IntervalEstimate, RareProbability
 
 DOUBTFUL = 5
@@ -207,8 +205,7 @@ def write_uncertain(found: Uncertain, folder: Path) -> list[Path]:
     paths = []
     for name, (heads, rows) in {**tables, "members": (tuple(columns), zip(*columns.values(), strict=True))}.items():
         path = folder / f"{name}.csv"
-        with study_written(path):
-            write_beside(path, _csv(heads, rows))
+        write_table(path, heads, rows)
         paths.append(path)
     record = {
         "members": len(found.response), "responses": len(found.responses), "unknown": found.unknown,
@@ -221,12 +218,6 @@ def write_uncertain(found: Uncertain, folder: Path) -> list[Path]:
     with study_written(note):
         write_beside(note, json.dumps([finite(record)], indent=1) + "\n")
     return [note, *paths, picture]
-
-
-def _csv(heads: Iterable[Any], rows: Iterable[Any]) -> str:
-    text = io.StringIO()
-    csv.writer(text).writerows([heads, *rows])
-    return text.getvalue()
 
 
 @journal_style()

@@ -29,7 +29,7 @@ from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import decay_time, has_statistics, statistics_of
-from gapbeam.studies.life.face_rates import passed, rate_verdict, record_steps, work_rates
+from gapbeam.studies.life.face_rates import depth_rates, passed, rate_verdict, record_steps, work_rates
 from gapbeam.studies.life.worn_case import worn_case, worn_clearances
 from gapbeam.studies.life.worn_march import Array, DepthRates
 from gapbeam.studies.trials.response import respond
@@ -84,15 +84,8 @@ class CaseRates:
             UserError: It has too few records for statistics.
         """
         worn = list(map(float, depths))
-        model, factors = self.body.model(worn_case(self.case, worn, number)), self.factors
-        statistics = self.statistics_of(model)
-        verdicts = self.marched(model, statistics, worn)
-        found = work_rates(statistics, self.case.time.end)
-        rates = [found[name] for name in self.names]
-        values, low, high = (
-            factors * np.array([max(float(one[key]), 0.0) for one in rates]) for key in ("value", "low", "high")
-        )
-        return DepthRates(values, low, high, verdicts)
+        model = self.body.model(worn_case(self.case, worn, number))
+        return depth_rates(self.marched(model, self.statistics_of(model), worn), self.factors)
 
     def statistics_of(self, model: Model) -> RunStatistics:
         """Return the statistics to gather in a run."""
@@ -104,8 +97,8 @@ class CaseRates:
             every * model.step, decay_time(case), True,
         )  # fmt: skip
 
-    def marched(self, model: Model, statistics: RunStatistics, depths: Sequence[float]) -> tuple[str, ...]:
-        """March a model and gather its statistics; return the verdict on the work rate of each face.
+    def marched(self, model: Model, statistics: RunStatistics, depths: Sequence[float]) -> list[Mapping[str, Any]]:
+        """March a model and gather its statistics; return the work rate of each face, of `work_rates`.
 
         Args:
             model: On worn gaps.
@@ -120,8 +113,7 @@ class CaseRates:
         start = seated(model).state
         response = respond(model, start, steps, statistics.interval, watched=True, statistics=statistics)
         passed(response, self.names, depths)
-        found = work_rates(statistics, model.case.time.end, response.doubts)
-        return tuple(rate_verdict(found[name]) for name in self.names)
+        return work_rates(statistics, self.names, model.case.time.end, response.doubts)
 
     @property
     def names(self) -> Sequence[str]:
@@ -160,7 +152,7 @@ class PointRates(CaseRates):
         statistics = PointStatistics(
             usual.faces, usual.probes, usual.in_space, usual.interval, usual.decay, usual.slides, points=contact.size
         )
-        verdicts = self.marched(model, statistics, deepest)
+        verdicts = [rate_verdict(one) for one in self.marched(model, statistics, deepest)]
         factors, found = self.point_factors, statistics.work_rates()
         ends = np.array([(one.value, one.low, one.high) for one in found]).T
         values, low, high = (factors * np.maximum(end, 0.0) for end in ends)

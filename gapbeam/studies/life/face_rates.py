@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts
 from gapbeam.solver.errors import RunError, UserError
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.loads.scene_load_choice import AnyLoad
+from gapbeam.studies.life.worn_march import DepthRates
 from gapbeam.studies.trials.response import TrialResponse
 
 PERIODS = 100  # of a forcing, of which statistics need some dozens behind the burn-in
@@ -73,8 +77,29 @@ def record_steps(loads: Sequence[AnyLoad], end: float, step: float, interval: fl
     return max(1, round(interval / step))
 
 
-def work_rates(statistics: RunStatistics, end: float, doubts: Doubts | None = None) -> dict[str, Mapping[str, Any]]:
+def depth_rates(works: Sequence[Mapping[str, Any]], factors: ArrayLike) -> DepthRates:
+    """Return rates of depth, m/s, from work rates.
+
+    Args:
+        works: Of each face, of `work_rates`.
+        factors: Depth worn per work of sliding of each face, m/J.
+    """
+    values, low, high = (
+        np.asarray(factors) * np.array([max(float(one[key]), 0.0) for one in works]) for key in ("value", "low", "high")
+    )
+    return DepthRates(values, low, high, tuple(map(rate_verdict, works)))
+
+
+def work_rates(
+    statistics: RunStatistics, names: Sequence[str], end: float, doubts: Doubts | None = None
+) -> list[Mapping[str, Any]]:
     """Return the work rate of each face with its interval, as statistics describe it, W.
+
+    Args:
+        statistics: Of a run.
+        names: Of the faces.
+        end: Of the run, s.
+        doubts: On the statistics.
 
     Raises:
         UserError: The run has too few records for statistics.
@@ -85,4 +110,4 @@ def work_rates(statistics: RunStatistics, end: float, doubts: Doubts | None = No
             f"time.end: {end:g} s with a record every {statistics.interval:g} s are too few records for the mean of a "
             "work rate; expected a hundred and more: a later time.end, or a shorter output.history_interval"
         )
-    return {face: figures[f"face.{face}.{WORK_RATE}"] for face in statistics.faces}
+    return [figures[f"face.{name}.{WORK_RATE}"] for name in names]

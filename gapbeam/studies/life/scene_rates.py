@@ -15,7 +15,7 @@ import numpy as np
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.scene_records import contact_names
-from gapbeam.studies.life.face_rates import passed, rate_verdict, record_steps, work_rates
+from gapbeam.studies.life.face_rates import depth_rates, passed, record_steps, work_rates
 from gapbeam.studies.life.worn_march import Array, DepthRates
 from gapbeam.studies.trials.scene_subject import SceneSubject
 
@@ -109,10 +109,5 @@ class SceneRates:
         passed(response, self.names, list(map(float, depths)))
         assert response.statistics is not None
         assert case.wear is not None
-        found = work_rates(response.statistics, end)
-        rates = [found[name] for name in self.names]
         factor = float(case.wear.coefficient or 0.0) / float(case.wear.area or 1.0)
-        values, low, high = (
-            factor * np.array([max(float(one[key]), 0.0) for one in rates]) for key in ("value", "low", "high")
-        )
-        return DepthRates(values, low, high, tuple(map(rate_verdict, rates)))
+        return depth_rates(work_rates(response.statistics, self.names, end), factor)

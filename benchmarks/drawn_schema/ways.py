@@ -18,13 +18,13 @@ from mpi4py import MPI
 
 import gapbeam
 from gapbeam.postprocess.results.columns_of_run import as_history
-from gapbeam.solver.attachments import ElasticJoint, Fluid
 from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.periodic_checks import factor_needed
 from gapbeam.solver.case.solution_tables import FullModel, ReducedModel
 from gapbeam.solver.integrators.scheme_choice import scheme_names
+from gapbeam.solver.loads.attachments import ElasticJoint, Fluid
 from gapbeam.solver.loads.places import LineForce, PointForce
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model
@@ -319,9 +319,9 @@ def long_march(
     multiplier: float,
     varied: dict[str, float] | None = None,
 ) -> tuple[MotionRecord, float]:
-    """March a case for many forcing periods, and return the last period of the response and how periodic it is.
+    """March a case for many forcing periods; return the last period, and how far the motion is from repeating.
 
-    The change of the displacements over this period, relative to their range, goes with it.
+    That is the largest change of a displacement over the period, relative to its range.
 
     Args:
         way: The other way.

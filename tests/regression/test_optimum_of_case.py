@@ -11,10 +11,10 @@ import pytest
 
 import gapbeam as gb
 from gapbeam.interface.case_atlas import repeating_scene
-from gapbeam.solver.errors import CaseError
 from gapbeam.studies.atlas.run_atlas import rest_of
 from gapbeam.studies.optimum.optimum_study import read_optimum_study
 from gapbeam.studies.uncertain.uncertain_file import settings_of_study
+from tests.shared.case_texts import assert_refused
 from tests.shared.command import PROJECT, alone, called_anew
 
 STUDY = PROJECT / "cases" / "studies" / "optimize-stop.toml"
@@ -72,9 +72,4 @@ GOOD = '[[free]]\npath = "stop*.clearance"\nlower = 4e-4\nupper = 1e-3\n'
 )
 def test_faults_are_at_their_keys(tmp_path: Path, text: str, says: str) -> None:
     """Each fault names what was found and what was expected."""
-    file = tmp_path / "study.toml"
-    file.write_text(text)
-    with pytest.raises(CaseError) as fault:
-        read_optimum_study(file)
-    assert says in str(fault.value)
-    assert "expected" in str(fault.value)
+    assert_refused(read_optimum_study, tmp_path / "study.toml", text, says)

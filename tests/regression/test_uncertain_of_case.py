@@ -10,8 +10,8 @@ import pytest
 
 import gapbeam as gb
 from gapbeam.interface.case_atlas import repeating_scene
-from gapbeam.solver.errors import CaseError
 from gapbeam.studies.uncertain.uncertain_file import read_uncertain, settings_of_study
+from tests.shared.case_texts import assert_refused
 from tests.shared.command import PROJECT, alone, called_anew
 
 STUDY = PROJECT / "cases" / "studies" / "uncertain-stop.toml"
@@ -64,9 +64,4 @@ GOOD = '[[variable]]\npath = "stop*.clearance"\ndistribution = "norm"\nparameter
 )
 def test_faults_are_at_their_keys(tmp_path: Path, text: str, says: str) -> None:
     """Each fault names what was found and what was expected."""
-    file = tmp_path / "study.toml"
-    file.write_text(text)
-    with pytest.raises(CaseError) as fault:
-        read_uncertain(file)
-    assert says in str(fault.value)
-    assert "expected" in str(fault.value)
+    assert_refused(read_uncertain, tmp_path / "study.toml", text, says)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import pytest
@@ -107,3 +107,12 @@ def assert_says(fault: object, words: Iterable[str]) -> None:
     message = str(fault)
     for word in words:
         assert word in message, f"{word!r} is not in:\n{message}"
+
+
+def assert_refused(read: Callable[[Path], object], file: Path, text: str, says: str) -> None:
+    """A file of a study with this text is refused: its fault says what was found, and what was expected."""
+    file.write_text(text)
+    with pytest.raises(CaseError) as fault:
+        read(file)
+    assert says in str(fault.value)
+    assert "expected" in str(fault.value)

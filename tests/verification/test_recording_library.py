@@ -14,10 +14,10 @@ from scipy.io import wavfile
 
 import gapbeam as gb
 from gapbeam.interface.case_atlas import repeating_scene
-from gapbeam.solver.errors import CaseError
 from gapbeam.studies.library.library_file import read_library_study
 from gapbeam.studies.uncertain.probability import IntervalEstimate
 from gapbeam.studies.uncertain.uncertain_file import settings_of_study
+from tests.shared.case_texts import assert_refused
 from tests.shared.command import PROJECT, alone, called_anew
 
 FREQUENCY, FORCE = 0.8 / (2.0 * np.pi), 1.0
@@ -277,12 +277,7 @@ RANGE = '[[variable]]\npath = "stop*.clearance"\ndistribution = "uniform"\nparam
 )
 def test_faults_of_the_file_are_at_their_keys(tmp_path: Path, text: str, says: str) -> None:
     """Each fault names what was found and what was expected."""
-    file = tmp_path / "study.toml"
-    file.write_text(text)
-    with pytest.raises(CaseError) as fault:
-        read_library_study(file)
-    assert says in str(fault.value)
-    assert "expected" in str(fault.value)
+    assert_refused(read_library_study, tmp_path / "study.toml", text, says)
 
 
 @alone

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import mpmath
 import numpy as np
 
-from gapbeam.solver.beam_theory import SpringBeam
+from gapbeam.studies.modes.beam_theory import SpringBeam
 
 DIGITS = 50
 SURE = mpmath.mpf("1e-30")  # of a root found, beside which the sign is seen to change

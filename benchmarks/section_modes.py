@@ -18,8 +18,8 @@ from mpi4py import MPI
 
 import gapbeam
 from benchmarks.table import Cell, Table, options
-from gapbeam.solver.contact_modes import Sections
 from gapbeam.solver.models.model import build_model
+from gapbeam.solver.seat.contact_modes import Sections
 from gapbeam.solver.system.dense_operators import DenseOperators
 
 LENGTH, THICKNESS, COUNT = 0.6, 0.04, 4

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gapbeam.solver.attachments import MeanMotion, bending_rank
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
+from gapbeam.solver.loads.attachments import MeanMotion, bending_rank
 from gapbeam.solver.system.operators import Array
 from tests.shared.case_texts import BEAM, assert_says, faults_of, written
 

@@ -12,9 +12,9 @@ from mpi4py import MPI
 
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.reading.case_reader import read_case_text
-from gapbeam.solver.contact_modes import held_modes
 from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.models.model import build_model
+from gapbeam.solver.seat.contact_modes import held_modes
 from gapbeam.solver.wording import ROUND_OFF, apart, exceeds
 from tests.shared.case_texts import BEAM
 

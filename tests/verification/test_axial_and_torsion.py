@@ -12,8 +12,8 @@ from mpi4py import MPI
 from scipy.optimize import brentq
 
 import gapbeam
-from gapbeam.solver.contact_modes import Sections
 from gapbeam.solver.models.model import Model, build_model
+from gapbeam.solver.seat.contact_modes import Sections
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 

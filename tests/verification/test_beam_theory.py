@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.roots import LIMIT, MODES, SPRINGS, compare
-from gapbeam.solver.beam_theory import (
+from gapbeam.studies.modes.beam_theory import (
     SpringBeam,
     clamped_roots,
     free_roots,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.solver.beam_theory import SpringBeam
+from gapbeam.studies.modes.beam_theory import SpringBeam
 from gapbeam.studies.modes.end_springs import identify_end_springs
 
 BEAM = SpringBeam(0.46, 2.1e11 * 0.02 * 0.012**3 / 12.0, 7919.0 * 0.02 * 0.012)

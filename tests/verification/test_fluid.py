@@ -11,8 +11,8 @@ from scipy.linalg import eigvals, expm
 from scipy.optimize import brentq
 
 import gapbeam
-from gapbeam.solver.contact_modes import held_modes
 from gapbeam.solver.models.model import Model, build_model
+from gapbeam.solver.seat.contact_modes import held_modes
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.contact_modes import free_bending_modes
 from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.seat.contact_modes import free_bending_modes
 from gapbeam.solver.system.semi_discrete import VALUE, State
 from tests.shared.case_texts import assert_says
 

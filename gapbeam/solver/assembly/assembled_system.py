@@ -26,10 +26,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gapbeam.solver.attachments import IN_PLANE, OUT_OF_PLANE, Attached, MeanMotion, MotionName
 from gapbeam.solver.case.beam_motions import is_symmetric, section_motions, twist_restraint
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.solution_tables import BeamModel, FullModel
+from gapbeam.solver.loads.attachments import IN_PLANE, OUT_OF_PLANE, Attached, MeanMotion, MotionName
 from gapbeam.solver.loads.load_choice import Load, load_direction
 from gapbeam.solver.loads.places import (
     Attachment,

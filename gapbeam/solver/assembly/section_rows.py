@@ -14,7 +14,7 @@ import numpy as np
 
 from gapbeam.solver.assembly.point_rows import PointRow, point_row
 from gapbeam.solver.assembly.section_cut import SectionCut, SectionCutter
-from gapbeam.solver.attachments import DISPLACEMENTS, MeanMotion
+from gapbeam.solver.loads.attachments import DISPLACEMENTS, MeanMotion
 from gapbeam.solver.loads.load_choice import axis_point
 from gapbeam.solver.system.operators import Array, Indices, Operators, row_product
 

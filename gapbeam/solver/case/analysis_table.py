@@ -27,8 +27,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.attachments import BENDING, MotionName
 from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.loads.attachments import BENDING, MotionName
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport, Play, play_of
 from gapbeam.solver.system.operators import Array

@@ -29,7 +29,11 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from gapbeam.solver.attachments import (
+from gapbeam.solver.case.analysis_table import Analysis
+from gapbeam.solver.case.case import Case, Contact, Mesh, acting_friction
+from gapbeam.solver.case.computed_defaults import Default, overhang_frequency, support_reaction
+from gapbeam.solver.case.solution_tables import BeamModel, BeamMotion
+from gapbeam.solver.loads.attachments import (
     IN_PLANE,
     OUT_OF_PLANE,
     SIDEWAYS,
@@ -40,10 +44,6 @@ from gapbeam.solver.attachments import (
     bending_rank,
     holds_motion,
 )
-from gapbeam.solver.case.analysis_table import Analysis
-from gapbeam.solver.case.case import Case, Contact, Mesh, acting_friction
-from gapbeam.solver.case.computed_defaults import Default, overhang_frequency, support_reaction
-from gapbeam.solver.case.solution_tables import BeamModel, BeamMotion
 from gapbeam.solver.loads.load_choice import Load, axis_point
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import AnySupports

@@ -18,7 +18,6 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
-from gapbeam.solver.attachments import JointChoice, PlacedFluid, PointMass
 from gapbeam.solver.case.analysis_table import Analysis, Transient
 from gapbeam.solver.case.beam_profile import Beam as Beam
 from gapbeam.solver.case.beam_profile import BeamProfile, PlacedSegment
@@ -30,6 +29,7 @@ from gapbeam.solver.case.solution_tables import Gates as Gates
 from gapbeam.solver.contact.formulations.formulation_choice import Formulation, Penalty
 from gapbeam.solver.contact.laws.law_choice import KelvinVoigt, Law
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
+from gapbeam.solver.loads.attachments import JointChoice, PlacedFluid, PointMass
 from gapbeam.solver.loads.load_choice import NO_LOADS, Load
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import BaseAndGland, OneOfSeveral, OneSupport

@@ -20,10 +20,10 @@ from itertools import pairwise
 from math import log, pi, sqrt
 from typing import assert_never
 
-from gapbeam.solver.attachments import bending_rank
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case, Friction, law_at
 from gapbeam.solver.case.solution_tables import BeamModel, RigidModel
+from gapbeam.solver.loads.attachments import bending_rank
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
 from gapbeam.solver.loads.support_walls import interference

@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gapbeam.solver.assembly.assembled_system import model_motions
-from gapbeam.solver.attachments import MeanMotion
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.diagnostics.assumption import PoseWatch
 from gapbeam.solver.diagnostics.energy_ledger import restraint_energy
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.point_contact import Gauges, PointContact, by_face, deepest_by_face, friction_by_face
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.loads.attachments import MeanMotion
 from gapbeam.solver.loads.load_choice import axis_point, load_direction
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by

@@ -24,8 +24,8 @@ from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Paused, Resolution, march
 from gapbeam.solver.models.reduction.line_points import refuse_other_faces
 from gapbeam.solver.seat.escape import RigidMotions
+from gapbeam.solver.seat.start import start_of_case
 from gapbeam.solver.seat.static_seat import Seat, find_seat
-from gapbeam.solver.start import start_of_case
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, Snapshots, State

@@ -18,7 +18,6 @@ from scipy.sparse import block_diag, csr_matrix, hstack, vstack
 from gapbeam.solver.assembly.assembled_system import acting_rows, attached_motions
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.assembly.gauss_rule import gauss_rule
-from gapbeam.solver.attachments import MeanMotion
 from gapbeam.solver.case.analysis_table import NAMES
 from gapbeam.solver.case.beam_motions import axial_restraint, beam_motions, is_symmetric, lateral_restraint
 from gapbeam.solver.case.case import Case
@@ -26,6 +25,7 @@ from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import highest_frequency
 from gapbeam.solver.case.solution_tables import BeamModel, BeamMotion
 from gapbeam.solver.contact.formulations.contact_points import StationOperator
+from gapbeam.solver.loads.attachments import MeanMotion
 from gapbeam.solver.loads.load_choice import axis_point, load_direction
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls, patterned
 from gapbeam.solver.models.body import TURNED, Body, MeshedBeam, gathered, point_rule

@@ -21,9 +21,9 @@ from scipy.sparse import csr_matrix
 from gapbeam.meshes.tagged_mesh import cell_points
 from gapbeam.meshes.versions.mesh_geometry import geometry_order
 from gapbeam.solver.assembly.cell_values import in_cells
-from gapbeam.solver.attachments import IN_PLANE, MeanMotion, MotionName
 from gapbeam.solver.case.analysis_table import NAMES, RigidMotion, unit_motions
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.loads.attachments import IN_PLANE, MeanMotion, MotionName
 from gapbeam.solver.models.body import MeshedBeam
 from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array

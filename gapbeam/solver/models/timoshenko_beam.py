@@ -30,10 +30,10 @@ from typing import ClassVar, Protocol
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.attachments import MotionName
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_choice import graded_places
+from gapbeam.solver.loads.attachments import MotionName
 from gapbeam.solver.models.elastic_rod import ElasticRod
 from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array

@@ -1,1 +1,1 @@
-"""The static seat."""
+"""The static seat, the state at t = 0, and vibration modes as contact holds the beam at the seat."""

@@ -26,10 +26,10 @@ from gapbeam.postprocess.signals.steady_figures import WindowFigure, Windows, se
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.known_keys import flat
-from gapbeam.solver.contact_modes import FREE, RIGID, held_modes
 from gapbeam.solver.errors import CaseError, OutOfMemory, RunError, UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.results_folder import finite, write_beside
+from gapbeam.solver.seat.contact_modes import FREE, RIGID, held_modes
 from gapbeam.solver.wording import printable
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.identification.identification_file import Problem, Values

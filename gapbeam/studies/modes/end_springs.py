@@ -21,8 +21,8 @@ from scipy.ndimage import minimum_filter
 from scipy.optimize import brentq, least_squares
 from scipy.stats import chi2, norm
 
-from gapbeam.solver.beam_theory import SpringBeam, roots
 from gapbeam.solver.system.operators import Array, Indices
+from gapbeam.studies.modes.beam_theory import SpringBeam, roots
 
 LOWEST, HIGHEST = 1.0e-6, 1.0e9  # of the map, in units of E I / l^3 and E I / l
 PER_DECADE = 4

@@ -18,12 +18,12 @@ from rich.table import Table
 from scipy.optimize import linear_sum_assignment
 
 from gapbeam.meshes.tagged_mesh import Section
-from gapbeam.solver.beam_theory import SpringBeam
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.contact_modes import CLOSED, FREE, MIXED, SEATED, HeldModes
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
+from gapbeam.solver.seat.contact_modes import CLOSED, FREE, MIXED, SEATED, HeldModes
 from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.solver.system.operators import Array
+from gapbeam.studies.modes.beam_theory import SpringBeam
 from gapbeam.studies.modes.end_springs import EndSpringFit, Estimate, identify_end_springs
 
 ALIKE = 0.5  # the least MAC of a pair

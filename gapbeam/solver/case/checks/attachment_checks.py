@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 from gapbeam.meshes.beam_geometry import SNAP
-from gapbeam.solver.attachments import ElasticJoint, Fluid, Joint, PointMass, bending_rank
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import moves_in_space
 from gapbeam.solver.case.beam_profile import span_lies_on_the_beam
@@ -14,6 +13,7 @@ from gapbeam.solver.case.case import Beam, Contact, Mesh, Wear, advised_scheme
 from gapbeam.solver.case.checks.place_checks import Loads, namesakes, outside
 from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel, Time
 from gapbeam.solver.errors import Fault
+from gapbeam.solver.loads.attachments import ElasticJoint, Fluid, Joint, PointMass, bending_rank
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.supports.layout import Layout, keyed, support_at

@@ -7,7 +7,6 @@ from itertools import combinations
 from math import hypot
 
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
-from gapbeam.solver.attachments import Joint, PointMass
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import motions_of_tables, with_given
 from gapbeam.solver.case.beam_profile import OF_MATERIAL, OF_SECTION, beam_at, span_lies_on_the_beam
@@ -15,6 +14,7 @@ from gapbeam.solver.case.case import Beam, Contact, Mesh, Output, Probe
 from gapbeam.solver.case.checks.place_checks import Loads, Segments, namesakes
 from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel
 from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.loads.attachments import Joint, PointMass
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 from gapbeam.solver.table import Vector

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.attachments import bending_rank
 from gapbeam.solver.case.beam_profile import Segment
 from gapbeam.solver.case.case import Case, damps, law_at
 from gapbeam.solver.case.checks.contact_checks import idle_keys
@@ -20,6 +19,7 @@ from gapbeam.solver.case.checks.run_checks import MULTIPLE_TOLERANCE
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, graded_count
 from gapbeam.solver.case.solution_tables import BeamModel, RigidModel
+from gapbeam.solver.loads.attachments import bending_rank
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.wording import apart, exceeds

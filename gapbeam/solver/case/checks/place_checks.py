@@ -10,12 +10,12 @@ from types import MappingProxyType
 from typing import Protocol
 
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
-from gapbeam.solver.attachments import JointChoice
 from gapbeam.solver.case.beam_profile import Segment, beam_at
 from gapbeam.solver.case.case import Beam, Mesh, Probe
 from gapbeam.solver.case.figure_table import Figure, figure_faults
 from gapbeam.solver.case.solution_tables import Time
 from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.loads.attachments import JointChoice
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland

@@ -7,7 +7,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from gapbeam.solver.attachments import Joint, MotionName, PointMass
 from gapbeam.solver.case.analysis_table import Analysis, RigidMotion, Transient, centered_pose, centering_faults
 from gapbeam.solver.case.beam_motions import motions_of_tables
 from gapbeam.solver.case.case import Beam, Contact, Damping, Mesh, Output, acting_friction, advised_scheme
@@ -15,6 +14,7 @@ from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Loads, Probes
 from gapbeam.solver.case.solution_tables import BeamModel, FullModel, ModelTable, ReducedModel, RigidModel, Time
 from gapbeam.solver.errors import Fault
+from gapbeam.solver.loads.attachments import Joint, MotionName, PointMass
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports
 from gapbeam.solver.wording import apart, exceeds

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from itertools import combinations
 
-from gapbeam.solver.attachments import Joint, bending_rank
 from gapbeam.solver.case.analysis_table import Analysis, Periodic, Transient
 from gapbeam.solver.case.beam_profile import beam_at, span_lies_on_the_beam
 from gapbeam.solver.case.case import Beam, Contact, Mesh, law_at, own_law, whole_unit
@@ -13,6 +12,7 @@ from gapbeam.solver.case.checks.place_checks import Loads, Segments, same_name
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic
 from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.loads.attachments import Joint, bending_rank
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by

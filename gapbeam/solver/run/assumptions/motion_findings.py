@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from gapbeam.solver.attachments import MotionName
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import squeezed_stiffness
@@ -24,6 +23,7 @@ from gapbeam.solver.diagnostics.assumption import (
 )
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS, Episodes
 from gapbeam.solver.diagnostics.point_contact import Peaks
+from gapbeam.solver.loads.attachments import MotionName
 from gapbeam.solver.loads.load_choice import load_direction
 from gapbeam.solver.loads.support_walls import interference
 from gapbeam.solver.system.operators import Array

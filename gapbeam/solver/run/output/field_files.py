@@ -26,7 +26,6 @@ from scipy.sparse import csr_matrix
 from gapbeam.meshes.mesh_readings import vector_space
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.assembly.face_quadrature import FacePoints, at_nodes, face_points, gather_points
-from gapbeam.solver.contact_modes import HeldModes
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.periodic.continuation import CurvePoint, ResponseCurve
@@ -48,6 +47,7 @@ from gapbeam.solver.run.output.hdf5_files import AT_ONCE, FieldPieces, GrowingSe
 from gapbeam.solver.run.output.nodal_stresses import CornerValues, StressFields
 from gapbeam.solver.run.output.parallel_tables import FieldGrid, ParallelTable, Pieces, RankRows, around, dataset
 from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.seat.contact_modes import HeldModes
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Snapshots
 

@@ -19,13 +19,13 @@ import numpy as np
 
 from gapbeam.solver.case.analysis_table import Periodic, StartMode, Transient, centered_pose
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.contact_modes import free_bending_modes
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.rigid_shapes import rigid_parts
+from gapbeam.solver.seat.contact_modes import free_bending_modes
 from gapbeam.solver.supports.layout import body_motions
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State, imaged
+from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem, State, imaged
 
 INSIDE = 1.0e-7  # of the thickness: round-off of a start that touches
 
@@ -78,7 +78,7 @@ def _with_motions(model: Model, state: State, analysis: Transient) -> State:
         speeds += rigid_parts(model.body, analysis.motion.rate(length))
         asked.append("[analysis.motion]")
     if analysis.mode is not None:
-        from gapbeam.solver.start import mode_motion  # finite elements need DOLFINx, marches do not
+        from gapbeam.solver.seat.start import mode_motion  # finite elements need DOLFINx, marches do not
 
         mode = mode_motion(model, analysis.mode)
         places.append(mode.displacement)
@@ -111,19 +111,27 @@ def _with_bodies(model: Model, state: State) -> State:
             v[number] += one.body.velocity
     contact, operators = system.contact, system.operators
     depth = contact.depth(contact.interface.trace(u, operators))
-    deeper = depth - np.maximum(state.depth, 0.0)
-    worst = int(np.argmax(deeper))
-    if deeper[worst] > INSIDE:
+    if pressed := _pressed(contact, depth, state, INSIDE):
+        face, how_deep, place = pressed
         raise UserError(
-            f"[[support]] body.displacement moves {contact.face_names[contact.faces[worst]]} {depth[worst]:.3g} m into "
-            f"the beam at x = {contact.positions[worst, 0]:.4g} m; expected a start at which the support does not "
-            "press; try a smaller displacement, or a larger clearance"
+            f"[[support]] body.displacement moves {face} {how_deep} into the beam {place}; expected a start at which "
+            "the support does not press; try a smaller displacement, or a larger clearance"
         )
     moved = not np.array_equal(u, state.u[VALUE])
     state = replace(state, v=imaged(operators, v), a=None)
     if not moved:
         return state
     return replace(state, u=imaged(operators, u), depth=depth, pressure=np.zeros(contact.size))
+
+
+def _pressed(contact: ContactOperator, depth: Array, before: State, most: float) -> tuple[str, str, str] | None:
+    """Return face, depth and place, in words, of the point that is pushed in farthest; None: by at most `most`, m."""
+    deeper = depth - np.maximum(before.depth, 0.0)
+    worst = int(np.argmax(deeper))
+    if not deeper[worst] > most:
+        return None
+    face = contact.face_names[contact.faces[worst]]
+    return face, f"{depth[worst]:.3g} m", f"at x = {contact.positions[worst, 0]:.4g} m"
 
 
 def undeformed(system: SemiDiscreteSystem) -> State:
@@ -157,13 +165,11 @@ def _moved(
         return state
     u = imaged(operators, moved(places, state.u[VALUE]))
     depth = contact.depth(contact.interface.trace(u[VALUE], operators))
-    deeper = depth - np.maximum(state.depth, 0.0)
-    worst = int(np.argmax(deeper))
-    if deeper[worst] > round_off:
+    if pressed := _pressed(contact, depth, state, round_off):
+        face, how_deep, place = pressed
         raise UserError(
-            f"[analysis] {asked} moves the beam {depth[worst]:.3g} m into "
-            f"{contact.face_names[contact.faces[worst]]} at x = {contact.positions[worst, 0]:.4g} m; expected a start "
-            "between the faces; try a smaller displacement, or less rotation"
+            f"[analysis] {asked} moves the beam {how_deep} into {face} {place}; expected a start between the faces; "
+            "try a smaller displacement, or less rotation"
         )
     return replace(state, u=u, a=None, depth=depth, pressure=np.zeros(contact.size))
 

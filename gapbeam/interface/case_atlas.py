@@ -44,11 +44,11 @@ def repeating_scene(case: Path, overrides: Overrides) -> PeriodicScene:
         time = found.case.time
         varying = any(load.forcing_frequency is not None for load in found.case.load)
         period, rise = _repetition(found.case) if varying else (nan, time.end)
-        return PeriodicScene(found.scene, period, time.step, rise)
+        return PeriodicScene(found.scene, period, time.step, rise, found.case.figure)
     read = read_case(case, overrides)
     period, rise = _repetition(read)
     made = model(read).model
-    return PeriodicScene(scene_of_model(made), period, float(made.case.time.step), rise)
+    return PeriodicScene(scene_of_model(made), period, float(made.case.time.step), rise, read.figure)
 
 
 def _repetition(case: Case | SceneCase) -> tuple[float, float]:

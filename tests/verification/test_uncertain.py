@@ -231,7 +231,7 @@ NORMAL = {"push.F": stats.norm(0.1, 0.01)}
         ({"model": 3.0}, "a scene or a function"),
         ({"model": lambda x: x["push.F"], "period": None}, "figures by name"),
         ({"model": lambda _: {"y": 1.0}, "period": None}, "one number for each"),
-        ({"model": lambda x: {"y": x["push.F"]}}, "neither period nor starts"),
+        ({"model": lambda x: {"y": x["push.F"]}}, "no period, starts or own figures"),
     ],
 )
 def test_nonsense_is_refused(asked: dict[str, Any], says: str) -> None:

@@ -101,7 +101,12 @@ def deviation(t: Array, x: Array) -> float:
 
 def share_above(t: Array, x: Array, limit: float) -> float:
     """Return the share of the time above a limit."""
+    return float(np.diff(t) @ part_above(x, limit) / (t[-1] - t[0])) if t[-1] > t[0] else float(x[-1] > limit)
+
+
+def part_above(x: Array, limit: float) -> Array:
+    """Return the part of each interval in which a quantity, (n, ...), is above a limit, (n - 1, ...)."""
     low, high = np.minimum(x[:-1], x[1:]) - limit, np.maximum(x[:-1], x[1:]) - limit
     crossing = (high > 0.0) & (low < 0.0)
-    part = np.divide(high, high - low, out=np.asarray(low >= 0.0, dtype=float) * (high > 0.0), where=crossing)
-    return float(np.diff(t) @ part / (t[-1] - t[0])) if t[-1] > t[0] else float(x[-1] > limit)
+    whole = np.asarray(low >= 0.0, dtype=float) * (high > 0.0)
+    return np.asarray(np.divide(high, high - low, out=whole, where=crossing))

@@ -266,26 +266,6 @@ ABSOLUTE = "acceleration_absolute"
 SUMS = ("impulse", "contact_time", "closings", "sliding_work", "force_square", "approach_speeds")
 
 
-def contact_names(scene: Scene) -> tuple[str, ...]:
-    """Return a name for each contact: its own, or "contact" with its number."""
-    return tuple(one.name or f"contact {number}" for number, one in enumerate(scene.contacts, 1))
-
-
-def motions_of_points(scene: Scene) -> int:
-    """Return the components of the records of points: 2 where all have two motions, else 1."""
-    return 2 if {len(point.rows) for point in scene.point_names.values()} == {2} else 1
-
-
-def probe_names(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the points of a scene in its records."""
-    width = motions_of_points(scene)
-    return tuple(
-        name if width == len(point.rows) else f"{name} {number}"
-        for name, point in scene.point_names.items()
-        for number in range(1, len(point.rows) // width + 1)
-    )
-
-
 class SceneRecords:
     """Turns blocks of steps into records.
 
@@ -300,7 +280,7 @@ class SceneRecords:
     def __init__(self, marcher: Marcher, every: int) -> None:
         scene = marcher.scene
         self.scene, self.every, self.h = scene, every, marcher.h
-        self.width, self.probes = motions_of_points(scene), probe_names(scene)
+        self.width, self.probes = scene.probe_width, scene.probe_names
         self.frame = self._frame()
         rough = any(one.is_rough for one in scene.contacts)
         named = [(one.name, [some]) for one, some in self._forces() if one.name]
@@ -311,9 +291,9 @@ class SceneRecords:
         self.labels: dict[str, tuple[str, ...]] = {
             "probe": self.probes,
             "component": ("y", "z")[: self.width] if self.probes else (),
-            "face": contact_names(scene),
+            "face": scene.contact_names,
             "tangent": ("across",) if rough else (),
-            "worn_face": contact_names(scene) if any(one.motions == 2 for one in scene.contacts) else (),
+            "worn_face": scene.contact_names if any(one.motions == 2 for one in scene.contacts) else (),
             "load": (*self.loaded, *(name for name, _ in self.fed), *self.walled),
         }
         unknown = {"contact_moment", "contact_area", "iterations"} | ({ABSOLUTE} if self.frame is None else set())
@@ -341,7 +321,7 @@ class SceneRecords:
         scene = self.scene
         growth = float(eigenvalues(scene)[0].real) if is_random and not scene.is_large else 0.0
         return RecordStatistics(
-            contact_names(scene), probe_names(scene), self.width == 2, self.every * self.h,
+            scene.contact_names, scene.probe_names, self.width == 2, self.every * self.h,
             -0.5 / growth if growth < 0.0 else 0.0, any(one.motions == 2 for one in scene.contacts),
             tuple(one for one in own if one.averages), self.labels,
         )  # fmt: skip

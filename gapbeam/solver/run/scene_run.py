@@ -36,9 +36,7 @@ from gapbeam.solver.run.scene_records import (
     Rows,
     SceneAccounts,
     SceneRecords,
-    contact_names,
     contacts_of,
-    probe_names,
     promises_balance,
 )
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of, wear_of
@@ -130,7 +128,7 @@ class SceneRun:
         for one in self.observers:
             if not callable(one):
                 raise UserError(f"run: found the observer {one!r}, expected a function of the step")
-        places = {"probe": probe_names(self.scene), "face": contact_names(self.scene), "turned_probe": (), "gauge": ()}
+        places = {"probe": self.scene.probe_names, "face": self.scene.contact_names, "turned_probe": (), "gauge": ()}
         begin = 0.0 if self.start is None else self.start.t
         for fault in figure_faults(dict(enumerate(self.figures)), places, max(self.end, begin)):
             name = self.figures[int(fault.key[1])].name

@@ -46,6 +46,7 @@ class Members:
         strobes: States (q, v) at the ends of the last periods, (strobes, 2 n, members).
         displacement: By point, histories of every so many steps, (times, members), or (times, motions, members).
         force: By contact, likewise, N.
+        figures: Of one's own, by name, (members,).
         failed: Members whose contact forces did not converge in some step.
         untrusted: Members that failed, or whose energy is out of balance by more than 1e-8 of what passed: created, or
             also lost where the scheme keeps the balance.
@@ -68,6 +69,7 @@ class Members:
     strobes: Array
     displacement: dict[str, Array]
     force: dict[str | int, Array]
+    figures: dict[str, Array]
     failed: Any
     untrusted: Any
 

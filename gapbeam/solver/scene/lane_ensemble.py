@@ -6,7 +6,7 @@ Features are computed on the fly, block by block: contact forces, harmonics, str
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,10 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.scene.ensemble_members import SAMPLES, EnsembleFolder, Members, ensemble_key, joined, untrusted
-from gapbeam.solver.scene.linear_scheme import MIDPOINT, Linear, LinearScheme, Slabs
+from gapbeam.solver.scene.lane_figures import LaneFigures, lane_figure_faults
+from gapbeam.solver.scene.linear_scheme import MIDPOINT, Linear, LinearScheme, Slabs, StepRecords
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import BLOCK, Marcher
 from gapbeam.solver.scene.touch_kernel import WIDTH
@@ -64,14 +66,18 @@ class LaneFeatures:
         lanes: Members side by side.
         h: Step, s.
         t0: Time of the start, s.
+        figures: Of one's own.
     """
 
-    def __init__(self, scene: Scene, plan: FeaturePlan, lanes: int, h: float, t0: float) -> None:
+    def __init__(
+        self, scene: Scene, plan: FeaturePlan, lanes: int, h: float, t0: float, figures: Sequence[Figure] = ()
+    ) -> None:  # fmt: skip
         self.scene, self.plan, self.h = scene, plan, h
+        self.own = LaneFigures(scene, figures, lanes)
         zero = np.zeros((len(scene.contacts), lanes))
         self.top, self.impulse, self.impacts, self.closed = zero.copy(), zero.copy(), zero.copy(), zero.copy()
         self.before = zero > 0.0
-        self.done, self.watched = 0, sum(len(one.rows) for one in scene.point_names.values())
+        self.done, self.watched = 0, scene.watched
         self.waves, self.turns = np.zeros((2 * plan.harmonics + 2, self.watched, lanes)), np.zeros((0, 0))
         if plan.harmonics >= 0:  # the period repeats, so that a table of one period is enough
             phase = 2.0 * np.pi * np.arange(plan.harmonics + 1)[:, None] * np.arange(1, plan.period + 1) / plan.period
@@ -81,13 +87,19 @@ class LaneFeatures:
         self.felt: list[Array] = []
         self.states: list[Array] = []
 
-    def begin(self, F: Array) -> None:
-        """Begin to count, at a state with contact forces F."""
-        self.before = self._sizes(F[None])[0] > 0.0
+    def begin(self, marcher: Marcher) -> None:
+        """Begin to count, at the present state of a march."""
+        sizes, watch = self._sizes(marcher.F[None])[0], marcher.linear.watch
+        self.before = sizes > 0.0
+        if self.own.parts:
+            self.own.begin(marcher.t, watch @ marcher.q, watch @ marcher.v, sizes)
 
-    def add(self, seen: Array, felt: Array) -> None:
-        """Count a block of steps: displacements (steps, watched, lanes), forces (steps, motions, lanes)."""
+    def add(self, kept: StepRecords) -> None:
+        """Count a block of steps."""
+        seen, felt = kept.seen, kept.felt
         size = self._sizes(felt)
+        if self.own.parts:
+            self.own.add(self.h, seen, kept.speeds, size)
         touched = size > 0.0
         self.top = np.maximum(self.top, size.max(axis=0, initial=0.0))
         self.impulse += self.h * size.sum(axis=0)
@@ -168,7 +180,7 @@ def ensemble(
     scene: Scene, values: Mapping[str, Any] | None = None, *, step: Any, end: Any, start: SceneState | None = None,
     members: int | None = None, threads: int | None = None, scheme: LinearScheme = MIDPOINT, settle: Any = None,
     period: Any = None, harmonics: int | None = None, strobes: int = 0, every: int = 0,
-    output: str | Path | None = None,
+    output: str | Path | None = None, figures: Sequence[Figure] = (),
 ) -> Members:  # fmt: skip
     """March many members of a scene at once, and return their features.
 
@@ -191,10 +203,12 @@ def ensemble(
         strobes: States at the ends of the last so many periods.
         every: Steps from one place of kept histories to the next; 0 keeps none.
         output: A folder for finished blocks. A call with the same folder continues there, to the same bits.
+        figures: Of one's own (`gapbeam.figure`), from the time `settle` on: of displacements and velocities at points
+            and contact forces; all statistics but quantile and probability.
 
     Raises:
-        UserError: A path names nothing, lengths differ, times are no whole number of steps, the folder has another
-            ensemble, or a structure is too large for ensembles.
+        UserError: A figure cannot be gathered in lock-step, a path names nothing, lengths differ, times are no whole
+            number of steps, the folder has another ensemble, or a structure is too large for ensembles.
         NotWritten: The folder takes no block.
     """
     given = {path: np.atleast_1d(finite(value, path)) for path, value in (values or {}).items()}
@@ -219,14 +233,16 @@ def ensemble(
     state = start or scene.state()
     steps = {name: np.broadcast_to(value, (count,)) for name, value in clock.items()}
     plan = _planned(steps, state.t, harmonics, strobes, every)
+    for one, words in lane_figure_faults(scene, figures):
+        raise UserError(f"ensemble: figure {one.name}: {words}")
     scene.with_({path: value[0] for path, value in given.items()})  # all faults now, not in a thread
     factors = sorted(path for path in given if scene.is_condensed(path))
-    job = _Job(scene, given, steps["step"], plan, state, scheme, factors)
+    job = _Job(scene, given, steps["step"], plan, state, scheme, factors, tuple(figures))
     folder = None
     if output is not None:
         when = state.t + float(steps["step"].max()) * plan.steps * np.linspace(0.0, 1.0, SAMPLES)
         whole = scene.with_({path: value for path, value in given.items() if path not in factors})
-        key = ensemble_key(whole, given, count, state, when, scheme, plan, steps["step"].tolist())
+        key = ensemble_key(whole, given, count, state, when, scheme, plan, steps["step"].tolist(), *figures)
         folder = EnsembleFolder(Path(output), key)
     return job.run(folder, threads or len(os.sched_getaffinity(0)))
 
@@ -279,6 +295,7 @@ class _Job:
     start: SceneState
     scheme: LinearScheme
     factors: list[str]
+    figures: tuple[Figure, ...]
 
     @cached_property
     def groups(self) -> list[Any]:
@@ -343,18 +360,21 @@ class _Job:
         index = members[np.minimum(np.arange(lanes), count - 1)]
         h, part = float(self.step[index[0]]), self.scene.with_(self._values(index))
         marcher = Marcher(part, h, self._start(index), lanes, self.scheme, linear)
-        first, features = np.array(marcher.balance, ndmin=1), LaneFeatures(part, plan, lanes, h, marcher.t)
+        features = LaneFeatures(part, plan, lanes, h, marcher.t, self.figures)
+        first = np.array(marcher.balance, ndmin=1)
         failed, done = np.zeros(count, dtype=bool), 0
-        features.begin(marcher.F)
+        features.begin(marcher)
+        speeds = features.own.needs_speeds
         try:
             with np.errstate(all="ignore"):  # a member that fails is found by its step
                 for steps in plan.blocks(BLOCK // 4):
-                    seen, felt, *_ = marcher.advance(steps, record=done >= plan.settle)
+                    counts = done >= plan.settle
+                    kept = marcher.advance(steps, record=counts, energies=counts and speeds)
                     done += steps
                     if done > plan.settle:
-                        features.add(seen, felt)
+                        features.add(kept)
                     elif done == plan.settle:
-                        features.begin(marcher.F)
+                        features.begin(marcher)
                         marcher.peaks[:], marcher.slabs.spent[:] = 0.0, 0.0
                     if done > plan.steps - plan.strobes * plan.period:
                         features.strobe(marcher.q, marcher.v)
@@ -388,6 +408,7 @@ class _Job:
             q=q, v=v, z=z, span=np.full(count, marcher.h * (plan.steps - plan.settle)), peak=peak, rms=rms,
             **features.contact_features(marcher.slabs, cut), **features.point_features(cut), energy=energy,
             balance=balance, strobes=strobes, failed=failed,
+            figures={name: value[:count] + cut for name, value in features.own.values().items()},
             untrusted=untrusted(energy, balance, first[:count], keeps),
         )  # fmt: skip
 

@@ -247,6 +247,31 @@ class Scene:
             for one, name in every
         }
 
+    @cached_property
+    def contact_names(self) -> tuple[str, ...]:
+        """A name for each contact: its own, or "contact" with its number."""
+        return tuple(one.name or f"contact {number}" for number, one in enumerate(self.contacts, 1))
+
+    @property
+    def watched(self) -> int:
+        """Number of motions of all points."""
+        return sum(len(point.rows) for point in self.point_names.values())
+
+    @cached_property
+    def probe_width(self) -> int:
+        """Components of the records of points: 2 where all have two motions, else 1."""
+        return 2 if {len(point.rows) for point in self.point_names.values()} == {2} else 1
+
+    @cached_property
+    def probe_names(self) -> tuple[str, ...]:
+        """Names of the points in records; of points of several motions beside others, of each motion."""
+        width = self.probe_width
+        return tuple(
+            name if width == len(point.rows) else f"{name} {number}"
+            for name, point in self.point_names.items()
+            for number in range(1, len(point.rows) // width + 1)
+        )
+
     def rows_of(self, structure: Structure, rows: Array) -> Array:
         """Return rows of a structure's DOFs as rows of the scene's coordinates."""
         place = self.place_of(structure, "a point")

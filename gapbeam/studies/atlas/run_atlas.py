@@ -14,6 +14,7 @@ import numpy as np
 from rich.table import Table
 
 from gapbeam.postprocess.report.sections.atlas_section import ATLAS_FILE, ATLAS_PICTURE, responses_of
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.scene.lane_ensemble import ensemble
@@ -42,12 +43,14 @@ class PeriodicScene:
         period: Of all loads, s; NaN: none varies after `rise`.
         step: Of the case, s: the atlas takes the whole part of a period below it.
         rise: Time after which all loads have their full amplitude, s.
+        figures: Of one's own.
     """
 
     scene: Scene
     period: float
     step: float
     rise: float
+    figures: tuple[Figure, ...] = ()
 
     @property
     def steps(self) -> int:

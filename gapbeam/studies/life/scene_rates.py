@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.run.scene_records import contact_names
 from gapbeam.studies.life.face_rates import depth_rates, passed, record_steps, work_rates
 from gapbeam.studies.life.worn_march import Array, DepthRates
 from gapbeam.studies.trials.scene_subject import SceneSubject
@@ -35,7 +34,7 @@ class SceneRates:
     def __init__(self, subject: SceneSubject) -> None:
         self.subject, self.scene = subject, subject.scene
         self.mine = [i for i, one in enumerate(self.scene.contacts) if one.motions == 2]
-        every = contact_names(self.scene)
+        every = self.scene.contact_names
         self.names = [every[i] for i in self.mine]
 
     @property

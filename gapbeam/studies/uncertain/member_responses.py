@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -15,9 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite
 from gapbeam.solver.scene.ensemble_members import EnsembleFolder, Members
+from gapbeam.solver.scene.lane_figures import lane_figure_faults
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
@@ -60,6 +62,7 @@ class SceneModel:
         exponents: Periods over which exponents are taken.
         scheme: Of the time integration.
         threads: As of `ensemble`.
+        figures: Of one's own.
     """
 
     scene: Scene
@@ -73,6 +76,7 @@ class SceneModel:
     exponents: int
     scheme: LinearScheme
     threads: int | None
+    figures: tuple[Figure, ...] = ()
 
     def __call__(self, values: dict[str, Array]) -> Answers:
         """March members, distinguish their responses by shooting, and take their figures.
@@ -128,7 +132,7 @@ class SceneModel:
         figures: dict[str, Array] = {}
         for n in np.unique(order[order > 0]):
             mine = np.flatnonzero(order == n)
-            many = search.strobe.march(mine, X[:, mine], int(n) * -(-self.measure // int(n)))
+            many = search.strobe.march(mine, X[:, mine], int(n) * -(-self.measure // int(n)), figures=self.figures)
             names[mine[many.failed]] = WORDS[FAILED]
             for name, value in figures_of(many).items():
                 figures.setdefault(name, np.full(count, np.nan))[mine] = value
@@ -167,6 +171,18 @@ class CalledModel:
         return Answers(np.where(whole, "all", WORDS[FAILED]).astype(object), found)
 
 
+TIMED = ("value", "time-of-maximum", "time-of-minimum")
+
+
+def response_figure_faults(scene: Scene, figures: Sequence[Figure]) -> Iterator[tuple[Figure, str]]:
+    """Yield figures that responses cannot have, with why: those of `lane_figure_faults`, and those at a time."""
+    for one in figures:
+        if one.statistic in TIMED or one.start > 0.0 or one.end is not None:
+            yield one, "it has a time, and figures of a response are over whole periods; expected none; or try a sweep"
+        else:
+            yield from lane_figure_faults(scene, [one])
+
+
 def name_of(one: FoundOrbit) -> str:
     """Return the name of a response: its order, and its impacts at each contact over the orbit.
 
@@ -196,9 +212,9 @@ def figures_of(many: Members) -> dict[str, Array]:
 
     "peak/tip" and "rms/tip", m, by point; by contact "peak_force/stop" and "mean_force/stop", N, "impact_rate/stop",
     1/s, "work_rate/stop", W, and "closed/stop", the share of time in contact. Of a face with several contact points:
-    mean force and work rate of all, the others of the point that has most.
+    mean force and work rate of all, the others of the point that has most. Figures of one's own by their name.
     """
-    found: dict[str, Array] = {}
+    found: dict[str, Array] = dict(many.figures)
     for kind, table in (("peak", many.peak), ("rms", many.rms)):
         for point, value in table.items():
             rows = value[None] if value.ndim == 1 else value

@@ -6,7 +6,9 @@ limits, distributions, rare events and Sobol indices.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import isnan
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -15,6 +17,7 @@ from pydantic import Field
 from scipy import stats
 from scipy.stats import randint
 
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.case_reader import read_tables
 from gapbeam.solver.case.reading.overrides import pairs
 from gapbeam.solver.errors import CaseError, Fault, UserError
@@ -36,6 +39,7 @@ from gapbeam.studies.uncertain.member_responses import (
     KeptAnswers,
     Period,
     SceneModel,
+    response_figure_faults,
 )
 from gapbeam.studies.uncertain.probability import (
     Pairs,
@@ -49,6 +53,7 @@ from gapbeam.studies.uncertain.probability import (
 )
 from gapbeam.studies.uncertain.uncertain_result import Convergence, Distribution, Uncertain, write_uncertain
 
+LOG = logging.getLogger("gapbeam")
 SHOWN = ("norm", "lognorm", "uniform", "triang", "beta", "gamma", "truncnorm", "weibull_min")
 
 
@@ -87,7 +92,7 @@ class Limit(Table):
     figure: str = Field(
         min_length=1, max_length=100,
         description="peak/PROBE, rms/PROBE (m), peak_force/CONTACT, mean_force/CONTACT (N), impact_rate/CONTACT (1/s), "
-        "work_rate/CONTACT (W), closed/CONTACT (share of time)",
+        "work_rate/CONTACT (W), closed/CONTACT (share of time), or the name of a [[figure]] of the case",
         examples=["peak/tip"],
     )  # fmt: skip
     value: Number = Field(description="limit, in the unit of the figure", examples=[1e-3])
@@ -272,7 +277,7 @@ def uncertain(
     seed: int = 0, rare: bool = False, rare_members: int = 500, rare_replicates: int = 20, sensitivity: int = 0,
     period: Period | None = None, starts: SceneState | None = None, steps: int = 400, settle: int = 100,
     rounds: int = 4, orders: int = 8, measure: int = 48, exponents: int = 200, scheme: LinearScheme = MIDPOINT,
-    threads: int | None = None, output: str | Path | None = None,
+    threads: int | None = None, figures: Sequence[Figure] = (), output: str | Path | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Uncertain:  # fmt: skip
     """Return figures as distributions for each response, and probabilities with 95 % intervals.
@@ -305,6 +310,7 @@ def uncertain(
         exponents: See `atlas`.
         scheme: Of the time integration.
         threads: As of `ensemble`.
+        figures: Of one's own, by `gapbeam.figure`, of a scene: as of `ensemble`, over whole periods.
         output: A folder for tables, a picture, and finished members: a call with the same arguments continues there.
         progress: Called with the number of members that are done.
 
@@ -315,7 +321,7 @@ def uncertain(
     Source: see `probability`, `subset_simulation` and `indices_of` in gapbeam.studies.uncertain.
     """
     given, counts = dict(distributions), (steps, settle, rounds, orders, measure, exponents)
-    answer, key = _answered(model, given, period, starts, counts, scheme, threads), None
+    answer, key = _answered(model, given, period, starts, counts, scheme, threads, figures), None
     if isinstance(answer, SceneModel) and answer.starts.q.shape[1] > 1:
         given[START] = randint(0, answer.starts.q.shape[1])
     inputs = inputs_of(given, correlation)
@@ -325,7 +331,7 @@ def uncertain(
         raise UserError("uncertain: expected 100 rare_members or more, and 2 rare_replicates or more")
     normal = normal_points(sampling, members, replicates, len(given), seed)
     if output is not None:
-        key = _key(model, answer, [*counts, scheme])
+        key = _key(model, answer, [*counts, scheme, *figures])
     kept = KeptAnswers(answer, None if output is None else Path(output), key, progress)
 
     def at(points: Array) -> Answers:
@@ -388,14 +394,14 @@ def uncertain(
 
 def _answered(
     model: Model, given: dict[str, Any], period: Period | None, starts: SceneState | None, counts: Counts,
-    scheme: LinearScheme, threads: int | None,
+    scheme: LinearScheme, threads: int | None, figures: Sequence[Figure],
 ) -> Callable[[dict[str, Array]], Answers]:  # fmt: skip
     """Return the model as a function from values to answers, after checking what is asked of it."""
     if not isinstance(model, Scene):
         if not callable(model):
             raise UserError(f"uncertain: found {model!r}, expected a scene or a function of values by path")
-        if period is not None or starts is not None:
-            raise UserError("uncertain: a function has neither period nor starts; they are of scenes")
+        if period is not None or starts is not None or figures:
+            raise UserError("uncertain: a function has no period, starts or own figures; they are of scenes")
         return CalledModel(model)
     if period is None:
         raise UserError(
@@ -412,7 +418,9 @@ def _answered(
         raise UserError(f"uncertain: {START!r} is the input of several starts; give `starts=`")
     if model.is_large:
         raise UserError("uncertain: a structure has too many DOFs; reduce it: structure.reduced(modes)")
-    return SceneModel(model, period, starts or model.state(), *counts, scheme, threads)
+    for one, words in response_figure_faults(model, figures):
+        raise UserError(f"uncertain: figure {one.name}: {words}")
+    return SceneModel(model, period, starts or model.state(), *counts, scheme, threads, tuple(figures))
 
 
 def _key(model: Model, answer: Any, settings: list[Any]) -> str:
@@ -450,6 +458,13 @@ def run_uncertain(
     given = {variable.path: variable.frozen for variable in study.variable}
     if not one.scene.point_names and any(name.startswith(("peak/", "rms/")) for name in limits):
         raise UserError("uncertain: the case has no probe, and so no displacement; add a [[probe]]")
+    if isnan(one.period):
+        raise UserError("uncertain: no load of the case varies; expected one that repeats; try gapbeam sweep or atlas")
+    unfit = {figure.name: words for figure, words in response_figure_faults(one.scene, one.figures)}
+    for name, words in unfit.items():
+        if name in limits:
+            raise UserError(f"uncertain: [[limit]] of figure {name}: {words}")
+        LOG.warning("figure %s is left out: %s", name, words)
     with study_folder(folder):
         return uncertain(
             one.scene, given, correlation={pair.paths: pair.rank for pair in study.correlation}, limits=limits,
@@ -457,5 +472,6 @@ def run_uncertain(
             rare=study.rare is not None, rare_members=rare.members, rare_replicates=rare.replicates,
             sensitivity=0 if causes is None else causes.points, period=one.period, starts=study.begin(one),
             steps=one.steps, settle=study.settle, rounds=study.rounds, orders=study.orders,
-            measure=study.measure, output=folder, progress=progress,
+            measure=study.measure, figures=[figure for figure in one.figures if figure.name not in unfit],
+            output=folder, progress=progress,
         )  # fmt: skip

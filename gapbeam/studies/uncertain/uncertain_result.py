@@ -228,9 +228,12 @@ def draw_distributions(found: Uncertain, figures: Iterable[str] = ()) -> Figure:
         found: A study.
         figures: Names; default those with limits, or the first four.
     """
-    names = list(figures) or list(found.limits) or list(found.figures)[:MOST_PANELS]
+    asked = list(figures) or list(found.limits) or list(found.figures)[:MOST_PANELS]
+    names = [name for name in asked if name in found.figures]
     converging = any(one.count for every in found.convergence.exceeded.values() for one in every)
-    figure, grid = panels(len(names) + converging, height=1.9)
+    figure, grid = panels(max(len(names) + converging, 1), height=1.9)
+    if not found.figures:
+        grid[0][0].set_title("no member settled, and none is chaotic")
     kinds = [name for name in found.responses if any((name, one) in found.distributions for one in names)]
     for (axes,), name in zip(grid, names, strict=False):
         y = found.figures[name]

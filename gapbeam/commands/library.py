@@ -34,11 +34,11 @@ def library(
 
 def estimate(
     library: Annotated[Path, typer.Argument(metavar="LIBRARY", help="folder of gapbeam library")],
-    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help="CSV or WAV, in the order of time")],
+    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help="CSV, WAV, UFF, by time")],
     unit: Annotated[str, typer.Option(help="of the values: m, mm, um, m/s, mm/s, um/s, m/s2, mm/s2 or g")],
     column: Annotated[str, typer.Option(help="of the values in a text file: number from 1 or name")] = "2",
     time_column: Annotated[str, typer.Option(help="of the times in s: number from 1 or name")] = "1",
-    channel: Annotated[int, typer.Option(help="of a WAV file, from 1")] = 1,
+    channel: Annotated[int, typer.Option(help="of a WAV file, or data set 58 of a universal file, from 1")] = 1,
     full_scale: Annotated[float | None, typer.Option(help="of a WAV file: value of full scale, in the unit")] = None,
     frequency: Annotated[
         float | None, typer.Option(help="of the load in the recordings, Hz; by default as in the library")

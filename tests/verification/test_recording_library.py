@@ -260,6 +260,94 @@ def test_files_of_recordings(small: gb.Library, tmp_path: Path) -> None:
         gb.estimate(small, read, period=1.02 * PERIOD)
 
 
+UNIVERSAL = """\
+    -1
+   164
+         1  SI: Meter (newton)         2
+  1.0000000000000000E+00  1.0000000000000000E+00  1.0000000000000000E+00
+  2.7314999999999998E+02
+    -1
+    -1
+    58
+tube at the middle
+NONE
+27-Nov-26 10:00:00
+NONE
+NONE
+    1         0    0         0       TUBE         7   2       NONE         0   0
+         2        14         1  5.00000E-01  2.50000E-01  0.00000E+00
+        17    0    0    0                 Time                    s
+        11    0    0    0             Velocity                 mm/s
+         0    0    0    0                 NONE                 NONE
+         0    0    0    0                 NONE                 NONE
+  1.00000E+00 -2.00000E+00-3.00000E-100  4.00000E+00  5.00000E+00 -6.00000E+00
+  7.00000E+00  8.00000E+00  9.00000E+00  1.00000E+01  1.10000E+01  1.20000E+01
+  1.30000E+01  1.40000D+01
+    -1
+    -1
+    58
+the same in double precision
+NONE
+NONE
+NONE
+NONE
+    0         0    0         0       TUBE         7   2       NONE         0   0
+         4         6         1  0.00000E+00  1.00000E-01  0.00000E+00
+         0    0    0    0                 NONE                 NONE
+         0    0    0    0                 NONE                 NONE
+         0    0    0    0                 NONE                 NONE
+         0    0    0    0                 NONE                 NONE
+ 1.2345678901234E+00-2.0000000000001E-03 3.0000000000000E+00 4.0000000000000E+00
+ 5.0000000000000E+00 6.0000000000000E+00
+    -1
+"""
+
+
+def test_universal_files_hold_their_numbers(tmp_path: Path) -> None:
+    """Two data sets 58 written by hand: columns without blanks, exponents of three digits, both precisions."""
+    file = tmp_path / "tube.uff"
+    file.write_text(UNIVERSAL)
+    one = gb.read_recording(file, "mm/s")
+    assert np.asarray(one.times).tolist() == [0.5 + 0.25 * i for i in range(14)]
+    assert np.asarray(one.values).tolist() == [1e-3 * x for x in (1, -2, -3e-100, 4, 5, -6, *range(7, 15))]
+    other = gb.read_recording(file, "m", channel=2)
+    assert np.asarray(other.values).tolist() == [1.2345678901234, -2.0000000000001e-3, 3.0, 4.0, 5.0, 6.0]
+    for unit, channel, said in (
+        ("m", 1, "found velocity; expected displacement"), ("mm/s", 3, "channel: found 3, expected 1 to 2"),
+    ):  # fmt: skip
+        with pytest.raises(gb.UserError, match=said):
+            gb.read_recording(file, unit, channel=channel)
+    with pytest.raises(gb.UserError, match="full scale is of WAV files"):
+        gb.read_recording(file, "mm/s", full_scale=1.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("    58\n", "   151\n", "found data sets 151, 164, expected a data set 58"),
+        ("    58\n", "    58b     1     2\n", "binary data set 58b in line 8"),
+        ("    1         0    0 ", "    4         0    0 ", "found a frequency response function; expected a time resp"),
+        ("         2        14", "         5        14", "found complex values"),
+        ("        14         1", "        14         0", "not evenly spaced"),
+        ("2.50000E-01", "0.00000E+00", "an interval of 0 s"),
+        ("        17    0", "        18    0", "an abscissa of type 18"),
+        ("        11    0", "        13    0", "found excitation force; expected velocity"),
+        ("  1.30000E+01  1.40000D+01\n", "", "2 lines of values; expected 3"),
+        ("  4.00000E+00", "  4.00000E+OO", "'4.00000E.OO' in line 20, column 40; expected a number"),
+        ("    -1\n    -1\n    58\nthe same", "the same", "lines of values; expected 3"),
+        (" 5.0000000000000E+00 6.0000000000000E+00\n    -1\n", "", "has no end, -1"),
+        (UNIVERSAL, "time,value\n", "no data set between lines of -1"),
+        ("NONE\nNONE\n    1  ", "    -1\n", "found 3 lines; expected 11"),
+    ],
+)
+def test_universal_files_that_cannot_be_used_are_refused(tmp_path: Path, old: str, new: str, says: str) -> None:
+    """By name, with the data set or the line."""
+    assert old in UNIVERSAL
+    (tmp_path / "tube.unv").write_text(UNIVERSAL.replace(old, new))
+    with pytest.raises(gb.UserError, match=says):
+        gb.read_recording(tmp_path / "tube.unv", "mm/s")
+
+
 HEAD = f'case = "{PROJECT / "cases" / "cantilever-stop.toml"}"\n[recorded]\npoint = "tip"\nquantity = "velocity"\n'
 RANGE = '[[variable]]\npath = "stop*.clearance"\ndistribution = "uniform"\nparameters = {loc = 8e-4, scale = 1e-4}\n'
 
@@ -296,13 +384,18 @@ def test_commands(tmp_path: Path) -> None:
     rows = np.column_stack([run.t, run.displacement["tip"]])[30 * 256 :]
     rows = np.column_stack([rows[:, 0], np.gradient(rows[:, 1], step) * 1e3])
     np.savetxt(tmp_path / "tip.csv", rows, delimiter=",", header="time,tip", comments="", fmt="%.12g")
-    given = ("estimate", tmp_path / "found", *[tmp_path / "tip.csv"] * 3)
+    head = UNIVERSAL.splitlines()[6:19]
+    head[8] = f"         2{len(rows):10d}         1{rows[0, 0]:13.5e}{step:13.5e}  0.00000E+00"
+    lines = ["".join(f"{x:13.5e}" for x in rows[i : i + 6, 1]) for i in range(0, len(rows), 6)]
+    (tmp_path / "tip.uff").write_text("\n".join([*head, *lines, "    -1", ""]))
+    given = ("estimate", tmp_path / "found", *[tmp_path / "tip.csv"] * 2, tmp_path / "tip.uff")
     done = called_anew(*given, "--unit", "mm/s", "--at", "0,1,2", "--limit", "stop*.clearance=1e-3", "--output",
                        tmp_path / "estimates.csv")  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     table = list(csv.DictReader((tmp_path / "estimates.csv").open()))
     assert float(table[0]["estimate"]) == pytest.approx(7e-4, rel=0.03)
     assert float(table[0]["from"]) <= 7e-4 <= float(table[0]["to"])
+    assert float(table[4]["estimate"]) == pytest.approx(float(table[0]["estimate"]), rel=1e-3)
     assert "no change seen" in done.stdout
     outside = called_anew(*given[:3], "--unit", "m/s")
     assert outside.returncode == 5

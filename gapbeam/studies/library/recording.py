@@ -1,4 +1,4 @@
-"""Recordings of a motion from CSV and WAV files, in SI units, and features of a motion that survive chaos.
+"""Recordings of a motion from CSV, WAV and universal files, in SI units, and features of a motion that survive chaos.
 
 Features are harmonics of the load, energies between them, and quantiles of the values.
 """
@@ -20,6 +20,7 @@ from gapbeam.solver.loads.record_file import Column, RecordError, read_record
 from gapbeam.solver.scene.argument_checks import positive
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.wording import either, near
+from gapbeam.studies.library.universal_file import read_universal
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
 QUANTITIES: tuple[Quantity, ...] = get_args(Quantity)
@@ -32,6 +33,7 @@ UNITS: dict[str, tuple[Quantity, float]] = {
 SAMPLES = 4
 """Least number of samples in the period of the highest harmonic: splines of degree 5 then err by 1 % there."""
 DEGREE = 5
+UNIVERSAL = (".uff", ".unv")
 EVEN = 0.5
 """Largest gap between two samples, over the mean interval, above 1: beyond it samples are missing."""
 
@@ -128,14 +130,14 @@ def read_recording(
     file: str | Path, unit: str, *, column: Column = 2, time_column: Column = 1, channel: int = 1,
     full_scale: float | None = None,
 ) -> Recording:  # fmt: skip
-    """Read a recording from a text file with a column of times, s, or from a WAV file.
+    """Read a recording from a text file with a column of times, s, from a WAV file, or from a universal file.
 
     Args:
-        file: Its path; a name that ends in ".wav" is a WAV file.
+        file: Its path; a name that ends in ".wav" is a WAV file, in ".uff" or ".unv" a universal file.
         unit: Of the values: m, mm, um, m/s, mm/s, um/s, m/s2, mm/s2 or g.
         column: Of a text file, number from 1 or name.
         time_column: Likewise.
-        channel: Of a WAV file, from 1.
+        channel: Of a WAV file, or the data set 58 of a universal file, from 1.
         full_scale: Value of full scale of a WAV file, in the unit.
 
     Raises:
@@ -150,9 +152,11 @@ def read_recording(
     quantity, factor = UNITS[unit]
     if path.suffix.lower() == ".wav":
         times, values = _wave(path, channel, full_scale)
+    elif full_scale is not None:
+        raise UserError(f"{path}: full scale is of WAV files; the values of other files are in the unit")
+    elif path.suffix.lower() in UNIVERSAL:
+        times, values = read_universal(path, channel).samples(quantity)
     else:
-        if full_scale is not None:
-            raise UserError(f"{path}: full scale is of WAV files; the values of a text file are in the unit")
         try:
             rows = read_record(str(path), time_column, column)
         except RecordError as error:

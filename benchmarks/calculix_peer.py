@@ -3,7 +3,7 @@
 A cantilever that gapbeam meshes with straight-sided tetrahedra of degree 2 is written as C3D10 cells. CalculiX exports
 its free matrices, which gapbeam reads and clamps; CalculiX clamps the same deck itself for its own frequencies. In the
 gap a coarser mesh is marched by both, in CalculiX with a nonlinear spring and Newmark's scheme. A pipe with three
-elbows is made of B32R beams.
+elbows is made of B32R beams; under weight and a push sideways its supports with play are open or closed.
 
 CalculiX is not a dependency. Debian and Ubuntu have it (`apt install calculix-ccx`); where there is no `ccx` the table
 says so and holds no figures. CCX names a program that is not on the PATH.
@@ -58,7 +58,13 @@ STEP, STEPS = 2e-5, 200
 MOST = 3600.0  # s that CalculiX may take
 CORNERS = [[0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [3.0, 0.0, 2.0], [3.0, 2.5, 2.0], [3.0, 2.5, 0.5]]  # m
 BEND, OUTER, WALL, WET = 0.1524, 0.1143, 6e-3, 11900.0  # m, m, m, kg/m^3
-PIPE_MODES, PIPE_PARTS = 6, 30
+PIPE_MODES, PIPE_PARTS, FINE_PARTS = 6, 30, 120
+NOZZLE, STIFF, PLAY = 1e8, 2e7, 5e-4  # N/m of the spring at the end and of a support, m to either side
+PUSH = np.array([4.0, 3.0, -9.81])  # m/s^2
+SUPPORTS: dict[str, tuple[list[float], list[float]]] = {
+    "rest": ([1.5, 0.0, 2.0], [0.0, 0.0, 1.0]), "guide": ([3.0, 1.0, 2.0], [1.0, 0.0, 0.0]),
+    "snubber": ([2.6, 0.0, 2.0], [0.0, 1.0, 0.0]),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -214,13 +220,8 @@ def same_motion(ccx: str, folder: Path, steps: int) -> tuple[list[tuple[Cell, ..
     return found, (f"the motion, {steps} steps: CalculiX {seconds(spent)}, gapbeam {seconds(marched)} with set-up",)
 
 
-def same_pipe(ccx: str, folder: Path) -> tuple[Cell, ...]:
-    """Return the row about a pipe with three elbows, flexibility factor 1, in B32R beams: clamped, and pinned."""
-    steel, tube = gb.material(YOUNG, WET, POISSON), gb.space_section("tube", OUTER, wall=WALL)
-    pipe = gb.frame(CORNERS, tube, steel, {}, bends=BEND, flexibility=1.0, clamped=[0.0], pinned=[CORNERS[-1]],
-                    elements=60)  # fmt: skip
-    route = FrameRoute(CORNERS, BEND, "pipe")
-    ends = route.stations([], route.length / PIPE_PARTS, np.pi / 16.0)
+def pipe_lines(route: FrameRoute, ends: Array) -> list[str]:
+    """Return lines of a deck with the pipe in B32R beams, in the set PIPE, between stations along its axis."""
     middles = 0.5 * (ends[:-1] + ends[1:])
     places = [route.at(float(s)) for s in np.sort([*ends, *middles])]
     lines = ["*NODE", *(f"{i + 1},{','.join(f'{x:.12e}' for x in row)}" for i, row in enumerate(places))]
@@ -233,11 +234,81 @@ def same_pipe(ccx: str, folder: Path) -> tuple[Cell, ...]:
             f"*BEAM SECTION, ELSET=P{k}, MATERIAL=STEEL, SECTION=PIPE", f"{0.5 * OUTER},{WALL}",
             ",".join(f"{x:.12e}" for x in normal),
         ]  # fmt: skip
-    lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{YOUNG:.8e},{POISSON}", "*DENSITY", f"{WET:.8e}", "*BOUNDARY",
-              "1,1,6", f"{len(places)},1,3", "*STEP", "*FREQUENCY", str(PIPE_MODES), "*END STEP", ""]  # fmt: skip
+    return [*lines, "*ELSET, ELSET=PIPE", *(f"P{k}" for k in range(len(route.parts))), "*MATERIAL, NAME=STEEL",
+            "*ELASTIC", f"{YOUNG:.8e},{POISSON}", "*DENSITY", f"{WET:.8e}", "*BOUNDARY", "1,1,6"]  # fmt: skip
+
+
+def pipe_of(points: dict[str, Any], pinned: list[Any]) -> gb.Structure:
+    """Return the pipe of gapbeam, flexibility factor 1, clamped at its start."""
+    steel, tube = gb.material(YOUNG, WET, POISSON), gb.space_section("tube", OUTER, wall=WALL)
+    return gb.frame(CORNERS, tube, steel, points, bends=BEND, flexibility=1.0, clamped=[0.0], pinned=pinned,
+                    elements=60)  # fmt: skip
+
+
+def same_pipe(ccx: str, folder: Path) -> tuple[Cell, ...]:
+    """Return the row about a pipe with three elbows, flexibility factor 1, in B32R beams: clamped, and pinned."""
+    pipe, route = pipe_of({}, [CORNERS[-1]]), FrameRoute(CORNERS, BEND, "pipe")
+    ends = route.stations([], route.length / PIPE_PARTS, np.pi / 16.0)
+    lines = [*pipe_lines(route, ends), f"{2 * len(ends) - 1},1,3", "*STEP", "*FREQUENCY", str(PIPE_MODES),
+             "*END STEP", ""]  # fmt: skip
     solved(ccx, folder, "pipe", "\n".join(lines))
     theirs, ours = printed_frequencies(folder / "pipe.dat"), np.sqrt(pipe.modes[0][:PIPE_MODES])
     return f"{PIPE_MODES} frequencies of a pipe", pipe.size, float(np.abs(ours / theirs[:PIPE_MODES] - 1.0).max())
+
+
+def same_loads(ccx: str, folder: Path, closed: bool) -> tuple[Cell, ...]:
+    """Return the row about the loads on the supports of the pipe at rest.
+
+    At its end it stands on springs. Closed: it rests on one support, leans on another, and the snubber is locked.
+    """
+    pipe = pipe_of({**SUPPORTS, "nozzle": (CORNERS[-1], np.eye(3))}, [])
+    law, far = gb.KelvinVoigt(stiffness=STIFF), 0.0 if closed else 1.0
+    scene = gb.Scene(
+        pipe,
+        contacts=[gb.Contact(pipe["rest"], gb.HalfPlane(far, -1), law, name="rest"),
+                  gb.Contact(pipe["guide"], gb.Slot(2.0 * (PLAY + far)), law, name="guide")],
+        loads=[gb.weight(pipe, float(np.linalg.norm(PUSH)), PUSH)],
+        joints=[gb.Joint(pipe["nozzle"], NOZZLE), *([gb.Joint(pipe["snubber"], STIFF)] if closed else [])],
+    )  # fmt: skip
+    q = gb.seat(scene).q[:, 0]
+    moved = {name: scene.rows_at(point) @ q for name, point in pipe.points.items()}
+    route = FrameRoute(CORNERS, BEND, "pipe")
+    stations = {name: route.nearest(np.array(at)) for name, (at, _) in SUPPORTS.items()}
+    ends = route.stations([*stations.values()], route.length / FINE_PARTS, np.pi / 32.0)
+    node = {name: 2 * int(np.abs(ends - s).argmin()) + 1 for name, s in stations.items()}
+    node["nozzle"] = 2 * len(ends) - 1
+    lines, wall = [], 2 * len(ends)
+    springs = [("nozzle", way, NOZZLE) for way in (1, 2, 3)] + [("snubber", 2, STIFF)] * closed
+    for k, (name, way, stiffness) in enumerate(springs):
+        lines += [f"*ELEMENT, TYPE=SPRING1, ELSET=S{k}", f"{9000 + k},{node[name]}", f"*SPRING, ELSET=S{k}", str(way),
+                  f"{stiffness:.8e}"]  # fmt: skip
+    walls = [("rest", [0.0, 0.0, -1.0], 0.0), ("guide", [-1.0, 0.0, 0.0], PLAY), ("guide", [1.0, 0.0, 0.0], PLAY)]
+    for k, (name, away, play) in enumerate(walls if closed else ()):
+        x = route.at(stations[name]) + away  # a node 1 m away, as in `same_motion`
+        lines += [
+            "*NODE", f"{wall + k},{','.join(f'{one:.12e}' for one in x)}", f"*ELEMENT, TYPE=SPRINGA, ELSET=W{k}",
+            f"{9100 + k},{node[name]},{wall + k}", f"*SPRING, ELSET=W{k}, NONLINEAR", "",
+            f"{-STIFF:.8e},{-1.0 - play:.8e}", f"0.,{-play:.8e}", "0.,1.", "*BOUNDARY", f"{wall + k},1,3",
+        ]  # fmt: skip
+    # stops are looked at again in each iteration only where the step is nonlinear
+    lines += ["*NSET, NSET=SEEN", *(str(one) for one in sorted(node.values())), "*STEP, NLGEOM, INC=1000", "*STATIC",
+              "0.1,1.", "*DLOAD",
+              f"PIPE,GRAV,{np.linalg.norm(PUSH):.12e},{','.join(f'{x:.12e}' for x in PUSH / np.linalg.norm(PUSH))}",
+              "*NODE PRINT, NSET=SEEN", "U", "*END STEP", ""]  # fmt: skip
+    solved(ccx, folder, "loads", "\n".join([*pipe_lines(route, ends), *lines]))
+    rows = (line.split() for line in (folder / "loads.dat").read_text(encoding="utf-8").splitlines())
+    printed = {int(row[0]): np.array(row[1:], dtype=float) for row in rows if len(row) == 4 and row[0].isdigit()}
+    theirs = {name: printed[node[name]] @ np.array(way) for name, (_, way) in SUPPORTS.items()}
+    theirs["nozzle"] = printed[node["nozzle"]]
+
+    def loads(moved: dict[str, Any]) -> Array:
+        side = float(np.ravel(moved["guide"])[0])
+        deep = np.sign(side) * max(abs(side) - PLAY, 0.0)
+        stops = STIFF * np.hstack([moved["rest"], deep, moved["snubber"]])
+        return np.hstack([NOZZLE * moved["nozzle"], *([stops] if closed else [])])
+
+    worst = float(np.abs(loads(moved) / loads(theirs) - 1.0).max())
+    return f"loads on the supports of the pipe, gaps {'closed' if closed else 'open'}", pipe.size, worst
 
 
 def table(cells: tuple[float, int] = FINE, steps: int = STEPS) -> Table:
@@ -253,7 +324,8 @@ def table(cells: tuple[float, int] = FINE, steps: int = STEPS) -> Table:
         note = "not measured: no ccx here; see benchmarks/calculix_peer.py"
         return Table("calculix", title, columns, (), (note,))
     with tempfile.TemporaryDirectory() as folder:
-        rows = [*same_matrices(ccx, Path(folder), cells), same_pipe(ccx, Path(folder))]
+        rows = [*same_matrices(ccx, Path(folder), cells), same_pipe(ccx, Path(folder)),
+                *(same_loads(ccx, Path(folder), closed) for closed in (False, True))]  # fmt: skip
         moved, notes = same_motion(ccx, Path(folder), steps)
     return Table(
         "calculix", title, columns, (*rows, *moved),

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.beam_structure import CrossSection, beam, material, section
     from gapbeam.solver.scene.contact_pair import Contact
     from gapbeam.solver.scene.convex_region import Disc, HalfPlane, Polar, Polygon, Slot, region
+    from gapbeam.solver.scene.face_pair import face_contacts
     from gapbeam.solver.scene.feedback import Feedback, Joint, memory
     from gapbeam.solver.scene.flow_force import in_fluid, quasi_steady, span
     from gapbeam.solver.scene.flow_margin import connors
@@ -98,6 +99,7 @@ _MODULES = {
     "solver.scene.beam_structure": ("CrossSection", "beam", "material", "section"),
     "solver.scene.contact_pair": ("Contact",),
     "solver.scene.convex_region": ("Disc", "HalfPlane", "Polar", "Polygon", "Slot", "region"),
+    "solver.scene.face_pair": ("face_contacts",),
     "solver.scene.feedback": ("Feedback", "Joint", "memory"),
     "solver.scene.flow_force": ("in_fluid", "quasi_steady", "span"),
     "solver.scene.flow_margin": ("connors",),
@@ -198,6 +200,7 @@ __all__ = [
     "estimate",
     "euler",
     "export",
+    "face_contacts",
     "figure",
     "fmu",
     "frame",

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.optimize import brentq
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq, root
 
 import gapbeam as gb
 from gapbeam.solver.scene.frame_route import FrameRoute
@@ -147,6 +148,27 @@ def test_a_t_bends_and_twists_as_castigliano_says() -> None:
     assert lifted[2] == pytest.approx(tension * h - bend * a * h * 0.5, rel=1e-8)
 
 
+def test_hinged_ends_bend_freely() -> None:
+    """Two cantilevers that a hinge joins share a force; between hinges a member is a beam on two supports."""
+    ends = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    far = gb.Member([[0.4, 0, 0], [1, 0, 0]], ROUND, STEEL, hinged=("start",))
+    pair = gb.frame([ends[0], [0.4, 0, 0]], ROUND, STEEL, {"hinge": ([0.4, 0, 0], np.eye(3))}, branches=[far],
+                    clamped=ends)  # fmt: skip
+    found = deflection(pair, "hinge")
+    bending = 1.0 / (3 * E * SECOND / 0.4**3 + 3 * E * SECOND / 0.6**3)
+    assert found == pytest.approx(np.diag([0.4 * 0.6 / (E * A), bending, bending]), rel=1e-8, abs=1e-8 * bending)
+    stubs = [[-0.01, 0, 0], [1.01, 0, 0]]
+    beam = gb.Member(ends, ROUND, STEEL, hinged=("start", "end"))
+    other = gb.Member([ends[1], stubs[1]], ROUND, STEEL)
+    held = gb.frame([stubs[0], ends[0]], ROUND, STEEL, {"mid": ([0.5, 0, 0], Z)}, branches=[beam, other],
+                    clamped=[*stubs, *ends])  # fmt: skip
+    assert deflection(held, "mid")[0, 0] == pytest.approx(1.0 / (48 * E * SECOND), rel=1e-8)
+    w = (np.pi * np.arange(1, 4)) ** 2 * np.sqrt(E * SECOND / (RHO * A))
+    assert frequencies(held, 6) == pytest.approx(np.repeat(w, 2), rel=1.5e-3)
+    free = gb.frame([ends[0], [0.4, 0, 0]], ROUND, STEEL, {}, branches=[far])
+    assert np.count_nonzero(free.modes[0] < 1e-6 * free.modes[0][10]) == 8  # rigid motions, and two of the hinge
+
+
 def test_members_are_the_frame_of_one_route() -> None:
     """A portal of three members whose ends meet has the frequencies of one route; its weight is that of all members."""
     corners = [[0.0, 0, 0], [0.0, 0, 1.0], [1.2, 0, 1.0], [1.2, 0, 0]]
@@ -250,6 +272,7 @@ def test_supports_hold_in_the_directions_that_they_are_given() -> None:
         ({"flexibility": 0.0}, "above 0"),
         ({"branches": [gb.Member([[0, 0.1, 0], [0, 1, 0]], ROUND, STEEL)]}, "member 1 whose nearest end is 0.1 m"),
         ({"branches": [gb.Member([[0, 0, 0], [0, 0, 0]], ROUND, STEEL)]}, "member 1: found a leg of length 0"),
+        ({"branches": [gb.Member([[1, 1, 0], [1, 2, 0]], ROUND, STEEL, hinged=("stop",))]}, "'stop' hinged"),  # type: ignore[arg-type]
         ({"up": [0.0, 1.0, 0.0], "section": gb.SpaceSection(1e-4, 1e-9, 2e-9, 1e-9)}, "along up"),
     ],
 )
@@ -300,36 +323,57 @@ def route_file() -> dict[str, Any]:
     }  # fmt: skip
 
 
-def test_a_pipe_route_follows_a_newton_on_its_matrices() -> None:
-    """Weight, three directions of the ground and a stop: Newmark's scheme in numpy on exported matrices, 1e-6."""
-    scene = gb.scene(route_file())
-    pipe = scene.structures[0]
-    M, K, B = dense(pipe.M), dense(pipe.K), pipe["mid"].rows
+def test_a_pipe_route_under_a_record_follows_a_script_on_its_matrices(tmp_path: Path) -> None:
+    """Three elbows, two supports with play, a snubber, three recorded directions: the midpoint rule in numpy, 1e-6."""
+    rows = np.random.default_rng(3).normal(0.0, [20.0, 15.0, 10.0], (60, 3))
+    np.savetxt(tmp_path / "ground.csv", np.column_stack([5e-3 * np.arange(60), rows]), delimiter=",", header="t,x,y,z")
+    given = route_file()
+    given["structure"][0]["model"]["route"].append([2, 1, 1])
+    given["point"].append({"name": "rest", "structure": "pipe", "nearest": [0.5, 0, 0], "direction": Z})
+    given["point"].append({"name": "brake", "structure": "pipe", "nearest": [1, 1, 0.5], "direction": [0, 1, 0]})
+    given["joint"][1]["nearest"] = [2, 1, 1]
+    given["joint"].append({"type": "snubber", "name": "brake", "between": ["pipe.brake"], "velocity": 0.05,
+                           "release": 0.02, "stiffness": 2e5, "damping": 50.0, "drag": 5.0})  # fmt: skip
+    given["pair"].append({"name": "rest", "between": ["pipe.rest"], "law": {"type": "kelvin-voigt", "stiffness": 2e6},
+                          "region": {"type": "half-plane", "clearance": 1e-4, "normal": -1}})  # fmt: skip
+    given["load"] = [{"type": "gravity"}] + [
+        {"type": "recorded_motion", "name": axis, "direction": way, "file": str(tmp_path / "ground.csv"),
+         "value_column": axis} for axis, way in zip("xyz", np.eye(3).tolist(), strict=True)
+    ]  # fmt: skip
+    scene = gb.scene(given)
+    pipe, h, steps = scene.structures[0], 2e-4, 800
+    M, K = dense(pipe.M), dense(pipe.K)
     assert pipe.inertia is not None
-    h, stiff, gap = 2e-4, 1e6, 5e-4
-    found = gb.history(scene, h, 0.2, scheme=gb.newmark())
-    A = 4 / h**2 * M + K
-    inverses = [np.linalg.inv(A), np.linalg.inv(A + stiff * B.T @ B)]
-    acceleration = np.linalg.solve(M, -9.81 * pipe.inertia[:, 2])
-    u, v, motion = np.zeros(len(M)), np.zeros(len(M)), []
-    for k in range(1, 1001):
-        t = k * h
-        ground = [30.0 * np.sin(18 * pi * t), 20.0 * np.sin(14 * pi * t), 10.0 * np.sin(10 * pi * t) + 9.81]
-        guess = u + h * v + 0.25 * h * h * acceleration
-        new = guess.copy()
-        for _ in range(30):
-            x = float((B @ new)[0])
-            deep = np.sign(x) * max(abs(x) - gap, 0.0)
-            rest = 4 / h**2 * M @ (new - guess) + K @ new + pipe.inertia @ ground + stiff * deep * B[0]
-            change = -inverses[bool(deep)] @ rest
-            new += change
-            if np.abs(change).max() <= 1e-11 * np.abs(new).max():
-                break
-        last, acceleration = acceleration, 4 / h**2 * (new - guess)
-        u, v = new, v + 0.5 * h * (last + acceleration)
-        motion.append(float((B @ u)[0]))
-    assert np.any(found.force["stop"] != 0.0)
-    assert np.abs(found.displacement["mid"] - motion).max() < 1e-6 * np.abs(motion).max()
+    found = gb.history(scene, h, h * steps)
+    record = CubicSpline(5e-3 * np.arange(60), rows)
+    B = np.vstack([pipe[name].rows for name in ("mid", "rest", "brake")])
+    inverse = np.linalg.inv(2 / h * M + 0.5 * h * K)
+    mobility = B @ inverse @ B.T
+    stores = (lambda x: 0.5e6 * max(abs(x) - 5e-4, 0.0) ** 2, lambda x: 1e6 * max(-x - 1e-4, 0.0) ** 2)
+    u, v, anchor, motion, locks = np.zeros(len(M)), np.zeros(len(M)), None, [], 0
+    for k in range(steps):
+        x = B @ u
+
+        def forces(w: np.ndarray, x: np.ndarray = x, anchor: float | None = anchor) -> np.ndarray:
+            """Means over the step, which store what they work, for velocities of the points."""
+            stops = [(f(x[i] + h * w[i]) - f(x[i])) / (h * w[i] or 1.0) for i, f in enumerate(stores)]
+            held = 5.0 * w[2] if anchor is None else 2e5 * (x[2] + 0.5 * h * w[2] - anchor) + 50.0 * w[2]
+            return -np.array([*stops, held])
+
+        ground = [*record((k + 0.5) * h)[:2], record((k + 0.5) * h)[2] + 9.81]
+        free = inverse @ (2 / h * M @ v - K @ u - pipe.inertia @ ground)
+        at = root(lambda w, free=free, forces=forces: w - B @ free - mobility @ forces(w), B @ free, tol=1e-13)
+        w = free + inverse @ B.T @ forces(at.x)
+        u, v = u + h * w, 2 * w - v
+        motion.append(B @ u)
+        if anchor is None and abs(at.x[2]) >= 0.05:
+            anchor, locks = motion[-1][2], locks + 1
+        elif anchor is not None and abs(at.x[2]) <= 0.02:
+            anchor = None
+    own = np.transpose([found.displacement[name] for name in ("mid", "rest", "brake")])
+    assert locks > 3
+    assert all(np.any(found.force[name] != 0.0) for name in ("stop", "rest"))
+    assert np.abs(own - motion).max() < 1e-6 * np.abs(motion).max()
 
 
 def branched_file() -> dict[str, Any]:
@@ -372,6 +416,7 @@ def test_members_of_a_file_are_branches() -> None:
         ("route", [[1, 0.5, 0], [1, 0.5, 0]], "member.*route", "length 0"),
         ("bend_radius", 0.6, "member.*bend_radius", "for the bends at its ends"),
         ("section", {"type": "tube", "wall": 0.02}, "member.*section", "wall"),
+        ("hinged", ["middle"], "member.*hinged", "start"),
     ],
 )
 def test_slips_of_members_are_refused_by_their_key(key: str, value: Any, where: str, words: str) -> None:

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import inf, pi
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -28,6 +28,7 @@ from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite,
 from gapbeam.solver.scene.beam_structure import element_count, section_table
 from gapbeam.solver.scene.frame_route import FrameAxes, FrameRoute, Station
 from gapbeam.solver.scene.structure import LARGE, Structure
+from gapbeam.solver.scene.structure_geometry import StructureGeometry
 from gapbeam.solver.scene.structure_pose import ALONG
 from gapbeam.solver.system.operators import Array
 
@@ -112,6 +113,7 @@ class Member:
         bends: Radius of its bends, m.
         flexibility: Factor of its elbows.
         up: Direction of its thickness.
+        hinged: Ends of a branch that bend freely: "start", "end" or both; twist is carried over.
     """
 
     route: Sequence[Sequence[float]]
@@ -120,6 +122,7 @@ class Member:
     bends: float | Sequence[float] = 0.0
     flexibility: float | None = None
     up: Sequence[float] = (0.0, 0.0, 1.0)
+    hinged: Sequence[Literal["start", "end"]] = ()
 
 
 @checked
@@ -154,12 +157,14 @@ def frame(
         pinned: Places that do not move.
         held: Places that do not move in some directions, (place, directions).
         up: Direction of the thickness, for sections that are not as stiff both ways.
-        branches: More members. They are joined rigidly where an end of one lies on the axis of another.
+        branches: More members. They are joined rigidly where an end of one lies on the axis of another, but for ends
+            that are hinged.
         elements: About so many along all members; default 40. Bends have one for each pi / 16 at least.
         name: Of the structure.
 
     Raises:
-        UserError: A route is none, a place is off the route, a direction is none, or a branch meets no other member.
+        UserError: A route is none, a place is off the route, a direction is none, a branch meets no other member, or
+            all members at a joint are hinged.
     """
     where = f"frame {name or '?'}"
     members = (Member(route, section, material, bends, flexibility, up), *branches)
@@ -177,7 +182,10 @@ def frame(
     x = np.empty((1 + max(int(some.max()) for some in nodes), 3))
     for route_of, s, some in zip(axes.routes, stations, nodes, strict=True):
         x[some] = [route_of.at(float(one)) for one in s]
-    K, M = _assembled(members, axes, stations, nodes, x, where)
+    hinges, own = _hinges(members, axes, nodes, where)
+    every = x[[*range(len(x)), *(one.node for one in hinges)]]
+    tie = _tie(len(x), hinges)
+    K, M = (tie.T @ one @ tie for one in _assembled(members, axes, stations, own, every, where))
     size = MOTIONS * len(x)
 
     def node_at(along: tuple[int, float]) -> int:
@@ -192,13 +200,19 @@ def frame(
             stays[len(ways) :, MOTIONS * node + 3 : MOTIONS * node + 6] = np.eye(3)
         C = np.vstack([C, stays])
     Z, R = _free(C), _rigid(x)
+    if hinges:
+        Z = sp.csr_matrix(sp.block_diag([Z, sp.identity(tie.shape[1] - size)]))
+        R = np.vstack([R, *(np.hstack([np.zeros((2, 3)), one.across]) for one in hinges)])
+        C = np.hstack([C, np.zeros((len(C), tie.shape[1] - size))])
     left = null_space(C @ R) if len(C) else np.eye(MOTIONS)
     rows_of: dict[str, Array] = {}
+    drawn: dict[str, tuple[Array, Array]] = {}
     for key, (_, way) in placed.items():
         node = node_at(known[key])
         ways = np.atleast_2d(_directions(way, f"{where}: point {key}"))
-        rows_of[key] = np.zeros((len(ways), size))
+        rows_of[key] = np.zeros((len(ways), tie.shape[1]))
         rows_of[key][:, MOTIONS * node : MOTIONS * node + 3] = ways
+        drawn[key] = x[node], ways
     along = R[:, :3]
     moved = {key: rows @ along for key, rows in rows_of.items()}
     inertia = np.asarray(Z.T @ (M @ along))
@@ -207,7 +221,61 @@ def frame(
         Kf, Mf = Kf.toarray(), Mf.toarray()
     still = np.asarray(Z.T @ (R @ left)) if left.shape[1] else None
     rows = {key: np.asarray((Z.T @ row.T).T) for key, row in rows_of.items()}
-    return Structure(0.5 * (Mf + Mf.T), 0.5 * (Kf + Kf.T), None, rows, still, name, inertia, moved)
+    shifts = (MOTIONS * np.arange(len(x))[:, None] + np.arange(3)).ravel()
+    lines = np.concatenate([np.column_stack([some[:-1], some[1:]]) for some in nodes])
+    geometry = StructureGeometry(x, sp.csr_matrix(Z)[shifts], lines, drawn)
+    return Structure(0.5 * (Mf + Mf.T), 0.5 * (Kf + Kf.T), None, rows, still, name, inertia, moved, geometry)
+
+
+class _Hinge(NamedTuple):
+    """An end that bends freely: its node, direction of the member there, and two directions across it, (2, 3)."""
+
+    node: int
+    along: Array
+    across: Array
+
+
+def _hinges(
+    members: Sequence[Member], axes: FrameAxes, nodes: Sequence[Array], where: str
+) -> tuple[list[_Hinge], list[Array]]:
+    """Return the hinges of all members, and their nodes where each hinge has one of its own beyond the others."""
+    found: list[_Hinge] = []
+    own, count = [some.copy() for some in nodes], 1 + max(int(some.max()) for some in nodes)
+    for k, (member, axis) in enumerate(zip(members, axes.routes, strict=True)):
+        wrong = [one for one in member.hinged if k == 0 or one not in ("start", "end")]
+        if wrong:
+            raise ArgumentError(f"{where}: found {wrong[0]!r} hinged, expected start or end of a branch",
+                                f"members.{k - 1}.hinged")  # fmt: skip
+        for end in dict.fromkeys(member.hinged):
+            place, s = (0, 0.0) if end == "start" else (-1, axis.length)
+            step = 1e-6 * axis.length
+            along = axis.at(s + step) - axis.at(s) if end == "start" else axis.at(s) - axis.at(s - step)
+            along = along / np.linalg.norm(along)
+            across = null_space(along[None]).T
+            found.append(_Hinge(int(nodes[k][place]), along, across))
+            own[k][place] = count + len(found) - 1
+    bare = [one for one in found if not any(one.node in some for some in own)]
+    if bare:
+        k = next(k for k, some in enumerate(nodes) if k and members[k].hinged and bare[0].node in some[[0, -1]])
+        raise ArgumentError(f"{where}: found a joint at which all members are hinged, expected one that is not",
+                            f"members.{k - 1}.hinged")  # fmt: skip
+    return found, own
+
+
+def _tie(count: int, hinges: Sequence[_Hinge]) -> Any:
+    """Return the motions of all nodes and hinges, (6 (nodes + hinges), 6 nodes + 2 hinges), sparse."""
+    if not hinges:
+        return sp.identity(MOTIONS * count, format="csr")
+    tied = sp.lil_matrix((MOTIONS * (count + len(hinges)), MOTIONS * count + 2 * len(hinges)))
+    for k in range(MOTIONS * count):
+        tied[k, k] = 1.0
+    for i, one in enumerate(hinges):
+        row, node, free = MOTIONS * (count + i), MOTIONS * one.node, MOTIONS * count + 2 * i
+        for k in range(3):
+            tied[row + k, node + k] = 1.0
+        tied[row + 3 : row + 6, node + 3 : node + 6] = np.outer(one.along, one.along)
+        tied[row + 3 : row + 6, free : free + 2] = one.across.T
+    return sp.csr_matrix(tied)
 
 
 def frame_axes(routes: Sequence[tuple[Any, Any]], where: str) -> FrameAxes:

@@ -27,7 +27,7 @@ from gapbeam.solver.scene.imported_points import (
     nodes_of_input,
     set_members,
 )
-from gapbeam.solver.scene.solid_cells import KINDS, Cells, Indices
+from gapbeam.solver.scene.solid_cells import KINDS, Cells, Indices, facet_of
 from gapbeam.solver.system.operators import Array
 
 LOG = logging.getLogger("gapbeam")
@@ -69,6 +69,26 @@ class SolidMesh:
     labels: list[str]
     nodes: Nodes
     groups: dict[str, Indices]
+
+    def surface(self) -> tuple[Indices, dict[str, Indices], str]:
+        """Return the surface as indices of labels: lines, facets by the name of the set of their nodes, their kind."""
+        kind = KINDS[self.kind]
+        facet, local = facet_of(kind)
+        every = np.concatenate([self.cells[:, list(one)] for one in local])
+        corners = np.sort(every[:, : kind.dimension if kind.simplex else 2 ** (kind.dimension - 1)], axis=1)
+        _, first, count = np.unique(corners, axis=0, return_index=True, return_counts=True)
+        outer = every[first[count == 1]]
+        number = {label: i for i, label in enumerate(self.labels)}
+        faces = dict[str, Indices]()
+        for name, members in self.nodes.sets.items():
+            inside = np.zeros(len(self.labels), dtype=bool)
+            inside[[number[one] for one in members if one in number]] = True
+            some = outer[inside[outer].all(axis=1)]
+            if len(some):
+                faces[name] = some
+        ends = corners.shape[1]
+        pairs = [outer[:, [i, (i + 1) % ends]] for i in range(ends if ends > 2 else 1)]
+        return np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0), faces, facet
 
     def made(self, meter: float) -> Cells:
         """Return the cells, coordinates times the unit of length, m."""

@@ -17,7 +17,7 @@ from gapbeam.solver.scene.mesh_files import SolidMesh, read_mesh
 from gapbeam.solver.scene.solid_cells import KINDS, Indices
 from gapbeam.solver.scene.solid_material import OrthotropicMaterial, Plane, moduli
 from gapbeam.solver.scene.structure import Structure
-from gapbeam.solver.scene.structure_files import ImportedModel
+from gapbeam.solver.scene.structure_files import ImportedModel, MeshSurface
 from gapbeam.solver.scene.structure_pose import Pose
 
 LOG = logging.getLogger("gapbeam")
@@ -100,7 +100,7 @@ def mesh_model(
     )  # fmt: skip
     if KINDS[mesh.kind].order == 1:
         LOG.info("%s: cells of order 1 are too stiff in bending unless many lie across; order 2 needs fewer", where)
-    return ImportedModel(K, M, None, rows, name, is_placed=True)
+    return ImportedModel(K, M, None, rows, name, is_placed=True, surface=MeshSurface(*mesh.surface()))
 
 
 def _of_cells(mesh: SolidMesh, materials: Materials, where: str) -> tuple[list[SolidMaterial], Indices]:

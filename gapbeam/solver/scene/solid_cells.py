@@ -89,11 +89,35 @@ KINDS = {
 """Kinds of cells by their names in meshio."""
 
 
+FACETS = {
+    "line": CellKind(((0.0,), (1.0,)), (), (), 1, ()), "line3": CellKind(((0.0,), (1.0,)), (), ((0, 1),), 2, ()),
+    **{name: KINDS[name] for name in ("triangle", "triangle6", "quad", "quad8", "quad9")},
+}  # fmt: skip
+"""Kinds of facets of cells."""
+
+
+def facet_of(kind: CellKind) -> tuple[str, list[tuple[int, ...]]]:
+    """Return the kind of the facets of a cell, and the nodes of each: corners, then nodes between them."""
+    known = {frozenset(one): k for k, one in enumerate(kind.between, len(kind.corners))}
+    found = []
+    for corners in kind.facets:
+        count = len(corners)
+        sides = [frozenset((corners[i], corners[(i + 1) % count])) for i in range(count if count > 2 else 1)]
+        inner = [*sides, frozenset(corners)] if count > 2 else sides
+        found.append((*corners, *(known[one] for one in inner if one in known)))
+    names = (
+        {2: "line", 3: "line3"}
+        if kind.dimension == 2
+        else {3: "triangle", 6: "triangle6", 4: "quad", 8: "quad8", 9: "quad9"}
+    )
+    return names[len(found[0])], found
+
+
 @cache
-def _shapes(name: str) -> tuple[Array, Array, Array]:
-    """Return weights (points,), shape functions (points, nodes) and slopes (points, dimension, nodes) of a kind."""
-    kind, d = KINDS[name], KINDS[name].dimension
-    corners = np.array(kind.corners)
+def _powers(name: str) -> tuple[Array, Array]:
+    """Return the exponents of the monomials of a kind, (nodes, dimension), and their inverse table at its nodes."""
+    kind = KINDS.get(name) or FACETS[name]
+    corners, d = np.array(kind.corners), kind.dimension
     nodes = np.vstack([corners, *(corners[list(one)].mean(axis=0) for one in kind.between)])
     whole = any(len(one) == len(corners) for one in kind.between)  # a node in the middle: all products of powers
     powers = [
@@ -101,17 +125,34 @@ def _shapes(name: str) -> tuple[Array, Array, Array]:
         for one in product(range(kind.order + 1), repeat=d)
         if (sum(one) if kind.simplex else 0 if whole else sum(k for k in one if k > 1)) <= kind.order
     ]
-    points, weights = _rule(kind.order + 1, d, kind.simplex)
     exponents = np.array(powers)
-    inverse = np.linalg.inv(np.prod(nodes[:, None] ** exponents, axis=2))
-    slopes = np.empty((len(points), d, len(nodes)))
-    for i in range(d):
-        lower = np.maximum(exponents - np.eye(d, dtype=int)[i], 0)
+    return exponents, np.linalg.inv(np.prod(nodes[:, None] ** exponents, axis=2))
+
+
+def shapes_at(name: str, points: Array) -> tuple[Array, Array]:
+    """Return shape functions (points, nodes) and slopes (points, dimension, nodes) of a kind of cell or facet.
+
+    Args:
+        name: Of the kind, in meshio.
+        points: In the reference cell, (points, dimension).
+    """
+    exponents, inverse = _powers(name)
+    slopes = np.empty((len(points), exponents.shape[1], len(exponents)))
+    for i in range(exponents.shape[1]):
+        lower = np.maximum(exponents - np.eye(exponents.shape[1], dtype=int)[i], 0)
         slopes[:, i] = (exponents[:, i] * np.prod(points[:, None] ** lower, axis=2)) @ inverse
-    return weights, np.prod(points[:, None] ** exponents, axis=2) @ inverse, slopes
+    return np.prod(points[:, None] ** exponents, axis=2) @ inverse, slopes
 
 
-def _rule(count: int, dimension: int, simplex: bool) -> tuple[Array, Array]:
+@cache
+def _shapes(name: str) -> tuple[Array, Array, Array]:
+    """Return weights (points,), shape functions (points, nodes) and slopes (points, dimension, nodes) of a kind."""
+    kind = KINDS[name]
+    points, weights = rule_of(kind.order + 1, kind.dimension, kind.simplex)
+    return weights, *shapes_at(name, points)
+
+
+def rule_of(count: int, dimension: int, simplex: bool) -> tuple[Array, Array]:
     """Return points and weights of the reference cell: of a product of Gauss rules, conical for simplices."""
     lines = []
     for power in range(dimension):

@@ -8,10 +8,10 @@ Large structures are reduced to their first modes and what unit forces at their 
 What a few modes leave out is missing at a contact: without the static response to its force the point is too stiff, by
 the flexibility of all higher modes. The basis is
 
-    Q = [phi_1 ... phi_n, (K + s M)^-1 b_j],     s = a tenth of the first elastic square of an angular frequency,
+    Q = [phi_1 ... phi_n, (K + s M)^-1 (1 - M phi phi^T) b_j],
 
-made M-orthonormal. With the shift s free structures need no inertia relief; it changes the response by s / w^2 of the
-modes beyond the n-th. Source: Craig (1981), Structural Dynamics, sec. 19.5, residual attachment modes.
+made M-orthonormal, with a shift s that is small beside all elastic frequencies: free structures are factored, too, and
+once for modes and responses. Source: Craig (1981), Structural Dynamics, sec. 19.5, residual attachment modes.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.argument_checks import checked, finite, matrix, positive
+from gapbeam.solver.scene.structure_geometry import StructureGeometry
 from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
 from gapbeam.solver.system.operators import Array
 
@@ -73,6 +74,7 @@ class Structure:
             what weight and base motions act on; or (DOFs, 3) for motions along x, y and z. Default M @ frame.
         frame: Motion r of all DOFs when the frame moves by 1, (DOFs,) or (DOFs, 3), or motions of the points then, by
             name.
+        geometry: Nodes in space and how they move, for pictures and contacts of faces.
 
     Raises:
         UserError: Shapes do not fit, an entry is not finite, M is not positive definite, M or K is not symmetric, or a
@@ -90,9 +92,10 @@ class Structure:
         name: str = "",
         inertia: ArrayLike | None = None,
         frame: ArrayLike | Mapping[str, Array] | None = None,
+        geometry: StructureGeometry | None = None,
     ) -> None:
         where = f"structure {name or '(without a name)'}"
-        self.name = name
+        self.name, self.geometry = name, geometry
         self.M, self.K = matrix(M, f"{where}: M"), matrix(K, f"{where}: K")
         self.C = None if C is None else matrix(C, f"{where}: C")
         self.size = int(self.M.shape[0])
@@ -205,7 +208,7 @@ class Structure:
                     )
                 inertia = inertia + kg * rows.T @ self.frame[point.name]
         points = {name: point.rows for name, point in self.points.items()}
-        return Structure(M, self.K, self.C, points, self.rigid, self.name, inertia, self.frame)
+        return Structure(M, self.K, self.C, points, self.rigid, self.name, inertia, self.frame, self.geometry)
 
     def reduced(self, count: int, ratio: float = 0.0) -> Structure:
         """Return the structure in its first modes.
@@ -236,6 +239,7 @@ class Structure:
             self.name,
             None if self.inertia is None else X.T @ self.inertia,
             self.frame,
+            None if self.geometry is None else self.geometry.over(X),
         )
 
     def _rows(self, value: ArrayLike, name: str) -> Array:
@@ -372,28 +376,26 @@ def reduced_at_points(structure: Structure, modes: int, points: Iterable[str] | 
     if not 1 <= modes < structure.size:
         raise UserError(f"structure {structure.name or '?'}: found {modes} modes, expected 1 to {structure.size - 1}")
     operators = SparseOperators(structure.M, structure.K)
-    shift = _shift(structure, operators)
-    factor = operators.factor(shift, 1.0)
-    _, shapes = operators.lowest_modes(shift, modes, factor)
+    mean = float(operators.stiffness.diagonal().sum() / operators.mass.diagonal().sum())  # far above the first of many
+    near = FIRST_GUESS * mean
     still = np.zeros((structure.size, 0)) if structure.rigid is None else structure.rigid
-    basis = modal_basis(operators, np.column_stack([still, shapes, factor.solve(rows.T)]), shift)
+    count = min(max(modes, 1 + (still.shape[1] or MOST_RIGID)), structure.size - 1)
+    factor = operators.factor(near, 1.0)
+    squares, shapes = operators.lowest_modes(near, count, factor)
+    elastic = squares[squares > near]
+    shift = SHIFT * float(elastic.min() if elastic.size else mean)
+    kept_modes = modal_basis(operators, np.column_stack([still, shapes[:, :modes]]), shift).columns
+    heavy = operators.apply_mass(kept_modes)
+    answers = factor.solve(rows.T - heavy @ (rows @ kept_modes).T)
+    answers -= kept_modes @ (heavy.T @ answers)
+    basis = modal_basis(operators, np.column_stack([kept_modes, answers]), shift)
     Q = basis.columns
     carried = {name: point.rows @ Q for name, point in structure.points.items()}
     C = None if structure.C is None else Q.T @ (structure.C @ Q)
     rigid = None if structure.rigid is None else Q.T @ operators.apply_mass(structure.rigid)
     inertia = None if structure.inertia is None else Q.T @ structure.inertia
     stiffness = np.diag(basis.squares)
-    return Structure(np.eye(len(stiffness)), stiffness, C, carried, rigid, structure.name, inertia, structure.frame)
-
-
-def _shift(structure: Structure, operators: SparseOperators) -> float:
-    """Return a tenth of the first elastic square of an angular frequency."""
-    mean = float(operators.stiffness.diagonal().sum() / operators.mass.diagonal().sum())  # far above the first of many
-    still = MOST_RIGID if structure.rigid is None else structure.rigid.shape[1]
-    count = min(still + 1, structure.size - 2)
-    if count < 1:
-        return SHIFT * mean
-    near = FIRST_GUESS * mean
-    squares, _ = operators.lowest_modes(near, count, operators.factor(near, 1.0))
-    elastic = squares[squares > near]
-    return SHIFT * float(elastic.min() if elastic.size else mean)
+    geometry = None if structure.geometry is None else structure.geometry.over(Q)
+    return Structure(
+        np.eye(len(stiffness)), stiffness, C, carried, rigid, structure.name, inertia, structure.frame, geometry
+    )

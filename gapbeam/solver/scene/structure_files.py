@@ -23,6 +23,7 @@ from gapbeam.solver.scene.argument_checks import ArgumentError, checked
 from gapbeam.solver.scene.dmig_file import FIRST_LETTERS, dmig_text, read_dmig
 from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows, check_imported, read_nodes
 from gapbeam.solver.scene.structure import SYMMETRY, Structure
+from gapbeam.solver.scene.structure_geometry import StructureGeometry
 from gapbeam.solver.scene.structure_pose import Pose
 from gapbeam.solver.system.operators import Array
 
@@ -233,6 +234,14 @@ def read_structure(
     return model.structure(points or {}, clamped, frame)[0]
 
 
+class MeshSurface(NamedTuple):
+    """MeshSurface of a mesh: lines, (lines, 2), facets by the name of a set, (facets, nodes), and the kind of facets."""
+
+    lines: Any
+    faces: dict[str, Any]
+    facet: str
+
+
 @dataclass(frozen=True)
 class ImportedModel:
     """Matrices of files before anything is clamped, in m, kg and s.
@@ -244,6 +253,7 @@ class ImportedModel:
         rows: Names, nodes and place.
         name: Of the structure.
         is_placed: Whether a place was given.
+        surface: Lines and facets of a mesh, whose nodes are those of the rows in their order.
     """
 
     K: Any
@@ -252,6 +262,7 @@ class ImportedModel:
     rows: Rows
     name: str
     is_placed: bool
+    surface: MeshSurface | None = None
 
     @property
     def places(self) -> dict[str, Array]:
@@ -287,7 +298,32 @@ class ImportedModel:
         C = None if self.C is None else self.C[free][:, free]
         motions = None if motions is None else _without_strain(K, motions[free])
         places = {key: PlacedPoint(*rows_of.placed(given)) for key, given in points.items()}
-        return Structure(M, K, C, rows, motions, self.name, inertia, moved or None), places
+        geometry = self.geometry(free, places)
+        return Structure(M, K, C, rows, motions, self.name, inertia, moved or None, geometry), places
+
+    def geometry(self, free: Array, places: Mapping[str, PlacedPoint]) -> StructureGeometry | None:
+        """Return the nodes in space of a structure with some of the rows; None where files do not say where they are.
+
+        Args:
+            free: Numbers of the rows that are kept.
+            places: Of its points.
+        """
+        nodes = self.places
+        if not nodes:
+            return None
+        number = {node: k for k, node in enumerate(nodes)}
+        parts = [label.partition(".") for label in self.rows.labels]
+        node, way = (np.array(one) for one in zip(*((number[a], DIRECTIONS[b]) for a, _, b in parts), strict=True))
+        some = np.flatnonzero(way < 3)
+        value = self.rows.place.turn[:, way[some]]
+        at = 3 * node[some] + np.arange(3)[:, None]
+        shape = (3 * len(nodes), len(parts))
+        moved = sp.csr_matrix((value.ravel(), (at.ravel(), np.tile(some, 3))), shape)
+        moved.eliminate_zeros()
+        lines, faces, facet = self.surface or MeshSurface(np.zeros((0, 2), dtype=int), {}, "")
+        known = {key: (one.place, one.axes) for key, one in places.items() if one.place is not None}
+        points = {key: (place, axes) for key, (place, axes) in known.items() if axes is not None}
+        return StructureGeometry(np.array(list(nodes.values())), moved[:, free], lines, points, faces, facet)
 
 
 def read_model(

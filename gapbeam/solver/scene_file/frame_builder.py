@@ -99,7 +99,7 @@ def _branch(model: ElementFrame, member: MemberTable) -> Member:
     material, (thickness, width) = member.material or model.material, member.outer_sizes(model)
     section = space_figures(member.section or model.section, thickness, width, material.poisson_ratio)
     up = model.up if member.up is None else member.up
-    return Member(member.route, section, material, member.bend_radius, member.flexibility, up)
+    return Member(member.route, section, material, member.bend_radius, member.flexibility, up, member.hinged)
 
 
 def _where(joint: ClampedBody | PinnedBody | HeldBody) -> Station:

@@ -101,7 +101,7 @@ class ElementFrame(_Profile):
 class MemberTable(Table):
     """A branch of a frame, joined rigidly to the axis on which one of its ends lies."""
 
-    structure: Name = Field(description="name of the frame", examples=["pipe"])
+    structure: Name = Field(description="the frame", examples=["pipe"])
     route: tuple[Direction, ...] = Field(
         min_length=2, max_length=1000, description="ends and corners, m", examples=[[[1, 0, 0], [1, 1, 0]]]
     )
@@ -118,6 +118,9 @@ class MemberTable(Table):
     )
     material: Material | None = Field(default=None, description="the material; default the frame's")
     up: Direction | None = Field(default=None, description="direction of the thickness; default the frame's")
+    hinged: tuple[Literal["start", "end"], ...] = Field(
+        default=(), max_length=2, description="ends that bend freely", examples=[["end"]]
+    )
 
     def outer_sizes(self, frame: ElementFrame) -> tuple[float, float]:
         """Return thickness and width, m."""
@@ -241,7 +244,7 @@ class PointTable(Table):
         examples=["RIM"],
     )
     nearest: Direction | None = Field(
-        default=None, description="coordinates of which the nearest node, or place of a placed beam, is taken, m"
+        default=None, description="coordinates whose nearest place is taken, m"
     )
     dof: str | None = Field(
         default=None,
@@ -252,13 +255,13 @@ class PointTable(Table):
     )
     direction: tuple[Number, Number, Number] | tuple[Direction, Direction] | None = Field(
         default=None,
-        description="direction of the motion of nodes, of a frame, or two at right angles for a section plane, no unit",
+        description="direction of its motion, or two at right angles for a section plane, no unit",
         examples=[[0.0, 0.0, 1.0]],
     )
 
 
 AT: Any = Field(default=None, description="x of a beam, length along the axis of a frame, m", examples=[0.0])
-NEAREST: Any = Field(default=None, description="coordinates of which the nearest place of a frame is taken, m")
+NEAREST: Any = Field(default=None, description="coordinates whose nearest place is taken, m")
 
 
 class ClampedBody(Table):

@@ -1,0 +1,161 @@
+"""Faces of two meshes that do not match: patch tests, and two rings under pressure against Lame's solution."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+
+import gapbeam as gb
+from gapbeam.solver.scene.solid_cells import FACETS, KINDS, facet_of, rule_of, shapes_at
+from gapbeam.solver.system.operators import Array
+from tests.scene.solid_grids import grid, with_sets
+
+YOUNG, POISSON, PRESSURE = 2e11, 0.3, 1e6
+STEEL = gb.material(YOUNG, 7800.0, POISSON)
+STIFF = 1e14  # Pa/m
+
+
+def pressed(mesh: meshio.Mesh, kind: str, on: Array, nodal: dict[int, Array], pressure: float) -> None:
+    """Add the nodal forces of a pressure on the facets whose nodes are all marked."""
+    facet, local = facet_of(KINDS[kind])
+    points, weights = rule_of(4, FACETS[facet].dimension, FACETS[facet].simplex)
+    values, slopes = shapes_at(facet, points)
+    every = np.concatenate([mesh.cells[0].data[:, list(one)] for one in local])
+    for nodes in every[on[every].all(axis=1)]:
+        along = np.einsum("pdn,nx->pdx", slopes, mesh.points[nodes])
+        if along.shape[1] == 1:
+            area = np.column_stack([along[:, 0, 1], -along[:, 0, 0], 0.0 * along[:, 0, 0]])
+        else:
+            area = np.cross(along[:, 0], along[:, 1])
+        force = -pressure * np.einsum("p,pn,px->nx", weights, values, area)
+        for node, one in zip(nodes, force, strict=True):
+            nodal[int(node)] = nodal.get(int(node), np.zeros(3)) + one
+
+
+def loads(one: gb.Structure, nodal: dict[int, Array]) -> gb.Load:
+    """Return forces at nodes as a load."""
+    assert one.geometry is not None
+    pattern = np.zeros(3 * len(one.geometry.places))
+    for node, force in nodal.items():
+        pattern[3 * node : 3 * node + 3] = force
+    return gb.Load(one, np.asarray(one.geometry.rows.T @ pattern), 1.0, name=f"pressure-{one.name}")
+
+
+@pytest.mark.parametrize("kind", ["triangle", "quad8", "hexahedron", "tetra10"])
+def test_a_constant_pressure_crosses_flat_faces_of_other_meshes(tmp_path: Path, kind: str) -> None:
+    """Patch test: a column of two blocks whose facets do not match is as short as one, less what the penalty gives."""
+    d, sizes = KINDS[kind].dimension, [(0.1, 0.04), (0.1, 0.06)]
+    counts = [((3, 2), (5, 2)), ((2, 2, 1), (3, 3, 1))][d - 2]
+    bodies, flat = [], {"plane": "stress", "thickness": 1.0} if d == 2 else {}
+    up = d - 1
+    for name, count, (wide, high) in zip("ab", counts, sizes, strict=True):
+        size = (wide,) * up + (high,)
+        mesh = with_sets(grid(kind, count, size, 0.0), TOP=lambda *x, high=high: x[up] > 0.999 * high,
+                         BOTTOM=lambda *x: x[up] < 1e-9)  # fmt: skip
+        shift = np.zeros(3)
+        shift[up] = 0.0 if name == "a" else 0.04
+        held = [f"{i + 1}.{k + 1}" for k in range(up) for i in np.flatnonzero(mesh.points[:, k] < 1e-9)]
+        if name == "a":
+            held += [f"{i + 1}.{d}" for i in np.flatnonzero(mesh.points[:, up] < 1e-9)]
+        mesh.points[:, 0] *= 0.6 + 4.0 * mesh.points[:, 0]  # facets of several sizes, whose sides stay straight
+        for k, one in enumerate(KINDS[kind].between, len(KINDS[kind].corners)):
+            mesh.points[mesh.cells[0].data[:, k]] = mesh.points[mesh.cells[0].data[:, list(one)]].mean(axis=1)
+        mesh.points += shift
+        write(mesh, tmp_path / f"{name}.vtk")
+        body = gb.from_mesh(tmp_path / f"{name}.vtk", STEEL, units="m", clamped=held, name=name, **flat)
+        bodies.append((body, mesh))
+    (a, _), (b, above) = bodies
+    nodal: dict[int, Array] = {}
+    pressed(above, kind, above.points[:, up] > 0.0999, nodal, PRESSURE)
+    contacts = gb.face_contacts((b, "BOTTOM:1"), (a, "TOP:1"), STIFF)
+    scene = gb.Scene(a, b, contacts=contacts, loads=[loads(b, nodal)])
+    state = gb.seat(scene)
+    force = np.abs(state.F[:, 0])
+    areas = np.array([one.law.values[0] for one in contacts]) / STIFF
+    assert areas.sum() == pytest.approx(0.1**up, rel=1e-12)
+    assert np.abs(force / areas / PRESSURE - 1.0).max() < 1e-8
+    strain = PRESSURE / YOUNG
+    for number, (body, mesh) in enumerate(bodies):
+        assert body.geometry is not None
+        q = state.q[scene.start[number] : scene.start[number + 1], 0]
+        u = body.geometry.displacements(q if scene.is_large else body.modes[2] @ q)
+        wanted = POISSON * strain * mesh.points
+        wanted[:, up] = -strain * mesh.points[:, up] - number * PRESSURE / STIFF
+        assert np.abs(u - wanted)[:, :d].max() < 1e-8 * np.abs(wanted).max()
+
+
+def write(mesh: meshio.Mesh, path: Path) -> None:
+    """Write a mesh with its sets as marks, which are called "TOP:1"."""
+    marks = {name: np.isin(np.arange(len(mesh.points)), some).astype(int) for name, some in mesh.point_sets.items()}
+    meshio.Mesh(mesh.points, mesh.cells, point_data=marks).write(path)
+
+
+def ring(folder: Path, name: str, kind: str, around: int, through: int, radii: tuple[float, float]) -> Any:
+    """Return a quarter of a ring in plane strain, and its mesh, from a grid that is bent."""
+    mesh = grid(kind, (through, around), (1.0, 1.0))
+    r = radii[0] + (radii[1] - radii[0]) * mesh.points[:, 0]
+    turn = 0.5 * np.pi * mesh.points[:, 1]
+    inner, outer = mesh.points[:, 0] < 1e-9, mesh.points[:, 0] > 1.0 - 1e-9
+    held = [f"{i + 1}.2" for i in np.flatnonzero(mesh.points[:, 1] < 1e-9)]
+    held += [f"{i + 1}.1" for i in np.flatnonzero(mesh.points[:, 1] > 1.0 - 1e-9)]
+    mesh.points = np.column_stack([r * np.cos(turn), r * np.sin(turn), 0.0 * r])
+    mesh.point_sets = {"INNER": np.flatnonzero(inner), "OUTER": np.flatnonzero(outer)}
+    write(mesh, folder / f"{name}.vtk")
+    body = gb.from_mesh(folder / f"{name}.vtk", STEEL, units="m", clamped=held, name=name, plane="strain",
+                        thickness=1.0)  # fmt: skip
+    return body, mesh, inner
+
+
+def opened(folder: Path, kind: str, n: int, whole: bool) -> float:
+    """Return how far the opening of the bore of a bush in a housing is off Lame's answer, at its worst node."""
+    a, b = 0.05, 0.1
+    lame = PRESSURE * a * (1 + POISSON) / YOUNG * ((1 - 2 * POISSON) * a**2 + b**2) / (b**2 - a**2)
+    bush, mesh, inner = ring(folder, "bush", kind, 4 * n, (5 if whole else 2) * n, (a, b if whole else 0.07))
+    nodal: dict[int, Array] = {}
+    pressed(mesh, kind, inner, nodal, PRESSURE)
+    bodies, pairs = [bush], []
+    if not whole:
+        bodies.append(ring(folder, "house", kind, 3 * n, 2 * n, (0.07, b))[0])
+        pairs = gb.face_contacts((bush, "OUTER:1"), (bodies[1], "INNER:1"), 1e6 * YOUNG / a, clearance=0.0)
+    scene = gb.Scene(*bodies, contacts=pairs, loads=[loads(bush, nodal)])
+    q = gb.seat(scene).q[: scene.start[1], 0]
+    assert bush.geometry is not None
+    u = bush.geometry.displacements(q if scene.is_large else bush.modes[2] @ q)
+    found = (u[inner] * mesh.points[inner]).sum(axis=1) / a
+    return float(np.abs(found / lame - 1.0).max())
+
+
+@pytest.mark.parametrize(("kind", "order", "most"), [("quad", 1.9, 2e-3), ("quad9", 3.0, 1e-6)])
+def test_a_bush_in_a_housing_is_as_stiff_as_one_mesh(tmp_path: Path, kind: str, order: float, most: float) -> None:
+    """Curved faces, four facets to three: the error against Lame's solution, beside that of one mesh of both."""
+    two, one = ([opened(tmp_path, kind, n, whole) for n in (1, 2, 4)] for whole in (False, True))
+    assert two[-1] < most, two
+    assert np.log2(two[0] / two[-1]) / 2.0 > order, two
+    assert all(a < 2.0 * b for a, b in zip(two, one, strict=True)), (two, one)
+
+
+def test_faces_that_do_not_meet_are_refused(tmp_path: Path) -> None:
+    """Unknown faces, faces that look away, and faces that lie in each other."""
+    write(with_sets(grid("quad", (2, 2), (0.1, 0.1)), TOP=lambda *x: x[1] > 0.0999, LOW=lambda *x: x[1] < 1e-9),
+          tmp_path / "a.vtk")  # fmt: skip
+
+    def block(shift: float) -> gb.Structure:
+        return gb.from_mesh(tmp_path / "a.vtk", STEEL, units="m", plane="strain", thickness=1.0,
+                            place=gb.Pose((0.0, shift, 0.0)))  # fmt: skip
+
+    a, b, inside = block(0.0), block(0.1), block(0.08)
+    wrong: list[tuple[Any, Any, dict[str, Any], str]] = [
+        ((a, "SIDE"), (b, "LOW:1"), {}, "one of TOP:0, TOP:1"),
+        ((gb.mass(1.0), "TOP"), (b, "LOW:1"), {}, "from_mesh"),
+        ((a, "TOP:1"), (b, "TOP:1"), {}, "do not lie before each other"),
+        ((a, "TOP:1"), (inside, "LOW:1"), {}, "lie in each other by 0.02 m"),
+        ((a, "TOP:1"), (b, "LOW:1"), {"stiffness": -1.0}, "stiffness"),
+    ]
+    for first, second, more, words in wrong:
+        with pytest.raises(gb.UserError, match=words):
+            gb.face_contacts(first, second, **{"stiffness": 1e13, **more})
+    assert len(gb.face_contacts((a, "TOP:1"), (inside, "LOW:1"), 1e13, clearance=-1e-5)) == 3

@@ -36,6 +36,7 @@ from gapbeam.postprocess.figures.motion_figures import (
     shifts_at_probes,
 )
 from gapbeam.postprocess.figures.record_lines_figure import draw_cycles, draw_power_density, draw_shock_spectrum
+from gapbeam.postprocess.figures.shape_figure import draw_shapes, shapes_of
 from gapbeam.postprocess.figures.signal_figures import (
     draw_amplitude_spectrum,
     draw_period_peaks,
@@ -246,6 +247,8 @@ def _figures(
     for one in feedbacks if isinstance(feedbacks, list) else ():
         if one.get("coefficients"):
             figures[f"coefficients_{one['name']}"] = partial(draw_coefficients, one["coefficients"])
+    if shapes := shapes_of(results.folder):
+        figures["shapes"] = lambda: draw_shapes(shapes)
     points = points_of(results.folder)
     for support in supports_of(results.summary, results.case) if points else ():
         met = {face.face: points[face.face] for face in support.faces if face.face in points}

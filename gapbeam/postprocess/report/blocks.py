@@ -78,15 +78,15 @@ class Listing:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture file, put into the page.
+    """A picture, put into the page.
 
     Attributes:
-        path: PNG, JPEG, SVG or GIF.
+        path: Of a file: PNG, JPEG, SVG or GIF; or the contents of a PNG.
         caption: Description, also read to those who cannot see it.
         command: That makes it.
     """
 
-    path: Path
+    path: Path | bytes
     caption: str
     command: str = ""
 

@@ -152,8 +152,10 @@ def _plotly() -> str:
     return files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8")
 
 
-def _inlined(path: Path) -> str:
-    """Return a picture file as an address that holds it."""
+def _inlined(path: Path | bytes) -> str:
+    """Return a picture as an address that holds it."""
+    if isinstance(path, bytes):
+        return _data("image/png", path)
     kind = IMAGES.get(path.suffix.lower())
     if kind is None or not path.is_file():
         raise ResultsError(

@@ -118,12 +118,14 @@ class SceneAccounts:
         closings: Since the start.
         square: Square of the normal force over time since the start, N^2 s.
         approaches: Sum of the approach speeds of all impacts since the start, m/s.
+        shape: Coordinates at the largest displacement of a node in space that was looked at.
+        shown: Time, s, and size of that displacement, m.
         episodes: Contacts that ended; `short` of them lasted fewer than ten steps.
     """
 
     kept = (
         "depth", "force", "friction", "impulse", "time", "closings", "last_depth", "begun", "speed", "opened_at",
-        "steps", "totals", "sliding", "square", "approaches",
+        "steps", "totals", "sliding", "square", "approaches", "shape", "shown",
     )  # fmt: skip
 
     def __init__(self, marcher: Marcher, gates: Gates, remedy: str) -> None:
@@ -142,6 +144,7 @@ class SceneAccounts:
         self.worn = BlockEnds(count, MOST)
         self.totals = np.zeros(8)  # last energies: work, law, friction; sum of squares of round-off; episodes
         self.impacts = [ImpactList() for _ in range(count)]
+        self.shape, self.shown = marcher.q[:, 0].copy(), np.array([marcher.t, 0.0])
         for i, depth in enumerate(self.last_depth):
             self.gates.look(i, bool(depth > 0.0), 0.0, kinetic + strain, 0.0)
 

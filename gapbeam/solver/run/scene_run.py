@@ -31,6 +31,7 @@ from gapbeam.solver.run.output.history_file import HistoryWriter, recorded_figur
 from gapbeam.solver.run.output.impact_file import write_impacts
 from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import check_folder, clear, locked, prepare_folder, write_summary
+from gapbeam.solver.run.output.shape_file import has_shapes, largest, write_shapes
 from gapbeam.solver.run.scene_checkpoint import SceneCheckpoint, fingerprint, refuse_other
 from gapbeam.solver.run.scene_records import (
     Rows,
@@ -49,6 +50,7 @@ from gapbeam.solver.table import faults_in
 
 LOG = logging.getLogger("gapbeam")
 WEAR = ("coefficient", "area")
+LOOKS = 200  # at the shapes of structures over a run
 STILL = 1e-12
 """Part of the largest squared frequency below which a motion is rigid, but for round-off."""
 Observer = Callable[[SceneStep], Any]
@@ -295,7 +297,8 @@ class SceneMarch:
         self.accounts = SceneAccounts(marcher, limits, remedy)
         self.records = SceneRecords(marcher, asked.every)
         self.statistics = self.records.statistics(asked.figures, is_random=True) if asked.random_loads else None
-        self.seconds = 0.0
+        self.seconds, self.begun = 0.0, (marcher.t, marcher.q[:, 0].copy())
+        self.has_shapes = has_shapes(asked.scene)
 
     @property
     def scheme(self) -> str:
@@ -362,6 +365,8 @@ class SceneMarch:
             self.seconds += time.perf_counter() - clock
             with suppress(NotWritten):
                 write_impacts(folder, self.records.labels["face"], self.accounts.impacts)
+                shown = float(self.accounts.shown[0]), self.accounts.shape
+                write_shapes(folder, self.asked.scene, {"start": self.begun, "largest": shown})
 
     def rows(self) -> Iterator[Rows | None]:
         """March to the end, and yield the records of each block of steps, and None where a march may be continued.
@@ -370,7 +375,8 @@ class SceneMarch:
             RunError: As `write`, but for the disk; after the records before it.
         """
         marcher, every = self.marcher, self.asked.every
-        block = every if self.asked.observers else max(every, BLOCK // every * every)
+        most = min(BLOCK, -(-self.steps // LOOKS)) if self.has_shapes else BLOCK
+        block = every if self.asked.observers else max(every, most // every * every)
         if marcher.count == 0:
             yield self.records.first(marcher, self.accounts)
         while marcher.count < self.steps:
@@ -409,6 +415,10 @@ class SceneMarch:
         if count < whole:
             accounts.gates.let_pass(marcher.t0 + (before + count + 1) * marcher.h, False, accounts.ledger)
         accounts.pass_gates(times, energies)
+        if self.has_shapes and count == whole and failure is None:
+            size = largest(scene, marcher.q[:, 0])
+            if size > accounts.shown[1]:
+                accounts.shape[:], accounts.shown[:] = marcher.q[:, 0], (marcher.t, size)
         if failure is not None:
             raise failure
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from gapbeam.postprocess.comparison_report import as_data
 from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.figures.shape_figure import shape_picture, shapes_of
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -66,6 +67,7 @@ NO_SCENE = (
     "run in time with `output.fields_interval` well below `time.end` writes fields."
 )
 NO_GEOMETRY = "The run is one of a scene whose structures have no geometry: there is nothing to draw but its records."
+SHAPE_WORDS = "The structures in space, with the walls of their supports; displacements and gaps are enlarged alike."
 PICTURE_WORDS = {
     "largest_contact_force": "The beam in its support at the field with the largest contact force.",
     "largest_displacement": "The beam in its support at the field with the largest displacement of the free end.",
@@ -110,7 +112,10 @@ def run_report(results: Results, command: str) -> Report:
 def _scene(results: Results, command: str) -> list[Block]:
     """Return the moving scene, a still one without fields; what stands in its way is said in its place."""
     if results.summary.get("scene"):
-        return [Words(NO_GEOMETRY)]
+        shapes = shapes_of(results.folder)
+        if shapes is None:
+            return [Words(NO_GEOMETRY)]
+        return [Picture(shape_picture(shapes), SHAPE_WORDS, shell_command("gapbeam", "plot", results.folder))]
     try:
         scene = scene_of(results, command) or still_scene_of(results, command)
     except (ResultsError, SignalError) as fault:

@@ -235,7 +235,7 @@ def read_structure(
 
 
 class MeshSurface(NamedTuple):
-    """MeshSurface of a mesh: lines, (lines, 2), facets by the name of a set, (facets, nodes), and the kind of facets."""
+    """Surface of a mesh: lines, (lines, 2), facets by the name of a set, (facets, nodes), and the kind of facets."""
 
     lines: Any
     faces: dict[str, Any]

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import pytest
 from PIL import Image
 
+import gapbeam
 from gapbeam.postprocess.report.blocks import ComparisonBlock, TableBlock
 from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.results.columns_of_run import as_history
@@ -19,7 +20,11 @@ from gapbeam.postprocess.signals.steady_figures import steady
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import CaseError
 from gapbeam.solver.record_table import SMOOTHING_WINDOW
+from gapbeam.studies.engine.study_engine import Engine
+from gapbeam.studies.engine.workers import Workers
+from gapbeam.studies.identification.evaluations import Evaluations, prepare
 from gapbeam.studies.identification.identification_file import read_identification, unit_of_key
+from gapbeam.studies.identification.misfit import difference_places
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import KeptBody, seated, span
 from tests.shared.command import PROJECT, alone, called_in_turn
@@ -60,9 +65,9 @@ FREQUENCIES = (30.0, 40.0, 60.0)
 FREE = 4.730041**2 / (2.0 * math.pi * 0.51**2) * math.sqrt(2.1e11 * 0.012**2 / (12.0 * 7919.0))  # Hz, Euler-Bernoulli
 
 
-def measured(frequencies: tuple[float, ...] = FREQUENCIES) -> str:
+def measured(frequencies: tuple[float, ...] = FREQUENCIES, quick: str = QUICK) -> str:
     """Return measurements that the true values make, by way of the figures of a sweep; the last one is held out."""
-    settings = tomllib.loads(QUICK)["set"]
+    settings = tomllib.loads(quick)["set"]
     load = settings.pop("load")["shaker"]
     settings |= {f"load.shaker.{key}": value for key, value in load.items()}
     body, lines = KeptBody(), []
@@ -84,16 +89,17 @@ def measured(frequencies: tuple[float, ...] = FREQUENCIES) -> str:
     return "\n".join(lines)
 
 
-def written(folder: Path, *parts: str, search: str = "", name: str = "beam.toml") -> Path:
+def written(folder: Path, *parts: str, search: str = "", name: str = "beam.toml", quick: str = QUICK) -> Path:
     """Write the file of an identification."""
     path = folder / name
-    text = "\n".join([f'case = "{CASE}"', QUICK, *parts, "[search]", search])
+    text = "\n".join([f'case = "{CASE}"', quick, *parts, "[search]", search])
     path.write_text(text, encoding="utf-8")
     return path
 
 
 LOCAL = 'method = "least-squares"\n'
 TWICE = "budget = 20\nseed = 5\nprofile = false\ncoexisting = 0\ntolerance = 1e-6"
+SETTLED = QUICK.replace('"time.end" = 0.6', '"time.end" = 1.5')
 HEAVY = ("--set", "time.max_iterations=1", "--set", "time.max_halvings=0", "--set", "load.shaker.amplitude=500")
 
 
@@ -178,6 +184,53 @@ def test_known_values_are_found_again(done: dict[str, Done]) -> None:
         with Image.open(folder / name) as picture:
             assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 50
     assert "held out" in call.stdout
+
+
+@pytest.mark.slow(minutes=0.3)
+@alone
+def test_settled_responses_take_a_fifth_of_the_runs(tmp_path: Path) -> None:
+    """Known values of three unknowns are found from 33 runs, where differences took 189 (153 to the same last step)."""
+    file = written(
+        tmp_path, STIFFNESS, AMPLITUDE, DAMPING, measured(quick=SETTLED), quick=SETTLED,
+        search=LOCAL + "budget = 60\nprofile = false\ncoexisting = 0",
+    )  # fmt: skip
+    (call,) = called_in_turn(["identify", file, "--output", tmp_path / "out", "--workers", "1"])
+    assert call.returncode == 0, call.stdout + call.stderr
+    assert len((tmp_path / "out" / "evaluations.jsonl").read_text().splitlines()) <= 189 / 5
+    found = Done(call, tmp_path / "out").found
+    for unknown in found["unknowns"]:
+        true = TRUTH[unknown["key"]]
+        assert unknown["value"] == pytest.approx(true[0] if isinstance(true, list) else true, rel=1e-3)
+    assert found["rms"]["predict"] < 1e-5
+
+
+@pytest.mark.slow(minutes=0.3)
+@alone
+def test_slopes_are_differences_of_periodic_responses(tmp_path: Path) -> None:
+    """Derivatives without a run against peak to peak of responses that shooting finds anew on both sides."""
+    one = '[[measurement]]\nset = {"load.shaker.frequency" = 40.0}\nfigure = "motion"\nvalue = 1.0\n'
+    file = written(
+        tmp_path, STIFFNESS, AMPLITUDE, DAMPING, one, quick=SETTLED, search="difference = 1e-3", name="one.toml"
+    )
+    problem = read_identification(file)
+    prepare(problem, tmp_path / "out", False)
+    values = problem.values(problem.start)
+    places = difference_places(problem.scaled(values), 1e-3)
+    with Engine(Workers(1)) as engine:
+        evaluations = Evaluations(problem, tmp_path / "out", engine)
+        evaluations.of([values], [0])
+        (slopes,) = evaluations.slopes(values, [0], places)
+    for pair, slope in zip(places, slopes["motion"], strict=True):
+        heights = []
+        for row in pair:
+            case = read_case(
+                tmp_path / "out" / "case.toml",
+                {**problem.settings(problem.values(row)), "load.shaker.frequency": 40.0,
+                 "analysis": {"type": "periodic", "tolerance": 1e-12}},
+            )  # fmt: skip
+            outcome = gapbeam.run(case, output=tmp_path / "run", overwrite=True)
+            heights.append(outcome.summary["periodic"]["probes"]["test"]["peak_to_peak"])
+        assert slope == pytest.approx((heights[1] - heights[0]) / 2e-3, rel=1e-4)
 
 
 @pytest.mark.slow(minutes=0.4)

@@ -20,8 +20,9 @@ from gapbeam.studies.identification.identification_file import FloatArray, Probl
 from gapbeam.studies.identification.misfit import (
     BudgetSpentError,
     Misfit,
+    completed,
     difference_places,
-    differences,
+    figure_slopes_at,
     polish,
     scales_of,
 )
@@ -66,23 +67,30 @@ def neighborhood(problem: Problem, evaluations: Evaluations, values: Values) -> 
     """Return the neighborhood of values, by central differences of all experiments, also of those held out."""
     settings, z = problem.file.search, problem.scaled(values)
     pairs = difference_places(z, settings.difference)
-    points = [values, *(problem.values(row) for pair in pairs for row in pair)]
-    records = evaluations.of(points, problem.everything)
-    figures = np.array([_figures(problem, row) for row in records])
-    tried = [np.array([problem.scaled(problem.values(row)) for row in pair]) for pair in pairs]
-    slopes = differences(z, tried, figures)
+    here = evaluations.of([values], problem.everything)[0]
+    tried: dict[Values, list[Record]] = {values: here}
+
+    def figures_at(places: FloatArray) -> FloatArray:
+        points = [problem.values(row) for row in places]
+        tried.update(zip(points, evaluations.of(points, problem.everything), strict=True))
+        return np.array([_figures(problem, tried[point]) for point in points])
+
+    figures = np.array(_figures(problem, here))
+    known = figure_slopes_at(problem, evaluations, values)
+    slopes = completed(known, figures_at, z, pairs)
+    errors = {point: _errors(problem, row) for point, row in tried.items()}
     fitted, scales = list(problem.fitted), scales_of(problem)
-    residuals = np.array([scales[number](figures[0, number]) for number in fitted])
+    residuals = np.array([scales[number](figures[number]) for number in fitted])
     per_logarithm = np.array([scales[number].per_logarithm for number in fitted])
     given = all(scales[number].sigma is not None for number in fitted)
     spread = spread_of(residuals, len(values), per_logarithm, given, settings.confidence)
-    per_figure = np.array([[scales[number].slope(figures[0, number])] for number in fitted])
+    per_figure = np.array([[scales[number].slope(figures[number])] for number in fitted])
     jacobian = per_figure * slopes[fitted]
-    noise = per_figure * _noise(problem, records, tried)[fitted]
+    noise = per_figure * _noise(problem, errors, pairs)[fitted]
     names = [one.unknown.key for one in problem.coordinates]
     within = np.linalg.norm(noise, axis=0) > DROWNED * np.linalg.norm(jacobian, axis=0)
     drowned = tuple(name for name, is_within in zip(names, within, strict=True) if is_within)
-    return Neighborhood(figures[0], slopes, identifiability(jacobian, spread, names), drowned)
+    return Neighborhood(figures, slopes, identifiability(jacobian, spread, names), drowned)
 
 
 def evaluate_profile(misfit: Misfit, values: Values, known: Identifiability) -> None:
@@ -104,15 +112,20 @@ def _figures(problem: Problem, records: Sequence[Record]) -> list[float]:
     return [mean(records[place], one.figure) for one, place in zip(problem.measurements, problem.places, strict=True)]
 
 
-def _noise(problem: Problem, records: Sequence[Sequence[Record]], tried: Sequence[FloatArray]) -> FloatArray:
-    """Return the standard errors of the derivatives by the scatter of the responses, (m, n)."""
-    measured = list(zip(problem.measurements, problem.places, strict=True))
-    errors = np.array([[_error(row[place], one.figure) for one, place in measured] for row in records])
-    columns = []
-    for number, pair in enumerate(tried):
-        apart = float(pair[1, number] - pair[0, number])
-        columns.append(np.hypot(errors[1 + 2 * number], errors[2 + 2 * number]) / (apart or 1.0))
+def _noise(problem: Problem, errors: Mapping[Values, FloatArray], pairs: Sequence[FloatArray]) -> FloatArray:
+    """Return the standard errors of the derivatives by the scatter of the responses, (m, n); 0 of known slopes."""
+    columns, none = [], np.zeros(len(problem.measurements))
+    for number, pair in enumerate(pairs):
+        low, high = (problem.values(row) for row in pair)
+        apart = float(problem.scaled(high)[number] - problem.scaled(low)[number])
+        columns.append(np.hypot(errors.get(low, none), errors.get(high, none)) / (apart or 1.0))
     return np.stack(columns, axis=1)
+
+
+def _errors(problem: Problem, records: Sequence[Record]) -> FloatArray:
+    """Return the standard error of the figure of each measurement, (m,)."""
+    measured = zip(problem.measurements, problem.places, strict=True)
+    return np.array([_error(records[place], one.figure) for one, place in measured])
 
 
 def _error(record: Record, figure: str) -> float:
@@ -270,7 +283,7 @@ def conclude(
 def _refit(misfit: Misfit, z: FloatArray) -> None:
     """Spend the budget of a misfit on least squares from a place."""
     with suppress(BudgetSpentError):
-        polish(misfit, z, misfit.problem.file.search.difference)
+        polish(misfit, z, misfit.problem.file.search.difference, misfit.slopes)
 
 
 def _rows(

@@ -14,137 +14,34 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import read_plain
 from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.postprocess.signals.signal import SignalError, face_signal, probe_signal
-from gapbeam.postprocess.signals.spectra import smooth
-from gapbeam.postprocess.signals.steady_figures import WindowFigure, Windows, settled_windows
+from gapbeam.postprocess.signals.signal import SignalError
+from gapbeam.postprocess.signals.steady_figures import WindowFigure, settled_windows
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.errors import CaseError, OutOfMemory, RunError, UserError
+from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.results_folder import finite, write_beside
-from gapbeam.solver.seat.contact_modes import FREE, RIGID, held_modes
 from gapbeam.solver.wording import printable
 from gapbeam.studies.engine.study_engine import Engine
-from gapbeam.studies.identification.identification_file import Problem, Values
+from gapbeam.studies.identification.identification_file import FloatArray, Problem, Values
 from gapbeam.studies.identification.identification_tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
+from gapbeam.studies.identification.orbit_slopes import Shifted, end_of_run, figure_slopes
+from gapbeam.studies.identification.run_figures import (
+    natural_frequency,
+    read_figure,
+    record_of,
+    steps_between_records,
+)
 from gapbeam.studies.study_folder import REMEDY, StoredPiece, checked, differing, refuse_links, study_written
 from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
 from gapbeam.studies.trials.starts import KeptBody, Start, kicked, seated, span
-
-WHOLE = 1.0e-6
-
-
-def record_of(figure: MotionFigure | ForceFigure) -> str:
-    """Return the name of the record that a figure is taken of."""
-    if isinstance(figure, ForceFigure):
-        return "impulse" if figure.statistic == "impulse" else "contact_force"
-    return f"acceleration_{figure.frame}" if figure.quantity == "acceleration" else figure.quantity
-
-
-def unit_of(figure: Figure) -> str:
-    """Return the SI unit of a figure, Hz for frequencies."""
-    if isinstance(figure, FrequencyFigure):
-        return "Hz"
-    if isinstance(figure, ForceFigure):
-        return "N s" if figure.statistic == "impulse" else "N"
-    return {"acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}[figure.quantity]
-
-
-def words_of(figure: Figure) -> str:
-    """Return the definition of a figure, in words."""
-    if isinstance(figure, FrequencyFigure):
-        return f"natural frequency of bending mode {figure.mode}, {figure.held}"
-    if isinstance(figure, ForceFigure):
-        statistic = "impulse in a period" if figure.statistic == "impulse" else "largest contact force"
-        return f"{statistic} at the {figure.face}"
-    frame = f" {figure.frame}" if figure.quantity == "acceleration" else ""
-    statistic = f"harmonic {figure.order}" if figure.statistic == "harmonic" else figure.statistic.replace("-", " ")
-    mean = figure.average
-    averaged = f", mean over {mean.points} points at {mean.rate:g} Hz" if mean is not None else ""
-    return f"{statistic} of the{frame} {figure.quantity} at {figure.probe}{averaged}"
-
-
-def steps_between_records(figures: Iterable[MotionFigure | ForceFigure], step: float, interval: float | None) -> int:
-    """Return the largest number of steps between records that the figures allow.
-
-    A mean over whole sampling intervals is exact from the velocities at their ends, whatever lies between, and the
-    impulse is a running total; everything else is taken from the records of the case as they are.
-
-    Args:
-        figures: Figures of the response.
-        step: Time step, s.
-        interval: `output.history_interval` of the case.
-    """
-    usual = 1 if interval is None else max(1, round(interval / step))
-    found = []
-    for figure in figures:
-        averaged = isinstance(figure, MotionFigure) and figure.quantity == "acceleration" and figure.average is not None
-        if not averaged:
-            return usual
-        assert isinstance(figure, MotionFigure)
-        assert figure.average is not None
-        exact = 1.0 / (figure.average.rate * step)
-        if exact < 1.0 or abs(exact - round(exact)) > WHOLE * exact:
-            return usual
-        found.append(round(exact))
-    return math.gcd(*found) if found else usual
-
-
-def read_figure(figure: MotionFigure | ForceFigure, history: xr.Dataset, windows: Windows) -> WindowFigure:
-    """Return a figure of a response, window by window.
-
-    Args:
-        figure: Which.
-        history: The records.
-        windows: After the transient.
-
-    Raises:
-        SignalError: The records are too coarse or too short for it.
-    """
-    if figure.window is not None:
-        windows = windows.of(figure.window)
-    return WindowFigure(unit_of(figure), _values(figure, history, windows))
-
-
-def natural_frequency(figure: FrequencyFigure, model: Model) -> WindowFigure:
-    """Return a natural frequency of a model.
-
-    Raises:
-        RunError: No seat was found, or the model has not so many modes.
-    """
-    rigid = RIGID if figure.held == FREE else 0
-    for held in held_modes(model, figure.mode):
-        if held.name == figure.held:
-            return WindowFigure("Hz", held.bending()[0][rigid + figure.mode - 1 :][:1])
-    raise AssertionError(figure.held)
-
-
-def _values(figure: MotionFigure | ForceFigure, history: xr.Dataset, windows: Windows) -> np.ndarray:
-    if isinstance(figure, ForceFigure):
-        signal = face_signal(history, record_of(figure), figure.face)
-        return windows.increments(signal) if figure.statistic == "impulse" else windows.largest(signal)
-    signal = probe_signal(history, record_of(figure), figure.probe, figure.component)
-    if figure.average is not None:
-        signal = smooth(signal, figure.average.rate, figure.average.points)
-    match figure.statistic:
-        case "peak-to-peak":
-            return windows.ranges(signal)
-        case "maximum":
-            return windows.largest(signal)
-        case "minimum":
-            return windows.smallest(signal)
-        case "rms":
-            return windows.deviations(signal)
-        case "harmonic":
-            return np.asarray(np.abs(windows.harmonics(signal, figure.order)[:, figure.order - 1]))
-
 
 BODY = KeptBody()  # of this process
 CYCLE_TOLERANCE = 0.01  # of the range: a response that repeats within it is called periodic
@@ -230,6 +127,8 @@ def _record(job: TrialJob, piece: Piece) -> Record:
         if response.verdict == PASSED:
             found = _figures(response, marched, frequency, problem.file.transient)
             record |= found | {"figures": record["figures"] | found.get("figures", {})}
+            if piece.start == 0 and record.get("cycle") is not None:
+                record["end"] = end_of_run(model, response.end)
     return record | {"seconds": seconds | {"all": time.perf_counter() - clock}}
 
 
@@ -259,7 +158,71 @@ def _figures(
         found = {figure.name: _as_data(read_figure(figure, history, windows)) for figure in figures}
     except SignalError as fault:
         return {"verdict": NO_FIGURES, "exit_status": NOT_CONVERGED, "message": str(fault)}
-    return {"response": cycle.word, "windows": [windows.periods, windows.count], "notes": notes, "figures": found}
+    return {
+        "response": cycle.word,
+        "cycle": cycle.period,
+        "windows": [windows.periods, windows.count],
+        "notes": notes,
+        "figures": found,
+    }
+
+
+class SlopeJob(NamedTuple):
+    """Derivatives of the figures of one experiment, beside a run of it.
+
+    Attributes:
+        problem: The identification.
+        case: Its case file.
+        record: Of the run.
+        places: Those below and above the values, for each unknown, (2, n).
+    """
+
+    problem: Problem
+    case: Path
+    record: Record
+    places: tuple[FloatArray, ...]
+
+
+def compute_slopes(job: SlopeJob) -> dict[str, list[float | None]]:
+    """Return derivatives of figures by the coordinates, by name; empty where the response has none.
+
+    They cost some periods, and no run.
+    """
+    problem, record = job.problem, job.record
+    experiment, z = problem.experiments[record["experiment"]], problem.scaled(tuple(record["values"]))
+    figures = [figure for figure in experiment.figures if not isinstance(figure, FrequencyFigure)]
+
+    def case_at(values: Values) -> Any:
+        return read_case(job.case, {**experiment.settings, **problem.settings(values)})
+
+    try:
+        here, shifted = case_at(tuple(record["values"])), list[Shifted | None]()
+        for number, pair in enumerate(job.places):
+            values = [problem.values(row) for row in pair]
+            cases = [case_at(row) for row in values]
+            far = [float(problem.scaled(row)[number] - z[number]) for row in values]
+            if far[0] == far[1] or any(body_key(one) != body_key(here) for one in cases):
+                shifted.append(None)
+                continue
+            low, high = (BODY.model(one) for one in cases)
+            shifted.append(((far[0], low), (far[1], high)))
+        found = figure_slopes(BODY.model(here), np.array(record["end"]), record["cycle"], figures, shifted)
+    except (CaseError, RunError, SignalError):
+        return {}
+    for figure in experiment.figures:
+        if isinstance(figure, FrequencyFigure):
+            found[figure.name] = [None if one is None else _frequency_slope(figure, one) for one in shifted]
+    return found
+
+
+def _frequency_slope(figure: FrequencyFigure, pair: Shifted) -> float:
+    (low, below), (high, above) = pair
+    return (natural_frequency(figure, above).mean - natural_frequency(figure, below).mean) / (high - low)
+
+
+def no_slopes(_job: SlopeJob, _words: str) -> dict[str, list[float | None]]:
+    """Return that nothing was found, of a job whose workers were lost."""
+    return {}
 
 
 LOG_FILE, PLAN_FILE, CASE_FILE = "evaluations.jsonl", "plan.json", "case.toml"
@@ -288,6 +251,7 @@ class Evaluations:
         self.problem, self.folder, self.computed = problem, folder, 0
         self._engine, self._report = engine, difference
         self._records = _read_log(folder / LOG_FILE, problem)
+        self._slopes: dict[Piece, dict[str, list[float | None]]] = {}
 
     @property
     def records(self) -> list[Record]:
@@ -301,6 +265,25 @@ class Evaluations:
         if missing:
             self._compute(missing)
         return [[self._records[piece] for piece in row] for row in wanted]
+
+    def slopes(
+        self, values: Values, experiments: Sequence[int], places: Sequence[FloatArray]
+    ) -> list[dict[str, list[float | None]]]:  # fmt: skip
+        """Return derivatives of figures by the coordinates, as `compute_slopes`, one for each experiment.
+
+        Those of responses without a period, and of experiments that have not run, are empty.
+
+        Args:
+            values: Of the unknowns.
+            experiments: Their numbers.
+            places: Those below and above the values on the scales, for each unknown, (2, n).
+        """
+        pieces = [Piece(values, number) for number in experiments]
+        left = [one for one in pieces if one not in self._slopes and self._records.get(one, {}).get("end")]
+        jobs = [SlopeJob(self.problem, self.folder / CASE_FILE, self._records[one], tuple(places)) for one in left]
+        for place, found in self._engine.done(compute_slopes, jobs, lost=no_slopes) if jobs else ():
+            self._slopes[left[place]] = found
+        return [self._slopes.get(one, {}) for one in pieces]
 
     def _compute(self, missing: Sequence[Piece]) -> None:
         """Compute pieces and put them on disk one by one, in whatever order they end."""

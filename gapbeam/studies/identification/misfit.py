@@ -8,7 +8,7 @@ that failed, are worse than all others and are never averaged into anything.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from math import isfinite
@@ -130,6 +130,20 @@ class Misfit:
         rows = self.evaluations.of(points, numbers)
         return np.array([self._row(dict(zip(numbers, row, strict=True))) for row in rows])
 
+    def slopes(self, z: FloatArray) -> FloatArray:
+        """Return the derivatives of the residuals at a place that was tried, (m, n); not numbers where none is known.
+
+        They are those of periodic responses, see `gapbeam.studies.identification.orbit_slopes`.
+        """
+        values = self.problem.values(z)
+        numbers = sorted({self.problem.places[number] for number in self.fitted})
+        records = dict(zip(numbers, self.evaluations.of([values], numbers)[0], strict=True))
+        found = figure_slopes_at(self.problem, self.evaluations, values)[list(self.fitted)]
+        for row, number in zip(found, self.fitted, strict=True):
+            computed = mean(records[self.problem.places[number]], self.scales[number].measurement.figure)
+            row *= self.scales[number].slope(computed) if computed else math.nan
+        return found
+
     def _row(self, records: dict[int, Record]) -> list[float]:
         found = []
         for number in self.fitted:
@@ -163,6 +177,15 @@ class Misfit:
         return [record for record in self.evaluations.records if failed(record)]
 
 
+def figure_slopes_at(problem: Problem, evaluations: Evaluations, values: Values) -> FloatArray:
+    """Return derivatives of all figures by the coordinates, (measurements, n); not numbers where none is known."""
+    pairs = difference_places(problem.scaled(values), problem.file.search.difference)
+    found = evaluations.slopes(values, problem.everything, pairs)
+    none: list[float | None] = [None] * len(values)
+    rows = [found[place].get(one.figure, none) for one, place in zip(problem.measurements, problem.places, strict=True)]
+    return np.array(rows, dtype=float)
+
+
 def scales_of(problem: Problem) -> tuple[Scale, ...]:
     """Return the scale of each measurement, which makes it a residual."""
     return tuple(Scale(one, problem.file.search.residual) for one in problem.measurements)
@@ -171,13 +194,17 @@ def scales_of(problem: Problem) -> tuple[Scale, ...]:
 ParameterSearchFloatArray = np.ndarray
 Residuals = Callable[[ParameterSearchFloatArray], ParameterSearchFloatArray]
 """Function from places (k, n) to residuals (k, m)."""
+Slopes = Callable[[ParameterSearchFloatArray], ParameterSearchFloatArray]
+"""Function from a place (n,) to derivatives of the residuals there, (m, n), with columns of not numbers."""
 
 SMALLEST_POPULATION, INDIVIDUALS = 16, 8  # of an unknown
 POLISH_STEPS = 8  # Gauss-Newton steps that are put aside for the end of a global search
 SPREAD = 1e-3  # of the misfits of a population that has converged, relative to their mean
 
 
-def search(residuals: Residuals, start: ParameterSearchFloatArray, settings: Search, budget: int) -> None:
+def search(
+    residuals: Residuals, start: ParameterSearchFloatArray, settings: Search, budget: int, slopes: Slopes | None = None
+) -> None:  # fmt: skip
     """Search from a start until it converges or the budget is spent; what was found is what was evaluated.
 
     Args:
@@ -185,17 +212,18 @@ def search(residuals: Residuals, start: ParameterSearchFloatArray, settings: Sea
         start: Where to start, (n,).
         settings: Method, seed, starts, step of differences.
         budget: Places that may be evaluated.
+        slopes: Derivatives, which least squares takes where they are numbers.
     """
     with suppress(BudgetSpentError):
         if settings.method == "global":
             found = evolve(residuals, start, budget, settings.seed)
-            polish(residuals, found, settings.difference)
+            polish(residuals, found, settings.difference, slopes)
             return
         places = _starts(start, min(settings.starts, budget), settings.seed)
         costs = _costs(residuals(places))
         for number in np.argsort(costs, kind="stable"):
             if isfinite(costs[number]):
-                polish(residuals, places[number], settings.difference)
+                polish(residuals, places[number], settings.difference, slopes)
 
 
 def evolve(residuals: Residuals, start: ParameterSearchFloatArray, budget: int, seed: int) -> ParameterSearchFloatArray:
@@ -224,31 +252,59 @@ def evolve(residuals: Residuals, start: ParameterSearchFloatArray, budget: int, 
     return np.asarray(found.x)
 
 
-def polish(residuals: Residuals, start: ParameterSearchFloatArray, difference: float) -> ParameterSearchFloatArray:
-    """Return the result of least squares from a place; its derivatives are central differences."""
+def polish(
+    residuals: Residuals, start: ParameterSearchFloatArray, difference: float, slopes: Slopes | None = None
+) -> ParameterSearchFloatArray:  # fmt: skip
+    """Return the result of least squares from a place; its derivatives are known slopes, or central differences.
+
+    With slopes it ends where a step is below the square of the difference, to which these are known.
+    """
     first = residuals(start[None])[0]
     if not np.all(np.isfinite(first)):
         return start
     found = least_squares(
         lambda z: residuals(z[None])[0],
         start,
-        lambda z: jacobian(residuals, z, difference),
+        lambda z: jacobian(residuals, z, difference, slopes),
         bounds=(0.0, 1.0),
         ftol=1e-12,
-        xtol=1e-8,
+        xtol=1e-8 if slopes is None else difference**2,
         gtol=1e-12,
     )
     return np.asarray(found.x)
 
 
-def jacobian(residuals: Residuals, z: ParameterSearchFloatArray, difference: float) -> ParameterSearchFloatArray:
-    """Return d residual / dz, (m, n), by central differences; one-sided at a bound or next to a run that failed.
+def jacobian(
+    residuals: Residuals, z: ParameterSearchFloatArray, difference: float, slopes: Slopes | None = None
+) -> ParameterSearchFloatArray:  # fmt: skip
+    """Return d residual / dz, (m, n): known slopes, else central differences.
 
-    A column of zeros stands where both sides failed.
+    Differences are one-sided at a bound or next to a run that failed; a column of zeros stands where both sides failed.
     """
-    places = difference_places(z, difference)
-    found = residuals(np.concatenate([z[None], *places]))
-    return differences(z, places, found)
+    known = None if slopes is None else slopes(z)
+    return completed(known, residuals, z, difference_places(z, difference))
+
+
+def completed(
+    known: ParameterSearchFloatArray | None, values: Residuals, z: ParameterSearchFloatArray,
+    places: list[ParameterSearchFloatArray],
+) -> ParameterSearchFloatArray:  # fmt: skip
+    """Return derivatives, (m, n), of values by z: columns that are known, and differences for all others.
+
+    Args:
+        known: (m, n), with not numbers where none is known; None: all.
+        values: Function from places (k, n) to values (k, m).
+        z: Where, (n,).
+        places: As of `difference_places`.
+    """
+    left = [n for n in range(len(z)) if known is None or not np.all(np.isfinite(known[:, n]))]
+    if known is not None and not left:
+        return known
+    found = values(np.concatenate([z[None], *(places[n] for n in left)]))
+    columns = differences(z, {n: places[n] for n in left}, found)
+    whole = np.empty((len(columns), len(z))) if known is None else known.copy()
+    whole[:, left] = columns
+    return whole
 
 
 def difference_places(z: ParameterSearchFloatArray, difference: float) -> list[ParameterSearchFloatArray]:
@@ -263,12 +319,12 @@ def difference_places(z: ParameterSearchFloatArray, difference: float) -> list[P
 
 
 def differences(
-    z: ParameterSearchFloatArray, places: list[ParameterSearchFloatArray], found: ParameterSearchFloatArray
+    z: ParameterSearchFloatArray, places: Mapping[int, ParameterSearchFloatArray], found: ParameterSearchFloatArray
 ) -> ParameterSearchFloatArray:
-    """Return the derivatives, (m, n), from values at z and then at its pairs of places, (1 + 2 n, m)."""
+    """Return derivatives, (m, k), from values at z and then at k pairs of places, by coordinate, (1 + 2 k, m)."""
     columns = []
-    for number, pair in enumerate(places):
-        below, above = found[1 + 2 * number], found[2 + 2 * number]
+    for place, (number, pair) in enumerate(places.items()):
+        below, above = found[1 + 2 * place], found[2 + 2 * place]
         low, high = pair[0, number], pair[1, number]
         if not np.all(np.isfinite(below)):
             below, low = found[0], z[number]

@@ -32,10 +32,11 @@ from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.worker_memory import worker_memory
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.identification.conclusion import Conclusion, MeasurementRow, conclude
-from gapbeam.studies.identification.evaluations import LOG_FILE, Evaluations, Record, prepare, unit_of, words_of
+from gapbeam.studies.identification.evaluations import LOG_FILE, Evaluations, Record, prepare
 from gapbeam.studies.identification.identifiability import WIDE, combination_words
 from gapbeam.studies.identification.identification_file import Problem, unit_of_key
 from gapbeam.studies.identification.misfit import Misfit, search
+from gapbeam.studies.identification.run_figures import unit_of, words_of
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
 
@@ -401,7 +402,7 @@ def run_identification(
             misfit = Misfit(problem, evaluations)
             if evaluations.records:
                 LOG.info("%d experiments are on disk already", len(evaluations.records))
-            search(misfit, problem.start, settings, settings.budget)
+            search(misfit, problem.start, settings, settings.budget, misfit.slopes)
             found = conclude(
                 problem, evaluations, len(misfit.tried), leave_one_out, lambda words: report(words, None)
             )  # fmt: skip

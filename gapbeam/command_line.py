@@ -26,7 +26,7 @@ from gapbeam.commands.compile_ahead import compile_
 from gapbeam.commands.drawing import export, fmu, plot, render, report, view, watch
 from gapbeam.commands.new import new
 from gapbeam.commands.study_choice import STUDIES
-from gapbeam.commands.terminal import CaseArgument, Overrides, closing_rows
+from gapbeam.commands.terminal import CaseArgument, Overrides, print_closing
 from gapbeam.commands.tradeoff import judged_by, level_within
 from gapbeam.process.failing_ranks import abort_together, first_rank, on_one_rank
 from gapbeam.process.launcher import end_with_launcher, leave
@@ -136,7 +136,7 @@ def run(
         if outcome.exit_status in (0, DOUBTFUL):  # the message of a failure is in the log already
             console.print(f"done: {harmless(with_options(outcome.message))}", markup=False)
             if closing := outcome.summary.get("closing"):
-                console.print(closing_rows(closing))
+                print_closing(closing, console)
         console.print(f"results: {harmless(outcome.folder)}", markup=False)
     return outcome.exit_status
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
     from gapbeam.studies.engine.workers import Workers
 LOG = logging.getLogger("gapbeam")
+GAP = 2  # spaces between columns
 LINE = 30.0  # s between plain lines where there is no terminal
 
 
@@ -43,17 +44,22 @@ def print_study(tables: Iterable[RenderableType], lines: Iterable[object], width
         console.print(str(line), markup=False)
 
 
-def closing_rows(closing: Mapping[str, Any]) -> Table:
-    """Return the table that closes a run, as its summary has it."""
-    columns = list(closing["rows"][0]) if closing["rows"] else []
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="none", show_edge=False)  # mpirun hides that it pipes
+def print_closing(closing: Mapping[str, Any], console: Console) -> None:
+    """Print the table that closes a run, as its summary has it; names of figures give way where lines are short."""
+    rows, columns = closing["rows"], list(closing["rows"][0]) if closing["rows"] else []
+    heads = {name: f"figure, {closing['part']}" if name == "figure" and closing["part"] else name for name in columns}
+    widths = {name: max(len(heads[name]), *(len(row[name]) for row in rows)) for name in columns}
+    others = sum(widths.values()) + GAP * len(columns) - widths.get("figure", 0)
+    room = max(console.width - others, len(heads.get("figure", "")))
+    table = Table(box=None, padding=(0, GAP, 0, 0), header_style="none", show_edge=False)  # mpirun hides that it pipes
     for name in columns:
-        table.add_column(f"figure, {closing['part']}" if name == "figure" and closing["part"] else name, no_wrap=True)
-    for row in closing["rows"]:
+        table.add_column(heads[name], no_wrap=True, max_width=room if name == "figure" else None)
+    for row in rows:
         table.add_row(*(Text(row[name]) for name in columns))
+    console.width = max(console.width, others + room)  # lines that are too long for the terminal go on in its next line
+    console.print(table)
     if closing["others"]:
-        table.add_row(Text(f"{closing['others']} more in summary.json"))
-    return table
+        console.print(f"{closing['others']} more in summary.json", markup=False)
 
 
 class Bar:

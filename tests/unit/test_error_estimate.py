@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 import gapbeam
-from gapbeam.commands.terminal import closing_rows
+from gapbeam.commands.terminal import print_closing
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.reading.case_reader import read_case_text
@@ -242,10 +243,29 @@ def test_the_closing_table_is_plain_text_where_mpirun_feigns_a_terminal() -> Non
     """No escape sequences come into what a user pipes from mpirun, whose ranks write to a pseudo-terminal."""
     row = {"figure": "tip", "value": "1 mm", "interval": "+- 1 %", "verdict": "good"}
     written = io.StringIO()
-    Console(file=written, force_terminal=True).print(closing_rows({"part": "settled", "rows": [row], "others": 2}))
+    closing = {"part": "settled", "rows": [row], "others": 2}
+    print_closing(closing, Console(file=written, force_terminal=True, soft_wrap=True, highlight=False))
     lines = [line.split("  ")[0].rstrip() for line in written.getvalue().splitlines()]
     assert "\x1b" not in written.getvalue()
     assert lines == ["figure, settled", "tip", "2 more in summary.json"]
+
+
+@pytest.mark.parametrize("width", [30, 60, 80, 100, 200])
+def test_values_of_the_closing_table_are_whole_however_narrow_the_terminal(width: int) -> None:
+    """A name may be cut, a value, its unit, its interval and its verdict never."""
+    row = {
+        "figure": "face.plate3_walls.impact_rate over the settled part",
+        "value": "20.3 1/s",
+        "interval": "6.87 1/s to 60 1/s",
+        "verdict": "too short",
+    }
+    written = io.StringIO()
+    closing = {"part": "up to the horizon", "rows": [row], "others": 0}
+    print_closing(closing, Console(file=written, width=width, soft_wrap=True, highlight=False))
+    heads, said = written.getvalue().splitlines()
+    assert heads.split() == ["figure,", "up", "to", "the", "horizon", "value", "interval", "verdict"]
+    assert re.split(r"\s{2,}", said.strip())[1:] == [row["value"], row["interval"], row["verdict"]]
+    assert said.startswith("face.plate3_walls.impac")
 
 
 @given(value=st.floats(-1.0e9, 1.0e9), error=st.floats(0.0, 1.0e9))

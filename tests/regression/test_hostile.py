@@ -8,8 +8,10 @@ import os
 import random
 import re
 import time
-from collections.abc import Callable
+import tomllib
+from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +32,7 @@ from gapbeam.postprocess.results.bounded_files import as_written, read_json
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.process.terminal_text import harmless
-from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.reading.case_reader import read_case, read_case_tables
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.record_table import (
@@ -43,6 +45,7 @@ from gapbeam.solver.record_table import (
 )
 from gapbeam.solver.run.output.disk_space import check_space, size_of_results
 from gapbeam.solver.run.output.history_file import HistoryWriter
+from gapbeam.solver.scene_file.scene_reader import read_scene
 from gapbeam.studies.study_folder import StoredPiece, StoredResponse, checked, refuse_links
 from gapbeam.studies.sweep.sweep_plan import Sweep, chains_of, point_file, prepare, read_points
 from gapbeam.studies.tradeoff.run_tradeoff import stored_choice, study_key
@@ -50,7 +53,7 @@ from gapbeam.studies.trials.axes import points_of, read_axis
 from gapbeam.studies.trials.subject import Subject
 from tests.regression.test_postprocess_plot import sine_records
 from tests.shared.case_texts import GOOD, written
-from tests.shared.command import DEMO, alone
+from tests.shared.command import DEMO, PROJECT, alone
 from tests.shared.models import beam_model
 from tests.unit.test_postprocess_synthetic import write_fields, write_results
 
@@ -419,6 +422,33 @@ def test_case_files_of_any_kind(seed: int, tmp_path: Path) -> None:
         message = str(error)
         assert len(message) < 50_000
         assert "\x1b" not in message
+
+
+FILES = sorted(path for place in ("cases", "cases/scenes") for path in (PROJECT / place).glob("*.toml"))
+EXTREMES = (1e300, -1e300, 1e-300, 1e30, -1e30, 1e-30, 10**40, 0, -1)
+
+
+def numbers_of(value: object, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the way to every number of a file."""
+    if isinstance(value, dict | list):
+        for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from numbers_of(inner, (*way, key))
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield way
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data(), path=st.sampled_from(FILES), extreme=st.sampled_from(EXTREMES))
+def test_no_number_of_a_shipped_file_ends_in_a_traceback(
+    data: st.DataObject, path: Path, extreme: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Any number may be huge, tiny, 0 or negative: the file is read or refused."""
+    tables = tomllib.loads(path.read_text())
+    *way, last = data.draw(st.sampled_from(list(numbers_of(tables))))
+    reduce(lambda table, key: table[key], way, tables)[last] = extreme
+    with monkeypatch.context() as here, suppress(CaseError, UserError):
+        here.chdir(path.parent)
+        (read_scene if "structure" in tables else read_case_tables)(tables)
 
 
 LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20)

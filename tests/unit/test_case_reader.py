@@ -32,6 +32,16 @@ BAD_KEYS = {
         'density = "0.286 lb/in^3"',
         ["[material] density", "kg/m^3", "SI units"],
     ),
+    "unit of several words": (
+        "density = 7919.0",
+        'density = "7919 kg per m^3"',
+        ["[material] density", "kg/m^3", "write the number alone, without quotes and unit, in SI units"],
+    ),
+    "width whose moments overflow": (
+        "width = 0.020",
+        "width = 1e300",
+        ["[beam] width", "found:    1e+300", "at most 1e+30", "SI units"],
+    ),
     "decimal comma in quotes": (
         "density = 7919.0",
         'density = "7919,5"',

@@ -262,10 +262,11 @@ def unit_direction(direction: ArrayLike | None, where: str) -> Array:
         UserError: It is none.
     """
     given = np.zeros(0) if direction is None else finite(direction, f"{where}: direction")
-    if given.shape != (3,) or not np.linalg.norm(given) > 0.0:
-        found = "no direction" if direction is None else f"direction {np.round(given, 6).tolist()}"
+    if given.shape != (3,) or not np.any(given):
+        found = "no direction" if direction is None else f"direction {given.tolist()}"
         raise UserError(f"{where}: found {found}, expected (x, y, z), as its frame moves in space")
-    return np.asarray(given / np.linalg.norm(given))
+    along = given / np.max(np.abs(given))  # squares of very small or large numbers leave the range of floats
+    return np.asarray(along / np.linalg.norm(along))
 
 
 @checked

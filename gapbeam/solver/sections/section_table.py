@@ -25,6 +25,7 @@ from gapbeam.solver.wording import apart, exceeds
 KEY = ("beam", "section")
 ASIDE = 1.0e-3  # of the size, or of the second moments: what is off by less than this is taken to be on the axis
 AGREES = 0.01  # relative difference between a formula for thin walls or chords of arcs, and the patches
+THINNEST = 1e-8  # wall over what it is taken from: areas are differences of squares, which lose it to round-off
 WALL_SHARE = 4  # cells through the thickness that make one cell through a wall
 
 Lattice = Literal["rectangles", "rings", "own"]
@@ -220,7 +221,16 @@ def quarter_cells(through: int, across: int) -> int:
 
 
 def thin_enough(key: str, value: float, most: float, of: str) -> Iterator[Fault]:
-    """Yield the fault of a wall that leaves no room: at most half of what it is taken from."""
+    """Yield the fault of a wall that leaves no room, or that round-off loses: at most half of what it is taken from."""
+    sizes = (("beam", "thickness"), ("beam", "width"))
+    if value < THINNEST * most:
+        yield Fault(
+            (*KEY, key),
+            f"{value:g} m",
+            f"at least {THINNEST * most:.3g} m: a thinner wall is lost to round-off beside {most:g} m, {of}",
+            "all lengths are in m",
+            sizes,
+        )
     if not exceeds(most, value):
         found, limit = apart(value, most)
         yield Fault(
@@ -228,7 +238,7 @@ def thin_enough(key: str, value: float, most: float, of: str) -> Iterator[Fault]
             f"{found} m",
             f"less than {limit} m, {of}",
             f"is it in mm? In m it is {value / 1000:g}" if value / 1000 < most <= 1000 * value else "",
-            (("beam", "thickness"), ("beam", "width")),
+            sizes,
         )
 
 

@@ -17,7 +17,7 @@ from gapbeam.solver.case.checks.all_checks import contradictions
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.json_schema import schema
 from gapbeam.solver.case.model_choice import chosen_case
-from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, beyond_reason, check_types, incomplete, label
+from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, check_types, incomplete, label
 from gapbeam.solver.case.reading.overrides import Overrides, convert, looks_like_millimeters, override
 from gapbeam.solver.case.reading.toml_text import beyond_bounds, key_lines, line_of, parse, read_text
 from gapbeam.solver.errors import CaseError, Fault, Key
@@ -117,8 +117,6 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
     _find_files(data, path)
     tables, wrong = check_types(data)
     wrong += unclear or looks_like_millimeters(data, tables)
-    known = {fault.key for fault in wrong}
-    wrong += [fault for fault in beyond_reason(data) if fault.key not in known]
     places = Places(path, data, key_lines(text), typed)
     case = None
     if any(fault.key == ("units",) for fault in wrong):

@@ -190,7 +190,7 @@ def _adapters(root: type[BaseModel]) -> dict[str, TypeAdapter[Any]]:
 
 
 def check_types(data: Mapping[str, Any], root: type[BaseModel] = Case) -> tuple[dict[str, Any], list[Fault]]:
-    """Check every key by itself.
+    """Check every key by itself; a table with a number that is beyond all reason is not intact.
 
     Args:
         data: The file as read.
@@ -199,15 +199,20 @@ def check_types(data: Mapping[str, Any], root: type[BaseModel] = Case) -> tuple[
     Returns:
         The tables that are intact, arrays of tables as {number: entry}; and the faults.
     """
+    beyond = beyond_reason(data, root)
     try:
-        return numbered(dict(root.model_validate(data))), []
+        tables, keys = numbered(dict(root.model_validate(data))), dict[Key, None]()
+        if not beyond:
+            return tables, []
     except ValidationError as error:
         keys = dict.fromkeys(_key(location, data, root) for location in _innermost(error))
+    beyond = [fault for fault in beyond if fault.key not in keys]
     words = _without_echoes(list(keys)[:MOST_FAULTS], data, root)
     others = _of_the_other_form(data, keys, root)
     known = {fault.key for fault in others}
-    intact = {name: table for name, table in _intact(data, keys, root).items() if (name,) not in known}
-    return intact, [*others, *(_fault(key, data, root) for key in words if key[:1] not in known)]
+    faulty = [*keys, *(fault.key for fault in beyond)]
+    intact = {name: table for name, table in _intact(data, faulty, root).items() if (name,) not in known}
+    return intact, [*others, *(_fault(key, data, root) for key in words if key[:1] not in known), *beyond]
 
 
 def incomplete(faults: Iterable[Fault], data: Mapping[str, Any], root: type[BaseModel] = Case) -> frozenset[str]:
@@ -392,18 +397,19 @@ SMALLEST = 1.0e-30
 """Least value of positive numbers that others are divided by."""
 
 
-def beyond_reason(data: Mapping[str, Any]) -> list[Fault]:
+def beyond_reason(data: Mapping[str, Any], root: type[BaseModel] = Case) -> list[Fault]:
     """Return a fault for every key whose number, or one of whose list, is beyond all reason in SI units.
 
     Args:
-        data: The case file as read.
+        data: The file as read.
+        root: Model of the whole file.
     """
     hint = "all values are in SI units, Hz and degrees"
     faults = []
     for key, value in _numbers((), data):
         if abs(value) > LARGEST:
             faults.append(Fault(key, shown(value), f"at most {LARGEST:g} in size", hint))
-        elif 0.0 < value < SMALLEST and _is_positive(key, data):
+        elif 0.0 < value < SMALLEST and _is_positive(key, data, root):
             faults.append(Fault(key, shown(value), f"at least {SMALLEST:g}", hint))
     return faults
 
@@ -420,9 +426,9 @@ def _numbers(key: Key, value: Any) -> Iterator[tuple[Key, float]]:
         yield key, value
 
 
-def _is_positive(key: Key, data: Mapping[str, Any]) -> bool:
+def _is_positive(key: Key, data: Mapping[str, Any], root: type[BaseModel]) -> bool:
     """Return whether a key holds a number above 0, or none."""
-    fields = [model.model_fields.get(str(key[-1])) for model in candidates(key[:-1], data)]
+    fields = [model.model_fields.get(str(key[-1])) for model in candidates(key[:-1], data, root)]
     return any(
         Positive in get_args(field.annotation) or any(getattr(entry, "gt", None) == 0 for entry in field.metadata)
         for field in fields

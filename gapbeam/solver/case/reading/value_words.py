@@ -121,9 +121,11 @@ def in_words(schema: Mapping[str, Any]) -> str:
             limits = _range(items[0])
             return f"a list of {len(items)} numbers" + (f", each{limits}" if limits else "")
         case "array" if schema["items"].get("type") == "number":
-            least, most = schema.get("minItems", 0), schema["maxItems"]
+            least, most = schema.get("minItems", 0), schema.get("maxItems")
             limits = _range(schema["items"])
             each = f", each{limits}" if limits else ""
+            if most is None:
+                return f"a list of numbers{each}"
             return f"a list of {f'{least} to' if least else 'at most'} {most} numbers{each}"
         case "array" if "maxItems" in schema:
             each = either(in_words(item) for item in schema["items"].get("anyOf", [schema["items"]]))
@@ -167,7 +169,7 @@ FACTORS = {
 }  # fmt: skip
 """Units that people write behind a number, in SI units, Hz or degrees."""
 
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\S*(?:\s+\S+)*)\s*")
 
 
 def fits(model: type[BaseModel], name: str, value: object) -> bool:
@@ -190,9 +192,9 @@ def hint_for(model: type[BaseModel], name: str, value: object) -> str:
         case str() if close := near(value, names):
             return f"did you mean {name} = {toml_value(close)}?"
         case str() if numeric or any(isinstance(choice, int) for choice in choices):
-            return _without_quotes(model, name, value) or f"a number without quotes: {example(model, name)}"
+            return _without_quotes(model, name, value) or _with_example("a number without quotes", model, name)
         case str() if "array" in types:
-            return f"numbers in brackets, without quotes: {example(model, name)}"
+            return _with_example("numbers in brackets, without quotes", model, name)
         case str() if "boolean" in types:
             return f"{name} = true or {name} = false, without quotes"
         case float() if not math.isfinite(value):
@@ -209,6 +211,12 @@ def hint_for(model: type[BaseModel], name: str, value: object) -> str:
             return "numbers without quotes"
     line = example(model, name)
     return f"for example {line}" if line else ""
+
+
+def _with_example(advice: str, model: type[BaseModel], name: str) -> str:
+    """Return advice, with a line that follows it where the key has an example."""
+    line = example(model, name)
+    return f"{advice}: {line}" if line else advice
 
 
 def _without_quotes(model: type[BaseModel], name: str, text: str) -> str:

@@ -33,6 +33,7 @@ from gapbeam.solver.scene.linear_scheme import (
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.step_kernel import DAMPED, FED, LAW, LOADED, RUBBED, STORED, WALLED
 from gapbeam.solver.scene.structure import StructurePoint
+from gapbeam.solver.system.dense_operators import SparseFactor
 from gapbeam.solver.system.operators import Array
 
 BLOCK = 2048
@@ -257,11 +258,12 @@ class SparseMarcher(Marcher):
 
         self.M, self.C, self.K = block("M"), block("C"), block("K")
         effective = scheme.inertia[0] / h * self.M + scheme.drag[0] * self.C + scheme.level * h * self.K
-        self.factor = sla.splu(sp.csc_matrix(effective))
+        skew = abs(self.C - self.C.T).max() if self.C.nnz else 0.0
+        # a symmetric factor has less fill
+        self.factor = (SparseFactor if skew == 0.0 else sla.splu)(sp.csc_matrix(effective))
 
         def solve(right: Array) -> Array:
-            found = [self.factor.solve(np.ascontiguousarray(column)) for column in right.T]
-            return np.column_stack(found) if found else np.zeros(right.shape)
+            return np.asarray(self.factor.solve(np.asfortranarray(right))) if right.size else np.zeros(right.shape)
 
         none = np.zeros(0)
         return scene.linear(h, scheme, none, none[None], none, none[None], none, solve)

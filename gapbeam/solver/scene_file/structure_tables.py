@@ -243,9 +243,7 @@ class PointTable(Table):
         description="set of nodes, whose mean motion is taken",
         examples=["RIM"],
     )
-    nearest: Direction | None = Field(
-        default=None, description="coordinates whose nearest place is taken, m"
-    )
+    nearest: Direction | None = Field(default=None, description="coordinates whose nearest place is taken, m")
     dof: str | None = Field(
         default=None,
         min_length=1,

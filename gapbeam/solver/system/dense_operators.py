@@ -21,6 +21,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, SuperLU, eigsh, splu
 
 from gapbeam.solver.errors import NotConverged, RunError
+from gapbeam.solver.system.block_lanczos import lowest_modes_by_blocks
+from gapbeam.solver.system.large_factor import LargeFactor, is_for_mumps
 from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, Springs
 
 ROUND_OFF = 8.0 * np.finfo(float).eps
@@ -211,11 +213,15 @@ class SparseFactor:
     tolerance = 0.0
 
     def __init__(self, operator: csc_matrix) -> None:
+        self.size = operator.shape[0]
+        self._factor: SuperLU | LargeFactor
+        if is_for_mumps(self.size):
+            self._factor = LargeFactor(operator)
+            return
         try:
-            self._factor: SuperLU = splu(operator, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+            self._factor = splu(operator, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
         except RuntimeError as error:
             raise NotConverged(f"nothing holds the beam: an operator is singular ({error})") from error
-        self.size = operator.shape[0]
 
     def keeps(self, _columns: int) -> bool:
         """Return True: solves are quick."""
@@ -303,6 +309,8 @@ class SparseOperators:
         Raises:
             RunError: They did not converge.
         """
+        if is_for_mumps(self.size):
+            return lowest_modes_by_blocks(factor.solve, self.apply_mass, self.size, shift, count)
         inverse = LinearOperator((self.size, self.size), matvec=factor.solve, dtype=float)
         start = np.random.default_rng(0).standard_normal(self.size)  # the same in every run
         try:

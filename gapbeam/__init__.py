@@ -80,6 +80,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.structure_files import read_structure, write_structure
     from gapbeam.solver.scene.structure_pose import Pose
     from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
+    from gapbeam.studies.atlas.followed_responses import follow
     from gapbeam.studies.atlas.response_atlas import atlas, drawn_starts, gridded_starts
     from gapbeam.studies.library.estimate import EstimatedValues, estimate, series
     from gapbeam.studies.library.recording import Recording, read_recording
@@ -126,6 +127,7 @@ _MODULES = {
     "solver.scene.structure_files": ("read_structure", "write_structure"),
     "solver.scene.structure_pose": ("Pose",),
     "studies.atlas.atlas_figures": ("draw_basins", "draw_responses"),
+    "studies.atlas.followed_responses": ("follow",),
     "studies.atlas.response_atlas": ("atlas", "drawn_starts", "gridded_starts"),
     "studies.library.estimate": ("EstimatedValues", "estimate", "series"),
     "studies.library.recording": ("Recording", "read_recording"),
@@ -203,6 +205,7 @@ __all__ = [
     "face_contacts",
     "figure",
     "fmu",
+    "follow",
     "frame",
     "from_mesh",
     "from_modes",

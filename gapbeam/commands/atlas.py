@@ -25,6 +25,7 @@ def atlas(
         float, typer.Option(help="largest velocity of a start, relative to the motion from the seat")
     ] = 2.0,
     seed: Annotated[int, typer.Option(min=0, help="of the starts")] = 0,
+    follow: Annotated[bool, typer.Option("--follow", help="follow responses over the key, to where they end")] = False,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-atlas")] = None,
 ) -> int:
     """Find all stable responses of a case, with the share of starts that come to each, over values of keys.
@@ -44,7 +45,7 @@ def atlas(
     with progress_bar("points") as bar:
         result = run_atlas(
             scenes_of(case, override or []), axes, folder, starts=starts, settle=settle, rounds=rounds, orders=orders,
-            reach=reach, seed=seed, progress=bar.show, inputs=subject.tables | subject.contents,
+            reach=reach, seed=seed, progress=bar.show, inputs=subject.tables | subject.contents, follow=follow,
         )  # fmt: skip
     print_study(result.tables(), [*result.paths, result.headline()])
     return result.exit_status

@@ -61,6 +61,22 @@ def test_starts_that_do_not_settle_are_reported(tmp_path: Path) -> None:
     assert "did not settle" in result.headline()
 
 
+@pytest.mark.slow(minutes=0.2)
+def test_responses_are_followed_over_a_key(tmp_path: Path) -> None:
+    """The motion without contact ends where it grazes, F = g |1 - W^2 + 2 i z W|, though no start comes to it there."""
+    free = 0.5 * np.hypot(1.0 - 2.6**2, 0.08 * 2.6)
+    kept = {"starts": 6, "settle": 30, "rounds": 1, "orders": 2}
+    result = run_atlas(oscillator, [read_axis("push=1.2,2.2,3.2")], tmp_path / "found", follow=True, **kept)
+    rows = list(csv.DictReader((tmp_path / "found" / "branches.csv").open()))
+    assert len(rows) == len(result.branches)
+    one = next(one for one in result.branches if one.order == 1 and one.ends[0] == "end of range")
+    assert one.values.tolist() == [1.2, 2.2]
+    assert one.limits[1] - 1.0 / 32.0 <= free <= one.limits[1] + 1.0 / 64.0
+    assert len(result.tables()) == 2
+    with pytest.raises(gapbeam.UserError, match="over one key"):
+        run_atlas(oscillator, [], tmp_path / "x", follow=True)
+
+
 @pytest.mark.slow(minutes=0.3)
 def test_a_killed_atlas_resumes_after_its_last_point(tmp_path: Path) -> None:
     """Killed at the third of three points: two are kept, and tables are those of one run."""

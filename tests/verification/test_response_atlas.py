@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -162,6 +163,38 @@ def test_responses_over_a_frequency() -> None:
     line = gb.atlas(scene, period=2 * np.pi, starts=starts, over={"push.F": np.linspace(0.02, 0.3, 8)}, steps=100)
     strobes = gb.draw_responses(line, "at").axes[0].lines
     assert sum(len(one.get_xdata()) for one in strobes) == 8 * 6 * 17
+
+
+@pytest.mark.slow(minutes=0.3)
+def test_followed_responses_end_where_exact_ones_do() -> None:
+    """The motion without contact up to where it grazes; others to where multipliers of exact flights pass -1."""
+    W = 2.6
+    scene, over = oscillator().with_({"push.W": W}), np.linspace(force(W, 0.5), force(W, 1.1), 7)
+    starts = gb.drawn_starts(scene, 16, {"at": (-1.0, 0.6)}, {"at": (-1.0, 1.0)}, 3)
+    found = gb.atlas(scene, period=2 * np.pi / W, starts=starts, over={"push.F": over}, steps=200)
+    branches = gb.follow(scene, found, period=2 * np.pi / W, steps=200)
+    met = [(i, k) for one in branches for i, k in zip(np.searchsorted(over, one.values), one.numbers, strict=True)]
+    kept = [(i, k) for i, k in met if k is not None]
+    assert sorted(kept) == [(i, k) for i, one in enumerate(found.points) for k in range(len(one.responses))]
+    step = (over[1] - over[0]) / 64.0
+    free = branches[0]
+    assert free.ends[0] == "end of range"
+    assert len(free.values) == 6
+    assert free.limits[1] - 2.0 * step <= force(W, 1.0) <= free.limits[1] + step
+    doubled = 0
+    for one in branches[1:]:
+        if one.ends[1] != "period doubling" or one.order > 6:  # those live on less than 200 steps move them by
+            continue
+        x, least = one.states[-1], list[float]()
+        for F in np.linspace(one.values[-1], one.limits[1] + 0.01, 12):
+            near: Any = SimpleNamespace(order=one.order, strobes=[x])
+            x, multipliers = exact_orbit(near, F, W)
+            least.append(float(multipliers.real.min()))
+        assert least[0] > -1.0 > least[-1], (one.order, least)
+        doubled += 1
+    assert doubled >= 3
+    with pytest.raises(gb.UserError, match="over one parameter"):
+        gb.follow(scene, gb.atlas(scene, period=2 * np.pi / W, starts=starts, steps=50, settle=1, rounds=1), period=1.0)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from importlib.metadata import version
 from math import ceil, isnan, pi
 from pathlib import Path
@@ -22,6 +23,7 @@ from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import NoSeat, seat
 from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
 from gapbeam.studies.atlas.cycle_search import cycle_atlas, draw_cycles
+from gapbeam.studies.atlas.followed_responses import FollowedResponse, Shaken, follow_responses
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, atlas, drawn_starts
 from gapbeam.studies.engine.study_journal import StudyJournal
 from gapbeam.studies.printed_results import PrintedResult
@@ -29,6 +31,7 @@ from gapbeam.studies.study_folder import study_folder, study_written, write_tabl
 from gapbeam.studies.trials.axes import Axis, points_of
 
 DOUBTFUL = 5
+BRANCHES = "branches.csv"
 JOURNAL = "points.jsonl"  # while the atlas is under way
 CYCLE_STEPS = 200
 """Steps in a period of a limit cycle."""
@@ -57,6 +60,11 @@ class PeriodicScene:
         """Steps of a period: as few as are no longer than the step of the case."""
         return ceil(self.period / self.step * (1.0 - 1e-9))
 
+    @property
+    def begin(self) -> float:
+        """Time from which all loads have their full amplitude, s: a whole number of periods where they have one."""
+        return self.rise if isnan(self.period) else ceil(self.rise / self.period - 1e-9) * self.period
+
 
 @dataclass(frozen=True, repr=False)
 class AtlasResult(PrintedResult):
@@ -67,12 +75,14 @@ class AtlasResult(PrintedResult):
         atlas: The responses.
         records: One a point, as in atlas.json.
         paths: Files.
+        branches: Responses that were followed over the key.
     """
 
     folder: Path
     atlas: Atlas
     records: Sequence[dict[str, Any]]
     paths: Sequence[Path]
+    branches: Sequence[FollowedResponse] = ()
 
     @property
     def exit_status(self) -> int:
@@ -93,19 +103,43 @@ class AtlasResult(PrintedResult):
         return words + rest
 
     def tables(self) -> list[Table]:
-        """Return one line for each response."""
-        heads, rows = responses_of(self.records)
-        table = Table(*heads)
-        for row in rows:
-            words = ("" if cell is None else cell for cell in row)
-            table.add_row(*(f"{word:.4g}" if isinstance(word, float) else str(word) for word in words))
-        return [table]
+        """Return one line for each response, and one for each that was followed."""
+        found = [_shown(*responses_of(self.records))]
+        return [*found, _shown(*branch_rows(self.branches))] if self.branches else found
+
+
+def _shown(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> Table:
+    table = Table(*heads)
+    for row in rows:
+        words = ("" if cell is None else cell for cell in row)
+        table.add_row(*(f"{word:.4g}" if isinstance(word, float) else str(word) for word in words))
+    return table
+
+
+def branch_rows(branches: Sequence[FollowedResponse]) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
+    """Return heads and one row for each response that was followed: where it is, and how it ends."""
+    heads = (
+        "branch", "order", "from", "to", "lower end", "lower end at", "upper end", "upper end at",
+        "values without a start",
+    )  # fmt: skip
+    rows = [
+        (
+            number, one.order, float(one.values[0]), float(one.values[-1]), one.ends[0], _known(one.limits[0]),
+            one.ends[1], _known(one.limits[1]), sum(k is None for k in one.numbers),
+        )
+        for number, one in enumerate(branches, 1)
+    ]  # fmt: skip
+    return heads, rows
+
+
+def _known(value: float) -> float | None:
+    return None if isnan(value) else value
 
 
 def run_atlas(
     scene_at: Callable[[tuple[str, ...]], PeriodicScene], axes: Sequence[Axis], folder: Path, *, starts: int = 64,
     settle: int = 100, rounds: int = 4, orders: int = 8, reach: float = 2.0, seed: int = 0,
-    progress: Callable[[int, int], None] | None = None, inputs: dict[str, Any] | None = None,
+    progress: Callable[[int, int], None] | None = None, inputs: dict[str, Any] | None = None, follow: bool = False,
 ) -> AtlasResult:  # fmt: skip
     """Find all responses of a case at each combination of values, and write tables and pictures.
 
@@ -125,14 +159,18 @@ def run_atlas(
         progress: Called with the number of points that are done, and of all.
         inputs: All that decides the scenes: an atlas of the same inputs that was killed resumes after its last point.
             None: none resumes.
+        follow: Follow responses over the key, to where they end; see `gapbeam.follow`.
 
     Raises:
-        UserError: An axis has no numbers, there are three, or a scene has no probe, or its loads move none.
+        UserError: An axis has no numbers, there are three, responses are followed over another number of keys than one,
+            or a scene has no probe, or its loads move none.
         NotWritten: A file could not be written.
     """
     if len(axes) > 2:
         raise UserError(f"atlas: found {len(axes)} keys, expected at most 2")
     over = {axis.key: _numbers(axis) for axis in axes}
+    if follow and (len(axes) != 1 or not np.all(np.diff(over[axes[0].key]) > 0.0)):
+        raise UserError("atlas: responses are followed over one key whose values increase; expected one --vary")
     points = points_of(axes) if axes else [()]
     with study_folder(folder):
         found: list[Atlas] = []
@@ -179,9 +217,25 @@ def run_atlas(
             assert scene is not None
             picture = draw_cycles(whole.points, over) if cycles else _picture(whole, scene)
             picture.savefig(paths[2])
+        branches = _followed(whole, scene_at) if follow and not cycles else []
+        if branches:
+            paths.append(folder / BRANCHES)
+            write_table(paths[-1], *branch_rows(branches))
         if journal is not None:
             journal.close()
-    return AtlasResult(folder, whole, records, paths)
+    return AtlasResult(folder, whole, records, paths, branches)
+
+
+def _followed(found: Atlas, scene_at: Callable[[tuple[str, ...]], PeriodicScene]) -> list[FollowedResponse]:
+    """Return the responses of an atlas over one key, followed."""
+    (key,) = found.over
+
+    @lru_cache(maxsize=16)
+    def at(value: float) -> Shaken:
+        one = scene_at((f"{key}={value!r}",))
+        return Shaken(one.scene, one.period, one.steps, one.begin)
+
+    return follow_responses(found.points, at)
 
 
 def _kept(part: Atlas) -> dict[str, Any]:
@@ -230,7 +284,7 @@ def _numbers(axis: Axis) -> Any:
 
 def rest_of(one: PeriodicScene) -> SceneState:
     """Return the seat at a time when the loads have their full amplitude; undeformed where there is none."""
-    t = one.rise if isnan(one.period) else ceil(one.rise / one.period - 1e-9) * one.period
+    t = one.begin
     try:
         rest = one.scene.state() if isnan(one.period) and not _pushed(one.scene, t) else seat(one.scene, t)
     except (NoSeat, NotConverged):

@@ -159,3 +159,9 @@ def test_faces_that_do_not_meet_are_refused(tmp_path: Path) -> None:
         with pytest.raises(gb.UserError, match=words):
             gb.face_contacts(first, second, **{"stiffness": 1e13, **more})
     assert len(gb.face_contacts((a, "TOP:1"), (inside, "LOW:1"), 1e13, clearance=-1e-5)) == 3
+    for argument in ("first", "second", "stiffness", "damping", "clearance", "name"):
+        for value in (np.nan, "a", [], [1, 2], np.ones((1, 2)), abs, object()):
+            given = {"first": (a, "TOP:1"), "second": (b, "LOW:1"), "stiffness": 1e13, argument: value}
+            if argument != "name" or not isinstance(value, str):
+                with pytest.raises(gb.UserError):
+                    gb.face_contacts(**given)

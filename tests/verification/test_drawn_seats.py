@@ -134,6 +134,27 @@ def test_a_pinned_beam_turns_about_its_pin() -> None:
         assert escape.words == "tips it about x = 0.5 m, with its end at x = 2 m down"
 
 
+def test_a_rigid_body_tips_about_the_edge_of_its_support() -> None:
+    """Its axis moves lengthwise by half its thickness times the angle, as the lower edge stays: it tips."""
+    thick = {"length": LENGTH, "thickness": 0.05 * LENGTH, "width": WIDTH}
+    simulation = gapbeam.model(gapbeam.read_case(strip(stop(0.0, 0.7), model="rigid", beam=thick)))
+    with pytest.raises(gapbeam.NotConverged, match=r"tips it about x = 0\.6\d* m, with its end at x = 2 m down"):
+        simulation.seat()
+
+
+@pytest.mark.parametrize(("slenderness", "end"), [(40, 0.9), (100, 0.3), (100, 0.9)])
+def test_a_pinned_rigid_bar_leans_on_a_raised_stop(slenderness: int, end: float) -> None:
+    """It turns about its pin without strain until the stop carries it: sum of F x = W L / 2."""
+    thickness = LENGTH / slenderness
+    thick = {"length": LENGTH, "thickness": thickness, "width": thickness}
+    pin = [{"type": "pinned", "name": "pin", "point": 0.0}]
+    raised = stop(0.0, end * LENGTH, offset=0.02 * thickness)
+    simulation = gapbeam.model(gapbeam.read_case(strip(raised, joint=pin, model="rigid", beam=thick)))
+    contact, seat = simulation.model.system.contact, simulation.seat()
+    moment = float(contact.weights * seat.state.pressure @ contact.positions[:, 0])
+    assert moment == pytest.approx(0.5 * DENSITY * 9.81 * thickness**2 * LENGTH**2, rel=1e-6)
+
+
 def tilted(model: dict[str, Any]) -> float:
     """Return the force of a stiff bar in a tilted hole that is met as a circle, N."""
     forces = [force(0.07, -50.0, "a"), force(0.05, 20.0, "b")]

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 AWAY = 1.0  # lengths of the beam: what would move farther before its stiffness stops it is free
 STRAIGHT = 1.0e-2  # of the largest component: less is not worth words
+BESIDE = 0.1  # of the rise of its end: an axis that moves lengthwise by less tips, about an edge of its section
 
 
 @dataclass(frozen=True)
@@ -155,9 +156,9 @@ def _vector(section: Mapping[MotionName, float], largest: float) -> tuple[float,
 def _pivot(motion: RigidMotion, length: float) -> float | None:
     """Return the fixed place of the axis, m, as it turns in the bending plane about a place of the beam; else None."""
     here, there = motion.section(0.0), motion.section(length)
-    aside = max(abs(end[name]) for end in (here, there) for name in ("axial", "lateral"))
-    rise = there["vertical"] - here["vertical"]
-    if aside > STRAIGHT * abs(rise) or rise == 0.0:
+    along, aside = (max(abs(end[name]) for end in (here, there)) for name in ("axial", "lateral"))
+    rise = abs(there["vertical"] - here["vertical"])
+    if along > BESIDE * rise or aside > STRAIGHT * rise or rise == 0.0:
         return None
-    place = -here["vertical"] / rise * length
+    place = here["vertical"] / (here["vertical"] - there["vertical"]) * length
     return place if -1.0e-6 * length <= place <= (1.0 + 1.0e-6) * length else None

@@ -290,7 +290,8 @@ class _Search:
                 self._refuse_escape(looked or not self._has_left())
                 pressure = self._forces / contact.weights
                 return Seat(_at_rest(self._u, self._depth, pressure, carries_acceleration), updates[-1], len(updates))
-            creeps = len(updates) >= PATIENCE and not updates[-1] <= SLOW * updates[-3]
+            rates = updates if updates[-1] > 0.0 else self._moves  # a rigid motion about a joint takes no strain energy
+            creeps = len(rates) >= PATIENCE and not rates[-1] <= SLOW * rates[-3]
             if creeps or (self._hard >= HARD and not looked):
                 self._refuse_escape(looked)
                 if not looked and takes_newton(system):

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sections.section_patches import SectionPatches
+from gapbeam.solver.wording import counted
 
 
 class BeamStep(NamedTuple):
@@ -215,7 +216,7 @@ class BeamGeometry:
         if len(point) != self.dimension:
             raise MeshError(
                 f"point {_shown(point)}",
-                found=f"{len(point)} coordinates",
+                found=f"{counted(len(point), 'coordinate')}",
                 expected=f"{self.dimension}, as the mesh has dimension {self.dimension}",
             )
         near = SNAP * self.thickness

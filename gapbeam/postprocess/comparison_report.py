@@ -13,6 +13,7 @@ from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.figure_style import BLACK, VERMILION, journal_style, limits_around, panels
 from gapbeam.postprocess.run_comparison import RunComparison, is_raw
 from gapbeam.postprocess.signals.steady_figures import HARMONICS
+from gapbeam.solver.wording import counted
 
 SHOWN_SIGNALS = 4
 
@@ -80,7 +81,7 @@ def as_tables(comparison: RunComparison) -> list[Table]:
         costs.add_row(name, *("-" if x is None else f"{x:.4g}" for x in both))
     runs = Table("", "", "", title="Runs", title_justify="left", box=None, show_header=False)
     for name, results, run in zip("AB", (comparison.a, comparison.b), comparison.steady, strict=True):
-        span = f"{run.windows} x {run.periods} forcing periods, {run.start:.4g} to {run.end:.4g} s"
+        span = f"{run.windows} x {counted(run.periods, 'forcing period')}, {run.start:.4g} to {run.end:.4g} s"
         runs.add_row(name, str(results.folder), f"{run.cycle.verdict}\n{span}")
     return [runs, figures, *([waves] if comparison.overlays else []), costs]
 

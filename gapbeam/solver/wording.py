@@ -1,4 +1,4 @@
-"""Words of messages: lists of options, close numbers set apart, text of the user's on one line, and likely meanings."""
+"""Words of messages: options, counted nouns, close numbers set apart, text on one line, and likely meanings."""
 
 from __future__ import annotations
 
@@ -11,6 +11,12 @@ def either(options: Iterable[str]) -> str:
     """Return "a, b or c"."""
     *first, last = options
     return f"{', '.join(first)} or {last}" if first else last
+
+
+def counted(number: int, noun: str) -> str:
+    """Return "1 row", "2 rows" or "2 entries"."""
+    many = f"{noun[:-1]}ies" if noun.endswith("y") and noun[-2] not in "aeiou" else f"{noun}s"
+    return f"{number} {noun if number == 1 else many}"
 
 
 def printable(text: object, longest: int = 60) -> str:

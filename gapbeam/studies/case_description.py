@@ -24,6 +24,7 @@ from gapbeam.solver.models.body import MeshedBeam, mesh_beam, mesh_dofs
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.verdict import remarks_on_model
+from gapbeam.solver.wording import counted
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.trial_prediction import LARGEST, Prediction, predict, predict_large
 
@@ -55,7 +56,7 @@ class CaseDescription(PrintedResult):
     def headline(self) -> str:
         """Return the predicted wall time and memory."""
         words = f"{_duration(self.cost.total)}, {self.cost.memory / GIGABYTE:.2f} GB"
-        return f"{self.title}: {words}, {len(self.warnings)} warnings"
+        return f"{self.title}: {words}, {counted(len(self.warnings), 'warning')}"
 
     def tables(self) -> list[Table | Text]:
         """Return a table for each heading, and the warnings."""

@@ -142,7 +142,7 @@ def test_the_command_finds_the_response_of_a_run(tmp_path: Path) -> None:
         "--output", tmp_path / "found",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert "1 stable periodic responses at 1 points" in done.stdout
+    assert "1 stable periodic response at 1 point," in done.stdout
     (record,) = json.loads((tmp_path / "found" / "atlas.json").read_text())
     (one,) = record["responses"]
     assert one["starts"] == 8

@@ -200,8 +200,8 @@ def test_what_has_not_settled_is_no_further_response() -> None:
     for records in (ringing, wild, fading):
         points = census(records, 0.02)
         assert points[0].coexisting <= 1
-        assert census_words(points)[0] == "0 of 1 points have more than one response"
-    assert "2 responses have not settled" in census_words(census(ringing, 0.02))[1]
+        assert census_words(points)[0] == "several responses at 0 of 1 point"
+    assert "no steady state yet in 2 responses" in census_words(census(ringing, 0.02))[1]
     nearly = [record("period 1", 1.0e-3), record("no cycle", 1.0e-3) | {"windows": 4, "repeats_within": 0.012}]
     assert census(nearly, 0.02)[0].coexisting == 1
     points = census([record("period 1", 1.0e-3), record("period 3", 1.0e-3), *ringing[1:]], 0.02)

@@ -44,7 +44,7 @@ def test_random_responses_coexist_where_intervals_are_disjoint() -> None:
     unsettled = [random_record((1.0, 0.9, 1.1)), random_record(None, "not settled", peak=9.0)]
     (point,) = census(unsettled, 0.02)
     assert (point.coexisting, point.unsettled) == (1, 1)
-    assert "1 responses have not settled" in census_words([point])[1]
+    assert "no steady state yet in 1 response:" in census_words([point])[1]
     other_face = [random_record((1.0, 0.9, 1.1)), random_record((1.0, 0.9, 1.1))]
     for one, share in zip(other_face, (0.1, 0.3), strict=True):
         one["figures"]["face.base.contact_share"] = {
@@ -86,7 +86,7 @@ def test_a_short_random_sweep_is_not_settled(tmp_path: Path) -> None:
     for one in records:
         assert one["statistics"]["verdict"] in ("too short", "not settled")
         assert any(note.startswith("not settled: ") for note in one["notes"])
-    assert "responses have not settled" in census_words(census(records, sweep.tolerance))[1]
+    assert "no steady state yet in" in census_words(census(records, sweep.tolerance))[1]
     (ensemble,) = ensembles_of(records)
     work = {one["name"]: one for one in ensemble.figures}["probe.tip.rms"]
     assert (ensemble.members, work["verdict"]) == (2, "too short")

@@ -304,7 +304,7 @@ SLIPS: dict[str, tuple[Change, str, str]] = {
                               "steady.*velocity", "one after the other"),
     "a profile of 0": (put(STEADY, "span", "density", value=[[0.0, 0.0], [1.0, 1.0]]), "steady.*density", "above 0"),
     "two motions at points of one": (put(STEADY, "slope", value=[[0.0, 1.0], [1.0, 0.0]]), "steady.*slope",
-                                     "1 motions"),
+                                     "1 motion"),
     "too many modes": (put(STEADY, "modes", value=500), "steady.*modes", "1 to 4[02]"),
     "modes at a point": (put(LAG, "modes", value=2), "lag.*modes", "unknown"),
     "a delay longer than the run": (put(STEADY, "delay", value=50.0), "steady.*delay", "longer than the run"),
@@ -334,7 +334,7 @@ SLIPS: dict[str, tuple[Change, str, str]] = {
     "another size of damping": (put(LAG, "damping", value=[[1.0, 0.0], [0.0, 1.0]]), "lag.*damping", "shape of steady"),
     "matrices of two motions": (lambda given, _: given["feedback"][LAG].update(
         steady=np.eye(2).tolist(), damping=np.eye(2).tolist(), matrices=[np.eye(2).tolist()]), "lag.*steady",
-                                "points of 1 motions"),
+                                "points of 1 motion"),
     "an unknown sensor": (put(BRAKE, "sense", value=["box.tip"]), "brake.*sense", "box.at"),
     "B of another size": (put(BRAKE, "B", value=[[1.0]]), "brake.*B", r"expected: \(1, 2\)"),
     "C of another size": (put(BRAKE, "C", value=[[1.0, 2.0]]), "brake.*C", r"expected: \(1, 1\)"),

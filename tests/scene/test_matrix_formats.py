@@ -119,9 +119,9 @@ def test_modes_of_a_file(tmp_path: Path) -> None:
     ("text", "words"),
     [
         ("damping,tip\n0.1,1\n", "expected one called frequency"),
-        ("frequency,tip\n", "found 1 lines"),
+        ("frequency,tip\n", "found 1 line,"),
         ("frequency\n1.0\n", "no points"),
-        ("frequency,tip\n1.0\n", "found 1 values for mode 1, expected 2"),
+        ("frequency,tip\n1.0\n", "found 1 value for mode 1, expected 2"),
         ("frequency,tip\n1.0,x\n", "no number"),
         ("frequency,tip\n-1.0,1\n", "frequencies from 0 on"),
         ("frequency,tip.3\n1.0,1\n", "its motions .1 and .2"),

@@ -134,7 +134,7 @@ def test_files_that_do_not_fit_are_refused(tmp_path: Path, name: str) -> None:
         (lambda f: f["dofs"].write_text("1.7\n" * 42), "found '1.7', expected node.direction"),
         (lambda f: f["dofs"].write_text("1.3\n" * 42), "stands there twice"),
         (lambda f: f["nodes"].write_text("1, 0, 0, 0\n"), "has no coordinates"),
-        (lambda f: f["M"].write_text("1 1 0.5\n"), "found 1 rows, .* has 42"),
+        (lambda f: f["M"].write_text("1 1 0.5\n"), "found 1 row, .* has 42"),
         (lambda f: f["K"].write_text("1 1 0.5 7\n"), "4 columns, expected row, column and value"),
         (lambda f: f["K"].write_text("0 0 0.5\n"), "row 0, expected rows from 1 on"),
         (lambda f: f["K"].write_bytes(b"\xff\xfe\x00"), "cannot be read as a matrix"),

@@ -166,7 +166,7 @@ BAD_FILES = {
     "negative": ("10,1\n20,-2\n", ["density_column", "the density -2 in row 2", "leave such rows out"]),
     "disorder": ("10,1\n30,2\n20,3\n", ["frequency_column", "frequencies that increase", "column of the frequencies?"]),
     "words": ("10,1\n20,many\n", ["'many' in line 2", "a number"]),
-    "one row": ("10,1\n", ["1 rows", "at least 2"]),
+    "one row": ("10,1\n", ["1 row\n", "at least 2"]),
 }
 
 

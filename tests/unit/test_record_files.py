@@ -84,7 +84,7 @@ BAD: dict[str, tuple[str | bytes, dict[str, Any], tuple[str, ...]]] = {
     "noise": (bytes(range(1, 256)) * 300, {}, ("without a row",)),
     "utf-16": (rows().encode("utf-16"), {}, ("a binary file", "UTF-8")),
     "ragged": (HEAD + rows().replace("\n0.1,", "\n0.1,0,"), {}, ("3 columns in line 202", "2, as in the first")),
-    "cut off": (HEAD + rows() + "0.6", {}, ("1 columns in line 1203", "cut off")),
+    "cut off": (HEAD + rows() + "0.6", {}, ("1 column in line 1203", "cut off")),
     "a word": (HEAD + rows().replace("\n0.1,", "\n0.1,x"), {}, ("in line 202", "a number")),
     "no value": (HEAD + rows().replace("\n0.1,", "\n,"), {}, ("'' in line 202", "a number")),
     "nan": (HEAD + rows().replace("\n0.1,", "\n0.1,nan#"), {}, ("value nan in row 201", "finite")),
@@ -92,7 +92,7 @@ BAD: dict[str, tuple[str | bytes, dict[str, Any], tuple[str, ...]]] = {
     "absurd": (HEAD + rows().replace("\n0.1,", "\n0.1,1e31#"), {}, ("1e+31 in row 201", "1e+30")),
     "back": (HEAD + rows().replace("\n0.1,", "\n0.05,"), {}, ("0.0995 in row 200 and 0.05 in row 201", "increase")),
     "twice": (HEAD + rows().replace("\n0.1,", "\n0.0995,"), {}, ("again in row 201", "too few digits")),
-    "few": ("0,0\n", {}, ("1 rows", "at least 2")),
+    "few": ("0,0\n", {}, ("1 row\n", "at least 2")),
     "a hole": (
         rows(np.concatenate([TIMES[:20], TIMES[380:]])),
         {},

@@ -165,7 +165,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "factors that are missing": (
         {"contact": {"law": {"type": "piecewise-linear", "depths": [1e-4, 2e-4], "factors": [2.0]}}},
-        "1 factors for 2 depths",
+        "1 factor for 2 depths",
     ),
     "depths out of order": (
         {"contact": {"law": {"type": "piecewise-linear", "depths": [2e-4, 1e-4], "factors": [2.0, 3.0]}}},

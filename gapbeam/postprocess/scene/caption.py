@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gapbeam.solver.wording import counted
+
 _SLACK = 1.0e-9
 
 
@@ -33,7 +35,7 @@ class Caption:
         if self.forcing_frequency is None:
             return text
         periods = time * self.forcing_frequency + _SLACK
-        return f"{text}  =  {int(periods)} forcing periods + {360 * (periods % 1.0):.0f}°"
+        return f"{text}  =  {counted(int(periods), 'forcing period')} + {360 * (periods % 1.0):.0f}°"
 
 
 def caption_of(

@@ -26,6 +26,7 @@ import scipy
 
 from gapbeam.postprocess.signals.signal import Signal, SignalError
 from gapbeam.postprocess.signals.spectra import whole_periods
+from gapbeam.solver.wording import counted
 
 BATCHES = 20  # with fewer, ringing of a few long beats passes for no order
 TREND = 0.6  # of tau; 3.7 standard deviations without a trend, 1 % false alarms on stationary rattling
@@ -206,7 +207,8 @@ def periodicity(
         )
     else:
         verdict = (
-            f"{_REST_WORDS[rest]}: no cycle of up to {tried} forcing periods within {_percent(tolerance)} of the range "
+            f"{_REST_WORDS[rest]}: no cycle of up to {counted(tried, 'forcing period')} within "
+            f"{_percent(tolerance)} of the range "
             f"(closest: {best}, residual {_percent(best_residual)}); {available} periods recorded"
         )
     stationary = best_residual > tolerance and rest == Rest.STATIONARY

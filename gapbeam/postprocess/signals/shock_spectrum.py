@@ -27,6 +27,7 @@ import xarray as xr
 
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.signal import INTERVAL_MEANS, SignalError, record_columns
+from gapbeam.solver.wording import counted
 
 DAMPING = 0.05  # of critical: Q = 10
 PER_OCTAVE = 12
@@ -81,7 +82,7 @@ def shock_spectrum(history: xr.Dataset, record: str, damping: float = DAMPING) -
     octaves = np.log2(HIGHEST / interval * span)
     if octaves < 1.0:
         raise SignalError(
-            f"{record}: {first.time.size} values; expected at least {2.0 / HIGHEST:g} for a shock spectrum"
+            f"{record}: {counted(first.time.size, 'value')}; expected at least {2.0 / HIGHEST:g} for a shock spectrum"
         )
     frequency = 2.0 ** (np.arange(int(PER_OCTAVE * octaves) + 1) / PER_OCTAVE) / span
     responses = {
@@ -216,7 +217,8 @@ def power_density(history: xr.Dataset, record: str, resolution: float | None = N
 def density_rows(found: PowerDensity) -> list[str]:
     """Return lines of text: rms and the strongest frequency of every column."""
     rows = [
-        f"Power density of {found.record}, ({found.unit})^2/Hz: {found.windows} windows, every {found.resolution:.4g} "
+        f"Power density of {found.record}, ({found.unit})^2/Hz: {counted(found.windows, 'window')}, every "
+        f"{found.resolution:.4g} "
         f"Hz, {CONFIDENCE:.0%} between {found.least:.3g} and {found.most:.3g} of each value",
         f"  {'':32}{'rms':>12}{'largest':>12}{'at Hz':>10}",
     ]
@@ -253,5 +255,7 @@ def _window_size(record: str, count: int, interval: float, resolution: float | N
         words = (
             "too few" if resolution is None else f"a resolution of {resolution:g} Hz leaves {size} in a window, too few"
         )
-        raise SignalError(f"{record}: {count} values; {words} for a power density, which takes {LEAST} in a window")
+        raise SignalError(
+            f"{record}: {counted(count, 'value')}; {words} for a power density, which takes {LEAST} in a window"
+        )
     return size

@@ -21,6 +21,7 @@ import xarray as xr
 
 from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning
 from gapbeam.solver.record_table import SMOOTHING_WINDOW
+from gapbeam.solver.wording import counted
 
 Window = Literal["rectangular", "hann", "flattop", "blackman"]
 FloatArray = np.ndarray
@@ -167,7 +168,9 @@ def _whole_periods(
             "the spectrum holds some of the transient; run longer"
         )
     if periods % 6:
-        notes.append(f"{signal.name}: {periods} periods, no multiple of 6: subharmonics 1/2 or 1/3 fall between lines")
+        notes.append(
+            f"{signal.name}: {counted(periods, 'period')}, no multiple of 6: subharmonics 1/2 or 1/3 fall between lines"
+        )
     exact = periods / (forcing_frequency * signal.interval)
     size = round(exact)
     if abs(exact - size) <= _WHOLE * max(1.0, 1e-3 * size):

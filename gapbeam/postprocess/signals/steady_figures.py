@@ -19,6 +19,7 @@ from gapbeam.postprocess.signals.figure_names import ACCELERATION, DISPLACEMENT,
 from gapbeam.postprocess.signals.periodicity import TOLERANCE, Periodicity, last_periods, left_to_change, periodicity
 from gapbeam.postprocess.signals.signal import Signal, SignalError, face_signal, probe_signal
 from gapbeam.postprocess.signals.spectra import CYCLE, smooth_over, whole_periods, window_of
+from gapbeam.solver.wording import counted
 
 FEWEST = 4  # forcing periods of a record: a cycle of one has to repeat three times
 _EDGE = 1.0e-6
@@ -81,7 +82,8 @@ class Windows:
         size = rows.shape[1]
         if size < 2 * count + 2:
             raise SignalError(
-                f"{signal.name}: {size} values in a forcing period, harmonic {count} asks for {2 * count + 2}"
+                f"{signal.name}: {counted(size, 'value')} in a forcing period, harmonic {count} asks for "
+                f"{2 * count + 2}"
             )
         begins = signal.time[-1] - (rows.size - 1) / (self.frequency * size)  # as a window is whole periods later
         lines = np.fft.rfft(rows.reshape(self.count, -1), axis=1)[:, self.periods * np.arange(1, count + 1)]
@@ -97,7 +99,7 @@ class Windows:
         place = np.where(place < 0, 0, place)
         parts = [signal.values[place == window] for window in range(self.count - 1, -1, -1)]
         if any(part.size == 0 for part in parts):
-            raise SignalError(f"{signal.name}: a window of {self.periods} forcing periods holds no value")
+            raise SignalError(f"{signal.name}: a window of {counted(self.periods, 'forcing period')} holds no value")
         return parts
 
 
@@ -142,7 +144,8 @@ def settled_windows(
     notes = []
     if cycle.period is None and periods < CYCLE:
         notes.append(
-            f"windows of {periods} forcing periods: too short to distinguish subharmonics from scatter; run longer"
+            f"windows of {counted(periods, 'forcing period')}: too short to distinguish subharmonics from scatter; "
+            "run longer"
         )
     return cycle, Windows(frequency, periods, count, end), notes
 

@@ -33,6 +33,7 @@ from gapbeam.postprocess.figures.figure_style import (
     journal_style,
     panels,
 )
+from gapbeam.solver.wording import counted
 
 Record = Mapping[str, Any]
 
@@ -123,9 +124,9 @@ class SweepPoint:
 def census_words(points: Sequence[SweepPoint]) -> list[str]:
     """Return at how many points responses coexist, and how many responses cannot tell, a clause each."""
     several, unsettled = sum(point.coexisting > 1 for point in points), sum(point.unsettled for point in points)
-    words = [f"{several} of {len(points)} points have more than one response"]
+    words = [f"several responses at {several} of {counted(len(points), 'point')}"]
     if unsettled:
-        words.append(f"{unsettled} responses have not settled, so that they cannot tell: try a larger time.end")
+        words.append(f"no steady state yet in {counted(unsettled, 'response')}: try a larger time.end")
     return words
 
 

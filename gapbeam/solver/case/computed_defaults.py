@@ -29,6 +29,7 @@ from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, Suppor
 from gapbeam.solver.loads.support_walls import interference
 from gapbeam.solver.sections.section_table import RectangularSection
 from gapbeam.solver.supports.support_tables import OneSupport
+from gapbeam.solver.wording import counted
 
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
@@ -153,7 +154,7 @@ def contact_stiffness(case: Case, cell_length: float, face: float) -> Default:
     if contact.points is None:
         return chosen
     count = len(contact.points)
-    reason = f"{chosen.value:.3g} Pa/m on a face of {face:.3g} m^2 over {count} points; {chosen.reason}"
+    reason = f"{chosen.value:.3g} Pa/m on a face of {face:.3g} m^2 over {counted(count, 'point')}; {chosen.reason}"
     consequence = "half: contacts 1.4 times longer; double: 1.4 times shorter; the patch gives way besides"
     return replace(
         chosen, value=chosen.value * face / count, unit=contact.stiffness_unit, reason=reason, consequence=consequence

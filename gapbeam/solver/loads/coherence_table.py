@@ -45,6 +45,7 @@ from pydantic import Field
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import NonNegative, Number, Positive, Table
+from gapbeam.solver.wording import counted
 
 
 class CoherenceTable(Table, ABC):
@@ -162,7 +163,7 @@ class MeasuredCoherence(CoherenceTable):
         if len(distances) != len(values):
             yield Fault(
                 (*key, "values"),
-                f"{len(values)} for {len(distances)} distances",
+                f"{len(values)} for {counted(len(distances), 'distance')}",
                 "one value for each distance",
                 related=((*key, "distances"),),
             )

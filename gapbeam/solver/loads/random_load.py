@@ -28,7 +28,7 @@ from gapbeam.solver.loads.random_spectra import SpectrumChoice
 from gapbeam.solver.loads.step_force import PointOrSupportLoad, UnrepeatedLoad
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.table import Name, NonNegative, Number, Table, Whole
-from gapbeam.solver.wording import apart, exceeds
+from gapbeam.solver.wording import apart, counted, exceeds
 
 MOST = 1000  # rows
 LONGEST_DELAY = 2**40  # samples of the noise: whose number, and 1e-4 of a sample more, a float still holds
@@ -111,9 +111,11 @@ class CrossSpectrum(Table):
         count = len(self.frequencies or ())
         if count == 0:
             try_this = "frequencies = [...], or one number for all frequencies"
-            yield Fault(key, f"{len(given)} values without frequencies", "a frequency for each value", try_this)
+            yield Fault(
+                key, f"{counted(len(given), 'value')} without frequencies", "a frequency for each value", try_this
+            )
         elif count != len(given):
-            found = f"{len(given)} for {count} frequencies"
+            found = f"{len(given)} for {counted(count, 'frequency')}"
             yield Fault(key, found, "one value for each frequency", "one number holds at all", related=(frequencies,))
 
     def detail_faults(self, key: Key, interval: float, rate: float) -> Iterator[Fault]:

@@ -33,6 +33,7 @@ from gapbeam.solver.loads.load_table import Column
 from gapbeam.solver.loads.record_file import RecordedRows, RecordError, RowKind, read_record
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import NonNegative, Positive, Table
+from gapbeam.solver.wording import counted
 
 LARGEST, LEAST = 1.0e60, 1.0e-60
 """Densities beyond are no physics, and their squares no numbers."""
@@ -146,7 +147,7 @@ class FileSpectrum(SpectrumTable):
                 )
         if len(read.times) > MOST:
             wrong = True
-            yield Fault((*key, "file"), f"{len(read.times)} rows", f"at most {MOST}", "means over some rows")
+            yield Fault((*key, "file"), f"{counted(len(read.times), 'row')}", f"at most {MOST}", "means over some rows")
         if not wrong:
             yield from self.size_faults((*key, "file"))
 
@@ -234,7 +235,7 @@ class TableSpectrum(SpectrumTable):
         if count != other:
             yield Fault(
                 (*key, "densities"),
-                f"{other} for {count} frequencies",
+                f"{other} for {counted(count, 'frequency')}",
                 "one density for each frequency",
                 related=((*key, "frequencies"),),
             )

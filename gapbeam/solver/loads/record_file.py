@@ -21,7 +21,7 @@ import numpy as np
 
 from gapbeam.solver.errors import Fault, Key, UserError
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import either, near, printable
+from gapbeam.solver.wording import counted, either, near, printable
 
 DELIMITERS = (",", ";", "\t", None)
 """Delimiters of columns, None for blanks; in the order in which they are tried."""
@@ -338,7 +338,7 @@ class RowReader:
                 continue
             count = layout.count(self.text)
             if count != layout.columns:
-                found = f"{count} columns in line {self.line}: {printable(self.text.strip())!r}"
+                found = f"{counted(count, 'column')} in line {self.line}: {printable(self.text.strip())!r}"
                 hint = "was the file cut off? Lines that are no rows need a # in front"
                 raise _fault(FILE, found, f"{layout.columns}, as in the first row", hint)
             yield self.text.replace(",", ".") if layout.comma else self.text
@@ -354,7 +354,7 @@ def _faults(times: Array, values: Array, kind: RowKind) -> Iterator[Fault]:
             found = f"the {word} {numbers[wrong[0]]:g} in row {wrong[0] + 1}{many}"
             yield Fault(key, found, f"finite numbers up to {GREATEST:g}", "leave out rows where nothing was measured")
     if len(times) < kind.fewest:
-        yield Fault(FILE, f"{len(times)} rows", f"at least {kind.fewest}")
+        yield Fault(FILE, f"{counted(len(times), 'row')}", f"at least {kind.fewest}")
     back = np.flatnonzero(np.diff(times) <= 0.0)
     if len(back):
         row = int(back[0]) + 1

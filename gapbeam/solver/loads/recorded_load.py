@@ -24,7 +24,7 @@ from gapbeam.solver.loads.recorded_function import (
     signal_of,
 )
 from gapbeam.solver.loads.time_function import TimeFunction
-from gapbeam.solver.wording import apart, either, exceeds
+from gapbeam.solver.wording import apart, counted, either, exceeds
 
 MOST_ROWS = 20_000_000
 """Most rows that a run goes through, repeated ones included."""
@@ -92,7 +92,8 @@ def _span_faults(
         if rows > MOST_ROWS:
             yield Fault(
                 (*key, "beyond"),
-                f"repeat, of {len(curve.knots)} rows over {curve.span:.3g} s until {end:g} s: {rows:.3g} rows",
+                f"repeat, of {counted(len(curve.knots), 'row')} over {curve.span:.3g} s until {end:g} s: {rows:.3g} "
+                "rows",
                 f"at most {MOST_ROWS}",
                 "a record of more than one period of the signal, or fewer rows",
                 (("time", "end"),),
@@ -148,7 +149,10 @@ def record_words(signal: RecordedSignal, step: float) -> tuple[str, str]:
         if frequency > 0.0
         else ""
     )
-    words += f"{len(curve.knots)} rows over {curve.span:.6g} s, every {curve.interval:.4g} s; peak {signal.peak:.4g}"
+    words += (
+        f"{counted(len(curve.knots), 'row')} over {curve.span:.6g} s, every {curve.interval:.4g} s; peak "
+        f"{signal.peak:.4g}"
+    )
     return f"{frequency:.4g} Hz", words
 
 

@@ -50,6 +50,7 @@ from gapbeam.solver.run.stop_rule import StopRule, refuse_not_met, statistics_wo
 from gapbeam.solver.run.verdict import describe_march, judge_curve, judge_run, remarks_on_model
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.system.semi_discrete import State
+from gapbeam.solver.wording import counted
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -279,7 +280,9 @@ def _run(
     judge_curve(summary.get("periodic", {}).get("curve"))
     refuse_not_met(summary.get("statistics", {}).get("until"))
     summary["status"], summary["exit_status"] = "completed", 0
-    summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}{statistics_words(summary)}"
+    summary["message"] = (
+        f"{counted(accounts.tally.steps, 'step')}, {balance_words(accounts.ledger)}{statistics_words(summary)}"
+    )
 
 
 def _seated(simulation: Simulation, summary: dict[str, Any]) -> Seat | NotConverged:

@@ -47,6 +47,7 @@ from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecor
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import BLOCK, Marcher, SceneStep, check_delays, marcher_of, steps_to
 from gapbeam.solver.table import faults_in
+from gapbeam.solver.wording import counted
 
 LOG = logging.getLogger("gapbeam")
 WEAR = ("coefficient", "area")
@@ -204,7 +205,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
                         march.write(folder, checkpoint, kept)
                     march.judge()
                     summary |= {"status": "completed", "exit_status": 0}
-                    summary["message"] = f"{marcher.count} steps, {march.balance_words}{march.flow_words}"
+                    summary["message"] = f"{counted(marcher.count, 'step')}, {march.balance_words}{march.flow_words}"
                     LOG.debug("%s", summary["message"])
                 except RunError as error:
                     summary |= {"status": error.run_status, "exit_status": error.exit_status, "reason": error.reason}

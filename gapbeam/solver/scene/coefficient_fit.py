@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError, finite
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 
 NAMES = {3: ("c",), 9: ("c_xx", "c_xy", "c_yx", "c_yy")}
 """Coefficients by the number of columns of a table."""
@@ -69,7 +70,8 @@ class CoefficientFit:
         if self.misfit <= self.tolerance:
             return ""
         return (
-            f"the fit of {len(self.rates)} states misses measured coefficients by {self.misfit:.2g} of the largest, "
+            f"the fit of {counted(len(self.rates), 'state')} misses measured coefficients by {self.misfit:.2g} of "
+            "the largest, "
             f"more than the tolerance of {self.tolerance:g}: take more states, or a smaller range of reduced velocities"
         )
 
@@ -161,7 +163,8 @@ def table_rows(table: ArrayLike | PathLike[str] | str, states: int, where: str) 
             )
     if len(given) < states + 2:
         raise ArgumentError(
-            f"{where}: found {len(given)} rows for {states} states, expected {states + 2} or more; measure at more "
+            f"{where}: found {counted(len(given), 'row')} for {counted(states, 'state')}, expected {states + 2} or "
+            "more; measure at more "
             "velocities, or take fewer states",
             "table",
         )

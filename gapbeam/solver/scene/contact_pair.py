@@ -16,6 +16,7 @@ from gapbeam.solver.scene.shipped_laws import check_law
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, settled, touch
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +77,8 @@ class Contact:
         kept = 2 + 3 * self.region.kind.faces if self.is_rough and self.sticks else 0
         if VALUES + len(self.region.values) + len(self.law.values) + kept > ROWS:
             raise UserError(
-                f"{where}: found {len(self.region.values)} values of the region and {len(self.law.values)} of the law, "
+                f"{where}: found {counted(len(self.region.values), 'value')} of the region and "
+                f"{len(self.law.values)} of the law, "
                 f"expected at most {ROWS - VALUES - kept}; give an own region with its distance"
             )
         check_law(self.law)

@@ -17,6 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from gapbeam.solver.scene.argument_checks import ArgumentError
+from gapbeam.solver.wording import counted
 
 SYMMETRIC = 6
 FIRST_LETTERS = {"stiffness": "K", "mass": "M", "damping": "B"}
@@ -46,7 +47,9 @@ def read_dmig(path: Path, argument: str) -> tuple[Any, list[str]]:
             raise ValueError(f"matrix {name} has a column before its header")
         column, rest = f"{first}.{second or 0}", [one for one in card[3:] if one]
         if len(rest) % 3:
-            raise ValueError(f"column {column} of {name} has {len(rest)} fields, expected grid, component and value")
+            raise ValueError(
+                f"column {column} of {name} has {counted(len(rest), 'field')}, expected grid, component and value"
+            )
         entries[name] += [
             (f"{node}.{way}", column, _number(value))
             for node, way, value in zip(rest[::3], rest[1::3], rest[2::3], strict=True)

@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from gapbeam.solver.scene.argument_checks import ArgumentError, finite, positive
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 
 SAME = 1e-9  # of the length: places that are one
 MEETING = 1e-6  # of the longest route: how close ends of members come to what they meet
@@ -81,7 +82,7 @@ class FrameRoute:
         given = positive(radius, f"{where}: bend radius", zero=True)
         if given.shape not in ((), (count,)):
             raise ArgumentError(
-                f"{where}: found {given.size} bend radii, expected one, or one for each of {count} corners",
+                f"{where}: found {given.size} bend radii, expected one, or one for each of {counted(count, 'corner')}",
                 "bend_radius",
             )
         radii = np.broadcast_to(given, (count,))

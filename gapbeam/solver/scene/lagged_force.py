@@ -12,6 +12,7 @@ from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite,
 from gapbeam.solver.scene.coefficient_fit import TOLERANCE, fit, table_rows
 from gapbeam.solver.scene.feedback import Place
 from gapbeam.solver.scene.flow_force import Flow, FlowLaw, FlowSpan, lagging, square
+from gapbeam.solver.wording import counted
 
 
 @checked
@@ -49,7 +50,10 @@ def unsteady(
     if K.shape != C.shape:
         raise ArgumentError(f"{text}: found damping {C.shape}, expected the shape of stiffness, {K.shape}", "damping")
     if a.shape != d.shape or a.ndim != 1:
-        raise ArgumentError(f"{text}: found {d.size} rates, expected a rate for each of {a.size} amplitudes", "rates")
+        raise ArgumentError(
+            f"{text}: found {counted(d.size, 'rate')}, expected a rate for each of {counted(a.size, 'amplitude')}",
+            "rates",
+        )
     return Flow(FlowLaw(lagging(K, -C, -a[:, None, None] * K, d, D), D), where, velocity, density, modes, name)
 
 
@@ -85,7 +89,7 @@ def measured(
     text = f"flow {name or '?'}"
     D = float(positive(diameter, f"{text}: diameter"))
     if states < 0:
-        raise ArgumentError(f"{text}: found {states} states, expected 0 or more", "states")
+        raise ArgumentError(f"{text}: found {counted(states, 'state')}, expected 0 or more", "states")
     if not 0.0 < tolerance < 1.0:
         raise ArgumentError(f"{text}: found tolerance {tolerance!r}, expected a number between 0 and 1", "tolerance")
     found_fit = fit(table_rows(table, states, text), states, tolerance)
@@ -137,7 +141,8 @@ def aerodynamic_lag(
         raise ArgumentError(f"{text}: found damping {A1.shape}, expected the shape of steady, {A0.shape}", "damping")
     if lagged.size != len(rates) * A0.size:
         raise ArgumentError(
-            f"{text}: found {lagged.size} numbers in matrices, expected {len(rates)} matrices {A0.shape}, one for each "
+            f"{text}: found {counted(lagged.size, 'number')} in matrices, expected {len(rates)} matrices "
+            f"{A0.shape}, one for each "
             "lag",
             "matrices",
         )

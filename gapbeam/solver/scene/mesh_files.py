@@ -29,6 +29,7 @@ from gapbeam.solver.scene.imported_points import (
 )
 from gapbeam.solver.scene.solid_cells import KINDS, Cells, Indices, facet_of
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 
 LOG = logging.getLogger("gapbeam")
 SOLID = re.compile(r"C3D(4|8|10|20|27)(?=[A-Z]|$)|C(?:PS|PE)(3|4|6|8)(?=[A-Z]|$)")
@@ -175,7 +176,7 @@ def _elements(path: Path, block: InputBlock, name: str) -> list[list[str]]:
     count = 1 + int(solid[1] or solid[2])
     flat = [one for row in block.rows for one in row]
     if len(flat) % count:
-        raise _fault(path, f"{len(flat)} numbers below *ELEMENT, TYPE={name}", f"{count} for each element")
+        raise _fault(path, f"{counted(len(flat), 'number')} below *ELEMENT, TYPE={name}", f"{count} for each element")
     return [flat[i : i + count] for i in range(0, len(flat), count)]
 
 
@@ -194,7 +195,7 @@ def _kind_of_type(path: Path, name: str, at: Indices, nodes: Nodes) -> str:
                  ("M3D", "membranes"), ("CAX", "axisymmetric cells"), ("C3D6", "wedges"), ("C3D15", "wedges"))
                  if re.match(rf"{start}(\d|TRI|$)", name)), "cells of another kind")  # fmt: skip
     where = "" if not at.size else f" at {_place(np.array(list(nodes.places.values()))[np.ravel(at)[:1]])}"
-    raise _refused(path, f"{len(at)} elements of type {name or 'none'} ({what}){where}")
+    raise _refused(path, f"{counted(len(at), 'element')} of type {name or 'none'} ({what}){where}")
 
 
 def _refused(path: Path, found: str) -> ArgumentError:
@@ -287,7 +288,7 @@ def _solids(path: Path, parts: _Parts) -> SolidMesh:
     strange = next((one for one in parts.blocks if one.kind not in KINDS and not one.kind.startswith("line")), None)
     if strange is not None:
         at = _place(parts.places[np.ravel(strange.nodes)[:1]])
-        raise _refused(path, f"{len(strange.nodes)} cells of type {strange.type} at {at}")
+        raise _refused(path, f"{counted(len(strange.nodes), 'cell')} of type {strange.type} at {at}")
     known = [one for one in parts.blocks if one.kind in KINDS]
     if not known:
         raise _fault(path, "no solid cells", "tetrahedra or hexahedra, in the plane triangles or quadrilaterals",
@@ -346,7 +347,7 @@ def _check_cells(path: Path, mesh: SolidMesh) -> None:
     if len(bad):
         corners = [mesh.labels[i] for i in mesh.cells[bad[0]][: len(KINDS[mesh.kind].corners)]]
         at = _place(np.array([mesh.nodes.places[one] for one in corners]))
-        raise _fault(path, f"{len(bad)} of {len(sizes)} cells flat or inverted, the first at {at} of nodes "
+        raise _fault(path, f"{len(bad)} of {counted(len(sizes), 'cell')} flat or inverted, the first at {at} of nodes "
                      f"{', '.join(corners)}", "cells with a volume, nodes in the order of the format")  # fmt: skip
     count = len(mesh.labels)
     rows = np.repeat(mesh.cells[:, 0], mesh.cells.shape[1])

@@ -11,6 +11,7 @@ import numpy as np
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 
 FREQUENCY, DAMPING, FRAME = "frequency", "damping", "frame"
 
@@ -59,13 +60,15 @@ def _columns(path: Path) -> dict[str, Array]:
         raise ArgumentError(f"{path}: cannot be read ({error})", "file") from None
     if len(rows) < 2:
         raise ArgumentError(
-            f"{path}: found {len(rows)} lines, expected names of columns and a line for each mode", "file"
+            f"{path}: found {counted(len(rows), 'line')}, expected names of columns and a line for each mode", "file"
         )
     names = [name.strip() for name in rows[0]]
     for number, row in enumerate(rows[1:], 1):
         if len(row) != len(names):
             raise ArgumentError(
-                f"{path}: found {len(row)} values for mode {number}, expected {len(names)}: {', '.join(names)}", "file"
+                f"{path}: found {counted(len(row), 'value')} for mode {number}, expected {len(names)}: "
+                f"{', '.join(names)}",
+                "file",
             )
     if len(set(names)) < len(names):
         raise ArgumentError(f"{path}: a column stands there twice", "file")

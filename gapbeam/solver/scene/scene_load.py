@@ -14,6 +14,7 @@ from gapbeam.solver.loads.time_function import Harmonic
 from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 
 Value = float | Callable[..., Any] | tuple[Any, Any]
 
@@ -103,7 +104,7 @@ class Load:
             given = finite(self.value, f"load {self.name or '?'}")
             if given.ndim > 1 or given.size not in (1, lanes):
                 expected = f"{lanes} values, one for each member" if lanes > 1 else "one value, or (times, values)"
-                raise UserError(f"load {self.name or '?'}: found {given.size} values, expected {expected}")
+                raise UserError(f"load {self.name or '?'}: found {counted(given.size, 'value')}, expected {expected}")
             return np.broadcast_to(given, (len(times), lanes))
         try:
             found = np.asarray(self.value(times[:, None], **self.parameters), dtype=float)
@@ -153,7 +154,9 @@ class Force(Load):
             raise UserError(f'force {name or "?"}: found {point!r}, expected a point, such as beam["tip"]')
         along = np.eye(len(point.rows))[0] if direction is None else np.atleast_1d(finite(direction, "direction"))
         if along.shape != (len(point.rows),):
-            raise UserError(f"force {name or '?'}: found direction {direction!r}, expected {len(point.rows)} numbers")
+            raise UserError(
+                f"force {name or '?'}: found direction {direction!r}, expected {counted(len(point.rows), 'number')}"
+            )
         super().__init__(point.structure, along @ point.rows, value, name, **parameters)
 
 
@@ -299,7 +302,8 @@ def moving_force(
     wrong = next((one for one in points if not isinstance(one, StructurePoint)), None)
     if wrong is not None or s.shape != (len(points),) or len(s) < 2 or not np.all(np.diff(s) > 0.0):
         raise UserError(
-            f"moving force {name or '?'}: found {len(points)} points and places {s.tolist()}, expected two points of "
+            f"moving force {name or '?'}: found {counted(len(points), 'point')} and places {s.tolist()}, expected "
+            "two points of "
             "structures or more, and a place for each that is beyond the one before"
         )
     speed = 0.0 if callable(position) else float(finite(position, f"moving force {name or '?'}: position"))

@@ -33,6 +33,7 @@ from gapbeam.solver.scene.argument_checks import checked, finite, matrix, positi
 from gapbeam.solver.scene.structure_geometry import StructureGeometry
 from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 
 LARGE = 600
 """Degrees of freedom beyond which a structure is marched with its sparse matrices, not with all of its modes."""
@@ -223,7 +224,8 @@ class Structure:
         still = 0 if self.rigid is None else self.rigid.shape[1]
         if not max(still, 1) <= count <= self.size:
             raise UserError(
-                f"structure {self.name or '?'}: found {count} modes, expected {max(still, 1)} (rigid motions are kept) "
+                f"structure {self.name or '?'}: found {counted(count, 'mode')}, expected {max(still, 1)} (rigid "
+                "motions are kept) "
                 f"to {self.size}"
             )
         squares, C, X = self.modes
@@ -255,11 +257,12 @@ class Structure:
             rows = np.atleast_2d(finite(given, where)).astype(float)
         if rows.ndim != 2 or rows.shape[1] != self.size:
             raise UserError(
-                f"{where}: found a row of {rows.shape[-1]} entries, expected one for each of {self.size} DOFs"
+                f"{where}: found a row of {counted(rows.shape[-1], 'entry')}, expected one for each of {self.size} DOFs"
             )
         if not 1 <= len(rows) <= 3:
             raise UserError(
-                f"{where}: found {len(rows)} motions, expected 1, 2 in a section plane, or 3 in space; integers are "
+                f"{where}: found {counted(len(rows), 'motion')}, expected 1, 2 in a section plane, or 3 in space; "
+                "integers are "
                 "DOF numbers, a row has floats"
             )
         return rows
@@ -339,7 +342,7 @@ def mass(
     if not value > 0.0:
         raise UserError(f"mass {name or '?'}: found {value!r} kg, expected a mass above 0")
     if motions not in (1, 2):
-        raise UserError(f"mass {name or '?'}: found {motions} motions, expected 1, or 2 in a section plane")
+        raise UserError(f"mass {name or '?'}: found {counted(motions, 'motion')}, expected 1, or 2 in a section plane")
     unit = np.eye(motions)
     return Structure(
         value * unit,
@@ -374,7 +377,9 @@ def reduced_at_points(structure: Structure, modes: int, points: Iterable[str] | 
     kept = list(structure.points if points is None else points)
     rows = np.vstack([np.zeros((0, structure.size)), *(structure[name].rows for name in kept)])
     if not 1 <= modes < structure.size:
-        raise UserError(f"structure {structure.name or '?'}: found {modes} modes, expected 1 to {structure.size - 1}")
+        raise UserError(
+            f"structure {structure.name or '?'}: found {counted(modes, 'mode')}, expected 1 to {structure.size - 1}"
+        )
     operators = SparseOperators(structure.M, structure.K)
     mean = float(operators.stiffness.diagonal().sum() / operators.mass.diagonal().sum())  # far above the first of many
     near = FIRST_GUESS * mean

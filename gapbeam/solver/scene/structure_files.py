@@ -26,6 +26,7 @@ from gapbeam.solver.scene.structure import SYMMETRY, Structure
 from gapbeam.solver.scene.structure_geometry import StructureGeometry
 from gapbeam.solver.scene.structure_pose import Pose
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 
 TRIANGLES = (".sti", ".mas", ".dam")
 DMIG = (".pch", ".dmig", ".bdf")
@@ -126,7 +127,7 @@ def _mtx(path: Path) -> ReadMatrix:
         return ReadMatrix(_by_rows(np.loadtxt(path, ndmin=2, comments="**"), completed=False))
     rows = np.loadtxt(path, ndmin=2, delimiter=",", comments="*")
     if rows.shape[1] != 5:
-        raise ValueError(f"{rows.shape[1]} columns, expected node, DOF, node, DOF and value")
+        raise ValueError(f"{counted(rows.shape[1], 'column')}, expected node, DOF, node, DOF and value")
     ends = [[f"{int(node)}.{int(way)}" for node, way in rows[:, at : at + 2]] for at in (0, 2)]
     labels = sorted({*ends[0], *ends[1]}, key=label_order)
     places = {label: i + 1 for i, label in enumerate(labels)}
@@ -143,7 +144,7 @@ def _by_rows(table: Array, completed: bool, least: int = 0) -> Any:
         least: Rows that there are at least.
     """
     if table.shape[1] != 3:
-        raise ValueError(f"{table.shape[1]} columns, expected row, column and value")
+        raise ValueError(f"{counted(table.shape[1], 'column')}, expected row, column and value")
     i, j, values = table[:, 0].astype(int) - 1, table[:, 1].astype(int) - 1, table[:, 2]
     if not len(i) or min(i.min(), j.min()) < 0:
         raise ValueError("row 0, expected rows from 1 on")
@@ -350,7 +351,7 @@ def read_model(
         if A is None:
             continue
         if A.shape != (size, size):
-            raise ArgumentError(f"{file}: found {A.shape[0]} rows, {stiffness} has {size}", key)
+            raise ArgumentError(f"{file}: found {counted(A.shape[0], 'row')}, {stiffness} has {size}", key)
         if not np.all(np.isfinite(A.data)):
             bad = np.count_nonzero(~np.isfinite(A.data))
             raise ArgumentError(f"{file}: found {bad} entries that are no finite numbers, expected finite numbers", key)

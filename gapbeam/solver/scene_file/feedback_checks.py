@@ -18,6 +18,7 @@ from gapbeam.solver.scene_file.feedback_tables import (
     UnsteadyFlow,
 )
 from gapbeam.solver.scene_file.structure_tables import BodyTable, ElementBeam, LumpedMass, RigidBar
+from gapbeam.solver.wording import counted
 
 Exists = Callable[[Key, str], Iterable[Fault]]
 PROFILES = ("velocity", "density")
@@ -116,7 +117,7 @@ def _span(key: Key, span: Any, body: BodyTable, point: Exists) -> Iterator[Fault
             if value is not None:
                 yield Fault((*key, name), f"{value:g} m of a model {model.type}", "points and at", f"leave {name} out")
         if len(span.at) != len(span.points) or not all(a < b for a, b in pairwise(span.at)):
-            yield Fault((*key, "at"), f"{len(span.at)} places for {len(span.points)} points",
+            yield Fault((*key, "at"), f"{counted(len(span.at), 'place')} for {counted(len(span.points), 'point')}",
                         "a place for each point, one after the other along the tube")  # fmt: skip
             return
         low, high = span.at[0], span.at[-1]

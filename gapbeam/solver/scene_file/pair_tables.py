@@ -21,6 +21,7 @@ from gapbeam.solver.scene.structure_files import PlacedPoint
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, nearest_places
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Switch, Table
+from gapbeam.solver.wording import counted
 
 Pair2 = tuple[Number, Number]
 
@@ -181,7 +182,7 @@ def pair_faults(
     if set(counts) != {region.motions}:
         words = " and ".join(map(str, counts))
         return [
-            Fault((*key, "region"), f'"{pair.region.type}" of {region.motions} motions at points of {words}',
+            Fault((*key, "region"), f'"{pair.region.type}" of {counted(region.motions, "motion")} at points of {words}',
                   "points and a region of as many motions", related=((*key, "between"),))
         ]  # fmt: skip
     friction = default.friction if pair.friction is None else pair.friction
@@ -191,7 +192,7 @@ def pair_faults(
         ]
     offset = np.atleast_1d(np.asarray(pair.offset, dtype=float))
     if len(offset) not in (1, region.motions):
-        return [Fault((*key, "offset"), f"{len(offset)} numbers", f"{region.motions}: one for each motion")]
+        return [Fault((*key, "offset"), f"{counted(len(offset), 'number')}", f"{region.motions}: one for each motion")]
     axes = [place.axes for place in places if place is not None and place.axes is not None]
     if len(axes) == 2 and np.abs(axes[0] - axes[1]).max() > SAME:
         return [

@@ -47,6 +47,7 @@ from gapbeam.solver.scene_file.structure_tables import (
     SpringJoint,
 )
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 
 STATION = re.compile(r"(feedback|load) \d+: ")  # no name of a point in a file has a blank
 MESSAGE = re.compile(r"(?:.*?: )?found (?P<found>.*?),? expected (?P<expected>.*?)(?:; (?P<hint>.*))?$", re.DOTALL)
@@ -435,7 +436,7 @@ def _in_motions(site: _Site, number: int, load: AnyLoad, point: StructurePoint) 
     given = np.eye(len(point.rows))[0] if along is None else np.asarray(along, dtype=float)
     if len(given) != len(point.rows) or not np.any(given):
         site.faults.append(
-            Fault(("load", number, "direction"), f"{list(given)} at a point of {len(point.rows)} motions",
+            Fault(("load", number, "direction"), f"{list(given)} at a point of {counted(len(point.rows), 'motion')}",
                   "a number for each motion, not all 0")
         )  # fmt: skip
         return None

@@ -22,6 +22,7 @@ from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.scene_file.feedback_tables import ConnorsCheck
 from gapbeam.solver.scene_file.scene_reader import ReadScene
 from gapbeam.solver.system.dense_operators import SparseOperators
+from gapbeam.solver.wording import counted
 
 
 def flow_rows(read: ReadScene) -> tuple[Row, ...]:
@@ -42,7 +43,7 @@ def flow_rows(read: ReadScene) -> tuple[Row, ...]:
 
 
 def _force(one: Flow) -> Row:
-    words = [f"{len(one.A)} states"]
+    words = [f"{counted(len(one.A), 'state')}"]
     words += [f"delay {one.delay:.4g} s, error {one.error:.1g}"] if one.delay else []
     if one.law.fit is not None:
         words.append(f"misfit {100.0 * one.law.fit.misfit:.2g} % of the largest coefficient")

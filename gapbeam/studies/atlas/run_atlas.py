@@ -21,6 +21,7 @@ from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import NoSeat, seat
+from gapbeam.solver.wording import counted
 from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
 from gapbeam.studies.atlas.cycle_search import cycle_atlas, draw_cycles
 from gapbeam.studies.atlas.followed_responses import FollowedResponse, Shaken, follow_responses
@@ -96,8 +97,8 @@ class AtlasResult(PrintedResult):
         chaos = sum(one.chaotic > 0.0 for one in self.atlas.points)
         left = float(np.mean([one.unsettled + one.failed for one in self.atlas.points]))
         rests = sum(r.order == 0 for one in self.atlas.points for r in one.responses)
-        kind = "responses" if rests else "periodic responses"
-        words = f"{sum(counts)} stable {kind} at {len(counts)} points, {several} with several responses"
+        kind = "stable response" if rests else "stable periodic response"
+        words = f"{counted(sum(counts), kind)} at {counted(len(counts), 'point')}, {several} with several responses"
         words += f", {chaos} with chaos" if chaos else ""
         rest = f"; {left:.1%} of the starts did not settle: raise settle, rounds or orders" if left else ""
         return words + rest
@@ -167,7 +168,7 @@ def run_atlas(
         NotWritten: A file could not be written.
     """
     if len(axes) > 2:
-        raise UserError(f"atlas: found {len(axes)} keys, expected at most 2")
+        raise UserError(f"atlas: found {counted(len(axes), 'key')}, expected at most 2")
     over = {axis.key: _numbers(axis) for axis in axes}
     if follow and (len(axes) != 1 or not np.all(np.diff(over[axes[0].key]) > 0.0)):
         raise UserError("atlas: responses are followed over one key whose values increase; expected one --vary")

@@ -36,6 +36,7 @@ from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 
 WHOLE_RUN, SETTLED = "whole run", "settled part"
@@ -305,7 +306,8 @@ def doubtful_peaks(found: Mapping[str, Mapping[str, Mapping[str, float]]], inter
     others = f" (and so on {', '.join(one for one in worst if one != face)})" if len(worst) > 1 else ""
     yield (
         f"the {LARGEST_FORCE} on {face}{others}, {largest:.4g} N, is {largest / mean:.2g} times the {MEAN_FORCE}, "
-        f"{mean:.4g} N: a contact of {count} records is not resolved, and its {LARGEST_FORCE} depends on the step; "
+        f"{mean:.4g} N: a contact of {counted(count, 'record')} is not resolved, and its {LARGEST_FORCE} depends on "
+        "the step; "
         f"use the {MEAN_FORCE}, or a smaller time.step"
     )
 

@@ -27,6 +27,7 @@ from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.verdict import UNDER_NOISE
+from gapbeam.solver.wording import counted
 from gapbeam.studies.error_estimate.closing_table import MOST_FORCES, closing_table, with_unit
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of, error_way
@@ -166,7 +167,7 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
         history = open_results(outcome.folder).history
         run = MotionRecord.of_history(history, bends_in_two_planes(case), case.figure)
         if len(run.times) < FEWEST_RECORDS:
-            raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS} are the fewest")
+            raise EstimateError(f"there are {counted(len(run.times), 'record')}, and {FEWEST_RECORDS} are the fewest")
         errors["force_peaks"] = force_peaks(run, spans_of(case, run.end, run.interval, None))
         warnings += doubtful_peaks(errors["force_peaks"], run.interval)
         found, beyond, noisy = estimate(case, run, summary, outcome.body), beyond_resolution(summary), eaten(summary)
@@ -263,7 +264,9 @@ def estimate(case: Case, run: MotionRecord, summary: Mapping[str, Any], body: Bo
     plan, step = plan_of(case, computed), computed.get("time.step", case.time.step)
     interval = plan.records * run.interval
     if len(run.times) < FEWEST_RECORDS * plan.records:
-        raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS * plan.records} are the fewest")
+        raise EstimateError(
+            f"there are {counted(len(run.times), 'record')}, and {FEWEST_RECORDS * plan.records} are the fewest"
+        )
     marches = companion_motions(case, plan.companions, run.end, interval, _time_left(case, summary), body)
     return errors_of(case, run, {one.name: one for one in marches}, plan, step)
 

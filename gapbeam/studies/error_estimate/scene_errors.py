@@ -32,6 +32,7 @@ from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun
 from gapbeam.solver.scene.scene_march import marcher_of, steps_to
+from gapbeam.solver.wording import counted
 from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table
 from gapbeam.studies.error_estimate.companions import HALF_STEP, STIFFER
 from gapbeam.studies.error_estimate.figure_errors import (
@@ -102,7 +103,7 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
     begin = float(history["time"][0])
     run = _motion(history, asked.figures)
     if len(run.times) < FEWEST_RECORDS:
-        return none(f"there are {len(run.times)} records, and {FEWEST_RECORDS} are the fewest")
+        return none(f"there are {counted(len(run.times), 'record')}, and {FEWEST_RECORDS} are the fewest")
     motions, failed = dict[str, MotionRecord](), dict[str, str]()
     stiff = asked.stiffer()
     companions = {HALF_STEP: replace(asked, step=0.5 * asked.step, every=2 * asked.every)}

@@ -28,7 +28,7 @@ from gapbeam.solver.errors import CaseError, OutOfMemory, RunError, UserError
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.results_folder import finite, write_beside
-from gapbeam.solver.wording import printable
+from gapbeam.solver.wording import counted, printable
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.identification.identification_file import FloatArray, Problem, Values
 from gapbeam.studies.identification.identification_tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
@@ -339,8 +339,10 @@ def _read_log(path: Path, problem: Problem) -> dict[Piece, Record]:
         record = checked(found, StoredPiece, path)
         piece = _piece(record)
         if piece.experiment >= len(problem.experiments) or len(piece.values) != len(problem.coordinates):
-            found = f"experiment {piece.experiment} with {len(piece.values)} values in line {number}"
-            expected = f"{len(problem.experiments)} experiments with {len(problem.coordinates)} values"
+            found = f"experiment {piece.experiment} with {counted(len(piece.values), 'value')} in line {number}"
+            expected = (
+                f"{counted(len(problem.experiments), 'experiment')} with {counted(len(problem.coordinates), 'value')}"
+            )
             raise ResultsError(path, found, expected, REMEDY)
         lacking = [one.name for one in problem.experiments[piece.experiment].figures]
         lacking = [name for name in lacking if name not in record.get("figures", {})]

@@ -28,6 +28,7 @@ from gapbeam.solver.case.reading.value_words import toml_value
 from gapbeam.solver.case.solution_tables import FullModel
 from gapbeam.solver.errors import in_one_line
 from gapbeam.solver.run.output.results_folder import finite, write_beside
+from gapbeam.solver.wording import counted
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.worker_memory import worker_memory
 from gapbeam.studies.engine.workers import Workers
@@ -113,12 +114,13 @@ def sentences(found: Conclusion) -> Iterator[str]:
     problem, known = found.problem, found.known
     fitted, unknowns = len(problem.fitted), len(found.values)
     if fitted < unknowns:
-        yield (f"WARNING: {fitted} measurements for {unknowns} unknowns: many other values fit as well, and the misfit "
+        yield (f"WARNING: {counted(fitted, 'measurement')} for {counted(unknowns, 'unknown')}: many other values "
+               "fit as well, and the misfit "
                "says nothing about the model")  # fmt: skip
     elif fitted == unknowns:
         yield f"WARNING: as many measurements as unknowns ({fitted}): the misfit says nothing about the model"
     for verdict, count in Counter(str(record["verdict"]) for record in found.failures).most_common():
-        yield f"WARNING: {count} experiments ended {verdict}; they were never taken as results"
+        yield f"WARNING: {counted(count, 'experiment')} ended {verdict}; they were never taken as results"
     if found.drowned:
         yield (f"WARNING: derivatives by {', '.join(found.drowned)} are within the scatter of the responses: their "
                "intervals are rough; run longer, or take a larger search.difference")  # fmt: skip
@@ -150,7 +152,7 @@ def sentences(found: Conclusion) -> Iterator[str]:
             yield f"rms of {problem.file.search.residual}, {word}: {rms:.3g}{log10}"
     if math.isfinite(found.rms_left_out):
         yield f"rms of {problem.file.search.residual}, each predicted from the others: {found.rms_left_out:.3g}"
-    yield f"{found.tried} sets of values tried by the search, {len(found.cloud)} on disk"
+    yield f"{counted(found.tried, 'set')} of values tried by the search, {len(found.cloud)} on disk"
 
 
 DATA, BEST, BEST_CASE, TABLE = "identification.json", "identified.toml", "identified-case.toml", "evaluations.csv"

@@ -11,6 +11,7 @@ from scipy.spatial.distance import cdist
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 
 CONFIDENCE = 0.95
 OUTSIDE = 0.01
@@ -117,7 +118,8 @@ def regression(features: Array, values: Array, held_features: Array, held: Array
     """
     if len(features) < 2 * NEAR or len(held) < NEAR:
         raise UserError(
-            f"library: {len(features)} members, and {len(held)} held out, did not fail; expected {2 * NEAR} and {NEAR}"
+            f"library: {counted(len(features), 'member')}, and {len(held)} held out, did not fail; expected "
+            f"{2 * NEAR} and {NEAR}"
         )
     center, spread, u = features.mean(axis=0), features.std(axis=0), values
     spread = np.where(spread > 1e-9 * (1.0 + np.abs(center)), spread, 1.0)

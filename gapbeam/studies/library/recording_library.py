@@ -22,6 +22,7 @@ from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.touch_kernel import WIDTH
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 from gapbeam.studies.library.calibrated_regression import Regression, regression
 from gapbeam.studies.library.recording import QUANTITIES, FeatureKind, Quantity, lines_of
 from gapbeam.studies.printed_results import PrintedResult
@@ -84,7 +85,7 @@ class Library(PrintedResult):
         """Return the library in one line."""
         lost = f"; {self.failed} failed" if self.failed else ""
         parts = (f"{path} to {median:.2g}" for path, _, _, median, _ in self.rows())
-        return f"{self.members} members{lost}; median relative error of members held out: {', '.join(parts)}"
+        return f"{counted(self.members, 'member')}{lost}; median relative error of members held out: {', '.join(parts)}"
 
     def tables(self) -> list[Table]:
         """Return the errors of members held out."""
@@ -267,7 +268,8 @@ def _check(
         raise UserError(f"library: noise: found {noise:g}, expected a share of the root mean square, above 0, below 1")
     if periods < 8 or periods % 2 or harmonics < 3 or min(settle, steps) < 1:
         raise UserError(
-            f"library: found {periods} periods, {harmonics} harmonics, {settle} periods to settle, {steps} steps; "
+            f"library: found {counted(periods, 'period')}, {harmonics} harmonics, {settle} periods to settle, "
+            f"{counted(steps, 'step')}; "
             "expected an even number of periods from 8, harmonics from 3, and the others from 1"
         )
 

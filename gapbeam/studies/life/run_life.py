@@ -21,6 +21,7 @@ from gapbeam.solver.case.reading.case_reader import is_scene, read_case
 from gapbeam.solver.errors import RangeNotCovered
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.scene_file.scene_reader import scene_file
+from gapbeam.solver.wording import counted
 from gapbeam.studies.life.case_rates import CaseRates, PointRates
 from gapbeam.studies.life.scene_rates import SceneRates
 from gapbeam.studies.life.worn_case import PROFILES_FILE, KeptRuns, Profiles, of_faces, time_words
@@ -105,7 +106,7 @@ class LifeResult(PrintedResult):
         return (
             f"life {time_words(worn.life)} ({time_words(worn.low)} to {time_words(worn.high)}, 95 %) until {name} is "
             f"worn by {self.limit:g} m; chance +- {100.0 * worn.chance:.2g} %, blocks +- "
-            f"{100.0 * worn.block_error / worn.life:.2g} %; {worn.runs} runs{doubt}"
+            f"{100.0 * worn.block_error / worn.life:.2g} %; {counted(worn.runs, 'run')}{doubt}"
         )
 
     def _worn_by(self) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from gapbeam.solver.diagnostics.statistics.pooled_members import FEWEST, pooled_figures
 from gapbeam.solver.diagnostics.statistics.statistic_figures import may_be_asked
+from gapbeam.solver.wording import counted
 
 LOAD, SEED = "load.", ".seed"
 
@@ -58,7 +59,7 @@ def is_seed(key: str) -> bool:
 def ensemble_words(one: Ensemble) -> str:
     """Return the result of an ensemble and the need of its least certain figure, in one line."""
     known = [figure for figure in one.figures if figure["relative"] is not None and may_be_asked(figure["name"])]
-    words = f"{one.members} members, {one.seconds:.6g} s together"
+    words = f"{counted(one.members, 'member')}, {one.seconds:.6g} s together"
     if not known:
         return words
     widest = max(known, key=lambda figure: float(figure["relative"]))

@@ -14,6 +14,7 @@ from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.wording import counted
 from gapbeam.studies.study_folder import REMEDY, StoredResponse, checked, differing, refuse_links
 from gapbeam.studies.trials.axes import Axis, overrides_of, points_of
 from gapbeam.studies.trials.subject import Subject, read_subject
@@ -216,7 +217,7 @@ def _check_responses(sweep: Sweep, folder: Path) -> None:
         wanted = dict(zip((axis.key for axis in sweep.axes), values, strict=False))
         if record["values"] != wanted:
             path = folder / POINTS / f"{number:06d}.json"
-            expected = f"the response at {wanted}" if wanted else f"at most {len(tasks)} responses"
+            expected = f"the response at {wanted}" if wanted else f"at most {counted(len(tasks), 'response')}"
             raise ResultsError(path, f"the response at {record['values']}", expected, REMEDY)
 
 

@@ -30,6 +30,7 @@ from gapbeam.postprocess.study_figures.sweep_branches import (
 from gapbeam.postprocess.study_figures.sweep_map import draw_map
 from gapbeam.solver.errors import CaseError
 from gapbeam.solver.run.output.results_folder import finite, write_beside
+from gapbeam.solver.wording import counted
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult
@@ -216,7 +217,7 @@ class SweepResult(PrintedResult):
     def headline(self) -> str:
         """Return the number of responses that passed, and of points with several."""
         total = len(self.records)
-        words = [f"{total - len(self.failed)} of {total} responses passed", *census_words(self.points)]
+        words = [f"{total - len(self.failed)} of {counted(total, 'response')} passed", *census_words(self.points)]
         return "; ".join([*words, *map(ensemble_words, self.ensembles)])
 
     def tables(self) -> list[Table]:

@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.wording import counted
 
 MOST_POINTS = 100_000
 
@@ -78,7 +79,7 @@ def points_of(axes: Sequence[Axis], zipped: bool = False) -> list[tuple[str, ...
         return list(zip(*(axis.values for axis in axes), strict=True))
     count = int(np.prod([float(len(axis.values)) for axis in axes]))
     if count > MOST_POINTS:
-        raise UserError(f"the grid has {count} points; expected at most {MOST_POINTS}")
+        raise UserError(f"the grid has {counted(count, 'point')}; expected at most {MOST_POINTS}")
     return list(product(*(axis.values for axis in axes)))
 
 

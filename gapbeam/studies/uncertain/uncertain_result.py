@@ -17,6 +17,7 @@ from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journa
 from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, UNCERTAIN_PICTURE
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_written, write_table
 from gapbeam.studies.uncertain.probability import Indices, IntervalEstimate, RareProbability
@@ -111,7 +112,7 @@ class Uncertain(PrintedResult):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        words = [f"{len(self.response)} members", f"{len(self.responses)} response{'s' * (len(self.responses) != 1)}"]
+        words = [f"{counted(len(self.response), 'member')}", f"{counted(len(self.responses), 'response')}"]
         words += [
             f"{name} above {self.limits[name]:.4g}: {one.value:.3g} ({one.low:.3g} to {one.high:.3g})"
             for name, one in self.exceeded.items()

@@ -8,6 +8,7 @@ from typing import Any
 
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict, picture_section
 from gapbeam.postprocess.report.study_json import read_records
+from gapbeam.solver.wording import counted
 
 ATLAS_FILE, ATLAS_PICTURE = "atlas.json", "atlas-responses.png"
 Record = Mapping[str, Any]
@@ -58,8 +59,8 @@ def atlas_sections(folder: Path, command: str) -> list[ReportSection]:
     records = read_records(folder / ATLAS_FILE, ("values", "responses", "chaotic", "unsettled", "failed"))
     left = sum(float(one["unsettled"]) + float(one["failed"]) for one in records) / len(records)
     several = sum(len(one["responses"]) + bool(one["chaotic"]) > 1 for one in records)
-    text = f"{sum(len(one['responses']) for one in records)} stable periodic responses at {len(records)} points; "
-    text += f"several at {several} of them."
+    found = sum(len(one["responses"]) for one in records)
+    text = f"{counted(found, 'stable periodic response')} at {counted(len(records), 'point')}; several at {several}."
     blocks: list[Block] = [
         Verdict("warning", f"{text} {left:.1%} of the starts did not settle.") if left else Verdict("passed", text)
     ]

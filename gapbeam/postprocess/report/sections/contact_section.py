@@ -14,6 +14,7 @@ from gapbeam.postprocess.report.sections.support_section import ZOOM, chart_alon
 from gapbeam.postprocess.results.columns_of_run import WearMap
 from gapbeam.postprocess.signals.enlarged_part import enlarged_span
 from gapbeam.postprocess.signals.signal import Signal, face_signal
+from gapbeam.solver.wording import counted
 
 HEADER = ("face", "rate", "value", "unit", "95 % interval", "judged")
 WHERE_HEADER = ("face", "x (m)", "angle (deg)", "work rate per area (W/m^2)", "over the mean", "depth rate (m/s)")
@@ -250,7 +251,7 @@ def _coherence(load: dict[str, Any]) -> list[Block]:
     if not found:
         return []
     name, rows = f"`{load['name']}`", [_coherence_row(one) for one in found["places"]]
-    before = f"{name} acts as forces at {len(rows) + 1} stations. Their correlation with the one at x = "
+    before = f"{name} acts as forces at {counted(len(rows) + 1, 'station')}. Their correlation with the one at x = "
     before += f"{number(found['from'])} m over {number(found['independent'])} independent pairs" if rows else ""
     behind = "The coherence asked for is averaged over the reach of both stations, and also given at their "
     return _compared(name, COHERENCE_HEADER, rows, before, f"{behind}distance.")
@@ -282,7 +283,8 @@ def _spectrum(load: dict[str, Any]) -> list[Block]:
     rows = [_row(band) for band in load["bands"]]
     inside = sum(row[-1] == "yes" for row in rows)
     words = (
-        f"{asked}. Over {number(load['seconds'])} s, {inside} of {len(rows)} bands lie within the interval that chance "
+        f"{asked}. Over {number(load['seconds'])} s, {inside} of {counted(len(rows), 'band')} lie within the "
+        "interval that chance "
         "leaves; one in 20 lies outside where all is as asked for."
     )
     square = {"N": "N²", "N/m": "(N/m)²"}.get(load["unit"], "(m/s²)²")

@@ -14,6 +14,7 @@ from gapbeam.postprocess.signals.enlarged_part import enlarged_span
 from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
 from gapbeam.postprocess.signals.signal import Signal
 from gapbeam.postprocess.signals.spectra import distortion
+from gapbeam.solver.wording import counted
 
 PORTRAIT = 6000  # points
 FEWEST = 3  # forcing periods worth a figure over them
@@ -272,7 +273,7 @@ def _span(one: SignalAnalysis) -> str:
     assert lines is not None
     if lines.periods is None:
         return f", {lines.window} window over the whole record"
-    return f" over {lines.periods} forcing periods from {lines.start:.4g} s, {lines.window} window"
+    return f" over {counted(lines.periods, 'forcing period')} from {lines.start:.4g} s, {lines.window} window"
 
 
 def _harmonics(probe: str, analysis: Analysis) -> TableBlock | None:

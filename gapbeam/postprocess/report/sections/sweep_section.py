@@ -43,6 +43,7 @@ from gapbeam.postprocess.study_figures.sweep_branches import (
     start_words,
 )
 from gapbeam.postprocess.study_figures.sweep_map import grid_of
+from gapbeam.solver.wording import counted
 
 
 @dataclass(frozen=True)
@@ -191,7 +192,9 @@ def _ensembles(folder: Path) -> list[Block]:
     blocks: list[Block] = []
     for one in read_records(path, ("values", "members", "seconds", "figures")):
         where = ", ".join(f"{key} = {value}" for key, value in one["values"].items())
-        title = f"{one['members']} members, {number(one['seconds'])} s together{f', {where}' if where else ''}"
+        title = (
+            f"{counted(one['members'], 'member')}, {number(one['seconds'])} s together{f', {where}' if where else ''}"
+        )
         rows = [
             (
                 figure["name"],
@@ -216,11 +219,11 @@ def _summary(records: Sequence[dict[str, Any]], points: Sequence[SweepPoint]) ->
         first = f" First of them: {message[0]}" if message else ""
         blocks.append(Verdict("error", f"**{count} of {len(records)} responses did not pass: {verdict}.**{first}"))
     if not failed:
-        blocks.append(Verdict("passed", f"All {len(records)} responses at {len(points)} points passed."))
+        blocks.append(Verdict("passed", f"All {len(records)} responses at {counted(len(points), 'point')} passed."))
     several, *unsettled = census_words(points)
     if any(point.coexisting > 1 for point in points):
-        blocks.append(Verdict("note", f"{several}."))
-    blocks += [Verdict("warning", f"{words}.") for words in unsettled]
+        blocks.append(Verdict("note", f"{several.capitalize()}."))
+    blocks += [Verdict("warning", f"{words.capitalize()}.") for words in unsettled]
     notes = Counter(note for record in records for note in record.get("notes") or ())
     return [*blocks, *warnings_of([f"{note} ({count} of {len(records)})" for note, count in notes.most_common(10)])]
 

@@ -18,7 +18,7 @@ from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.supports.layout import Layout, keyed, support_at
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording import apart, exceeds
+from gapbeam.solver.wording import apart, counted, exceeds
 
 Joints = Mapping[int, Joint]
 """Joints by their number in the case file, from 0, without those that have faults of their own."""
@@ -85,7 +85,7 @@ def offsets_fit_the_mesh(beam: Beam, mesh: Mesh, mass: Masses) -> Iterator[Fault
             twists = flat and entry.away[1] != 0.0
             yield Fault(
                 key,
-                f"{len(entry.offset)} components with dimension = {mesh.dimension}",
+                f"{counted(len(entry.offset), 'component')} with dimension = {mesh.dimension}",
                 "[x, z]: a slice neither twists nor leaves its plane" if flat else "[x, y, z]",
                 "dimension = 3 for a mass beside the bending plane"
                 if twists

@@ -18,7 +18,7 @@ from gapbeam.solver.loads.attachments import Joint, PointMass
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 from gapbeam.solver.table import Vector
-from gapbeam.solver.wording import exceeds
+from gapbeam.solver.wording import counted, exceeds
 
 ROUNDING = 1.0e-12
 BESIDE = 1.0e-9  # of the length of the beam: a place beside the end of a segment
@@ -432,7 +432,7 @@ def contact_points_fit_the_section(beam: Beam, contact: Contact) -> Iterator[Fau
     if contact.points is not None and beam.section.round:
         yield Fault(
             ("contact", "points"),
-            f'{len(contact.points)} points, with the section "{beam.section.type}"',
+            f'{counted(len(contact.points), "point")}, with the section "{beam.section.type}"',
             "no points on a round section, which touches along lines",
             "leave points out: contact then acts all over the faces",
             (SECTION,),

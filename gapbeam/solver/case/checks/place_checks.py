@@ -20,7 +20,7 @@ from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 from gapbeam.solver.table import Vector
-from gapbeam.solver.wording import apart, exceeds
+from gapbeam.solver.wording import apart, counted, exceeds
 
 Loads = Mapping[int, Load]
 """Loads by their number in the case file, from 0, without those that have faults of their own."""
@@ -62,7 +62,7 @@ def _outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterato
         names = ("x", "y", "z")[: mesh.dimension]
         yield Fault(
             key,
-            f"{len(coordinates)} coordinates",
+            f"{counted(len(coordinates), 'coordinate')}",
             f"x alone, or [{', '.join(names)}] in {mesh.dimension}D",
             f"point = {coordinates[0]:g} for a point on the axis",
             (("mesh", "dimension"),),
@@ -174,7 +174,7 @@ def directions_point_somewhere(mesh: Mesh, load: Loads) -> Iterator[Fault]:
         if len(entry.direction) != mesh.dimension:
             yield Fault(
                 key,
-                f"{len(entry.direction)} components with dimension = {mesh.dimension}",
+                f"{counted(len(entry.direction), 'component')} with dimension = {mesh.dimension}",
                 f"{mesh.dimension} components",
                 f"direction = {up} is upward",
                 (("mesh", "dimension"),),

@@ -17,7 +17,7 @@ from gapbeam.solver.errors import Fault
 from gapbeam.solver.loads.attachments import Joint, MotionName, PointMass
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording import apart, exceeds
+from gapbeam.solver.wording import apart, counted, exceeds
 
 MOST_STEPS = 1e9
 MULTIPLE_TOLERANCE = 1e-6
@@ -144,7 +144,7 @@ def start_vectors_fit_the_mesh(mesh: Mesh, analysis: Analysis) -> Iterator[Fault
         if isinstance(vector, tuple) and len(vector) != mesh.dimension:
             yield Fault(
                 ("analysis", "motion", key),
-                f"{len(vector)} components with dimension = {mesh.dimension}",
+                f"{counted(len(vector), 'component')} with dimension = {mesh.dimension}",
                 f"{mesh.dimension} components, [{', '.join('xyz'[: mesh.dimension])}]",
                 f"{key} = {[0.0] * mesh.dimension}",
                 (("mesh", "dimension"),),

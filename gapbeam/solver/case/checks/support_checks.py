@@ -18,7 +18,7 @@ from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import WHOLE, AnySupports, BaseAndGland, OneSupport
-from gapbeam.solver.wording import apart, either, exceeds
+from gapbeam.solver.wording import apart, counted, either, exceeds
 
 
 def support_names_differ(support: AnySupports) -> Iterator[Fault]:
@@ -303,7 +303,7 @@ def moved_supports_are_there(support: AnySupports, load: Loads) -> Iterator[Faul
         if place.support is None:
             yield Fault(
                 ("load", number, "type"),
-                f"{entry.type} without the key support, in a case of {len(layout.supports)} supports",
+                f"{entry.type} without the key support, in a case of {counted(len(layout.supports), 'support')}",
                 f"the name of the support that moves, {names}",
                 f'support = "{layout.supports[0].name}"; base_motion moves all of them',
                 (("support",),),

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from gapbeam.solver.table import POINT_PATTERN
-from gapbeam.solver.wording import either, near, printable
+from gapbeam.solver.wording import counted, either, near, printable
 
 
 def toml_value(value: object) -> str:
@@ -117,9 +117,9 @@ def in_words(schema: Mapping[str, Any]) -> str:
         case "array" if "prefixItems" in schema:
             items = schema["prefixItems"]
             if items[0].get("type") not in ("number", "integer"):
-                return f"a list of {len(items)} items, each {in_words(items[0])}"
+                return f"a list of {counted(len(items), 'item')}, each {in_words(items[0])}"
             limits = _range(items[0])
-            return f"a list of {len(items)} numbers" + (f", each{limits}" if limits else "")
+            return f"a list of {counted(len(items), 'number')}" + (f", each{limits}" if limits else "")
         case "array" if schema["items"].get("type") == "number":
             least, most = schema.get("minItems", 0), schema.get("maxItems")
             limits = _range(schema["items"])

@@ -26,6 +26,7 @@ from gapbeam.solver.contact.laws.damper import Damper, per_area
 from gapbeam.solver.errors import Fault
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import NonNegative, Number, Positive, Table
+from gapbeam.solver.wording import counted
 
 if TYPE_CHECKING:
     from gapbeam.solver.contact.laws.own_spring import OwnSpring
@@ -273,7 +274,7 @@ class PiecewiseLinear(ChosenLaw):
         if len(self.factors) != len(self.depths):
             yield Fault(
                 ("contact", "law", "factors"),
-                f"{len(self.factors)} factors for {len(self.depths)} depths",
+                f"{counted(len(self.factors), 'factor')} for {counted(len(self.depths), 'depth')}",
                 "one factor for each depth",
                 f"factors = {[2.0 * (number + 1) for number in range(len(self.depths))]}",
                 (("contact", "law", "depths"),),

@@ -33,6 +33,7 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import (
     probe_series,
 )
 from gapbeam.solver.record_table import SLIP_MODES
+from gapbeam.solver.wording import counted
 
 Array = np.ndarray
 
@@ -215,7 +216,7 @@ def in_words(found: Mapping[str, Any]) -> str:
     words = " to ".join(f"+- {one['relative']:.1%} ({one['name']})" for one in (known[:1] + known[1:][-1:]))
     doubtful = [one["verdict"] for one in found["figures"] if one["verdict"] != "good"]
     counts = [f"{doubtful.count(verdict)} {verdict}" for verdict in ORDER if verdict in doubtful]
-    parts = [f"{len(known)} figures known within {words}"] if known else []
+    parts = [f"{counted(len(known), 'figure')} known within {words}"] if known else []
     asked = [one for one in found["figures"] if may_be_asked(one["name"])]
     widest = max(asked, key=lambda one: float(one["relative"] or 0.0), default=None)
     if widest is not None and widest["relative"] is not None:

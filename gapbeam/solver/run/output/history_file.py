@@ -38,6 +38,7 @@ from gapbeam.solver.run.output.hdf5_files import Shape, refuse_other_data
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording import counted
 
 BLOCK = 1024  # records that lie side by side in a file
 KEPT = 2**13  # records kept in memory between writes, at most
@@ -261,7 +262,7 @@ def _check_there(folder: Path, kept: int, shapes: Mapping[str, Shape]) -> None:
             raise UserError(f"{path} cannot be read ({error}); start again with `overwrite=True`") from error
         if there < wanted:
             raise UserError(
-                f"{path} holds {there} records; expected at least {wanted}, those up to the checkpoint; "
+                f"{path} holds {counted(there, 'record')}; expected at least {wanted}, those up to the checkpoint; "
                 "start again with `overwrite=True`"
             )
 

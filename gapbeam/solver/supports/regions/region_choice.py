@@ -17,6 +17,7 @@ from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.supports.regions.around_face import BoreFace, ProfileFace, WallsFace
 from gapbeam.solver.supports.regions.region import AroundRegion, Placement, Slot, Stop, place_around
 from gapbeam.solver.table import Number
+from gapbeam.solver.wording import counted
 
 FEWEST, MOST = 3, 3600  # angles
 STEEPEST = 0.1  # slope of the wall, up to which the radii of the section stand for its normals
@@ -69,7 +70,7 @@ class Profile(AroundRegion):
         elif len(recesses) != len(angles):
             yield Fault(
                 (*key, "recesses"),
-                f"{len(recesses)} for {len(angles)} angles",
+                f"{len(recesses)} for {counted(len(angles), 'angle')}",
                 "one recess for each angle",
                 related=((*key, "angles"),),
             )
@@ -155,7 +156,7 @@ class Polygon(AroundRegion):
         if self.recesses and len(self.recesses) != len(self.walls):
             yield Fault(
                 (*key, "recesses"),
-                f"{len(self.recesses)} for {len(self.walls)} walls",
+                f"{len(self.recesses)} for {counted(len(self.walls), 'wall')}",
                 "one recess for each wall, or none",
                 related=((*key, "walls"),),
             )

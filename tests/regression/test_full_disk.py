@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import resource
 import signal
 import threading
@@ -17,6 +18,7 @@ from hypothesis import strategies as st
 
 import gapbeam
 from gapbeam import command_line
+from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.memory.out_of_memory import is_out_of_memory
 from gapbeam.solver.run.output import atomic_files, output_thread
@@ -172,6 +174,14 @@ def test_a_disk_is_reported_whoever_meets_it(number: int) -> None:
     status, words = said_by(command("schema", first=first))
     assert status == 6
     assert words.startswith(f"gapbeam: /some/file could not be written: {os.strerror(number)}; look for")
+
+
+@pytest.mark.parametrize("number", NUMBERS[:3])
+def test_a_full_disk_is_no_fault_of_what_is_read(number: int, tmp_path: Path) -> None:
+    """The picture of a sweep met it while its points were read: status 2, "files that can be read"."""
+    with pytest.raises(OSError, match=re.escape(os.strerror(number))) as caught, as_written(tmp_path):
+        raise OSError(number, os.strerror(number))
+    assert (caught.value.errno, caught.value.filename) == (number, str(tmp_path))
 
 
 def test_an_error_that_is_its_own_cause_is_looked_at_once() -> None:

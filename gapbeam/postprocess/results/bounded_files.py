@@ -9,6 +9,7 @@ HDF5 files of results may have plain datasets in the file itself, no larger than
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import traceback
@@ -22,6 +23,7 @@ import h5py
 
 from gapbeam.postprocess.results_errors import ResultsError
 
+FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 _LONGEST = 200  # characters of a foreign message
 
 
@@ -37,12 +39,16 @@ def as_written(*places: Path) -> Iterator[None]:
 
     Raises:
         ResultsError: Instead of any error without an exit status of its own.
+        OSError: A disk is full; it has a place.
     """
     place = Path(" or ".join(map(str, places)))
     try:
         yield
     except OSError as fault:
         if hasattr(fault, "exit_status"):
+            raise
+        if fault.errno in FULL:  # it writes a picture or a report of the files
+            fault.filename = fault.filename or str(place)
             raise
         raise ResultsError(
             Path(fault.filename) if isinstance(fault.filename, str) else place,

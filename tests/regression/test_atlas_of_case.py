@@ -28,7 +28,9 @@ def oscillator(texts: tuple[str, ...]) -> PeriodicScene:
     stop = gapbeam.Contact(body["at"], gapbeam.HalfPlane(0.5), gapbeam.KelvinVoigt(stiffness=30.0), name="stop")
     push = gapbeam.Force(body["at"], lambda t: size * np.cos(2.6 * t), name="push")
     period = 2 * np.pi / 2.6
-    return PeriodicScene(gapbeam.Scene(body, contacts=[stop], loads=[push]), period, period / 199.5, 2.2 * period)
+    scene, knock = gapbeam.Scene(body, contacts=[stop], loads=[push]), gapbeam.figure("knock", "contact_force", "stop")
+    late = gapbeam.figure("late", "contact_force", "stop", start=1.0)
+    return PeriodicScene(scene, period, period / 199.5, 2.2 * period, (knock, late))
 
 
 def test_files_say_what_was_found(tmp_path: Path) -> None:
@@ -47,6 +49,8 @@ def test_files_say_what_was_found(tmp_path: Path) -> None:
     rows = list(csv.DictReader((tmp_path / "found" / "atlas.csv").open()))
     assert [row["response"] for row in rows] == [f"order {order}" for order in orders]
     assert sum(float(row["share"]) for row in rows) == pytest.approx(2.0)
+    assert [float(row["knock"]) for row in rows] == pytest.approx([float(row["force (N)"]) for row in rows])
+    assert "late" not in rows[0]
     assert (tmp_path / "found" / "atlas-responses.png").stat().st_size > 1000
     report = report_on([tmp_path / "found"], "gapbeam report")
     assert [section.title for section in report.sections] == ["Summary", "Picture"]

@@ -136,7 +136,7 @@ def test_responses_over_a_frequency() -> None:
     assert starts.q[0].tolist() == [-0.5, -0.5, -0.5, 0.1, 0.1, 0.1]
     found = gb.atlas(
         scene, period=lambda at: 2 * np.pi / at["push.W"], starts=starts, steps=100,
-        over={"push.W": [0.6, 1.2], "push.F": [0.0, 0.1]},
+        over={"push.W": [0.6, 1.2], "push.F": [0.0, 0.1]}, figures=[gb.figure("speed", "velocity", "at")],
     )  # fmt: skip
     assert [one.values for one in found.points] == [{"push.W": W, "push.F": F} for W in (0.6, 1.2) for F in (0.0, 0.1)]
     assert found.is_complete
@@ -147,6 +147,7 @@ def test_responses_over_a_frequency() -> None:
         free = [response for response in one.responses if not response.impacts["stop"]]
         assert len(free) == 1
         assert free[0].peak["at"] == pytest.approx(linear, rel=2e-3, abs=1e-9)
+        assert free[0].figures["speed"] == pytest.approx(W * linear, rel=2e-3, abs=1e-9)
         assert one.period == pytest.approx(2 * np.pi / W)
     assert found.strobes["at"].shape[:2] == (4, 6)
     counts = gb.draw_responses(found, "at").axes[0].collections[0].get_array()
@@ -205,6 +206,7 @@ def test_followed_responses_end_where_exact_ones_do() -> None:
         ({"steps": 0}, "from 1 on"),
         ({"scheme": gb.newmark()}, "accelerations as states"),
         ({"over": {"push.G": [1.0]}}, "has no 'G'"),
+        ({"figures": [gb.figure("a", "velocity", "at", start=1.0)]}, "figure a: it has a time"),
         ({"over": {"push.F": [1.0], "push.W": [1.0], "stop.clearance": [1.0]}}, "at most 2"),
     ],
 )

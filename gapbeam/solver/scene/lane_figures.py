@@ -22,6 +22,7 @@ MOTIONS = ("displacement", "velocity")
 FORCE = "contact_force"
 KEPT_BY_HISTORIES = ("quantile", "probability")
 """Statistics that need the whole history."""
+TIMED = ("value", "time-of-maximum", "time-of-minimum")
 
 
 def lane_figure_faults(scene: Scene, figures: Sequence[Figure]) -> Iterator[tuple[Figure, str]]:
@@ -40,6 +41,15 @@ def lane_figure_faults(scene: Scene, figures: Sequence[Figure]) -> Iterator[tupl
                 _series(scene, one, np.zeros((1, scene.watched, 1)), np.zeros((1, len(scene.contacts), 1)))
             except UserError as error:
                 yield one, str(error).removeprefix(f"figure {one.name}: ")
+
+
+def response_figure_faults(scene: Scene, figures: Sequence[Figure]) -> Iterator[tuple[Figure, str]]:
+    """Yield figures that responses cannot have, with why: those of `lane_figure_faults`, and those at a time."""
+    for one in figures:
+        if one.statistic in TIMED or one.start > 0.0 or one.end is not None:
+            yield one, "it has a time, and figures of a response are over whole periods; expected none; or try a sweep"
+        else:
+            yield from lane_figure_faults(scene, [one])
 
 
 def _labels_of(scene: Scene, figure: Figure, names: Iterable[str]) -> list[str]:

@@ -5,16 +5,18 @@ Starts are displacements and velocities of points, drawn or on a grid.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import binomtest
 
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite
+from gapbeam.solver.scene.lane_figures import response_figure_faults
 from gapbeam.solver.scene.limit_cycle import state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -38,6 +40,7 @@ class Response:
         impacts: By contact, impacts a period of the load.
         peak_force: By contact, N.
         period: Of a limit cycle, s; NaN where the loads have a period, and at rest.
+        figures: Of one's own, by name.
     """
 
     order: int
@@ -51,6 +54,7 @@ class Response:
     impacts: dict[str | int, float]
     peak_force: dict[str | int, float]
     period: float = float("nan")
+    figures: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +107,7 @@ class Atlas:
 def atlas(
     scene: Scene, *, period: float | Callable[[dict[str, float]], float], starts: SceneState,
     over: Mapping[str, Any] | None = None, steps: int = 400, settle: int = 100, rounds: int = 4, orders: int = 8,
-    exponents: int = 200, scheme: LinearScheme = MIDPOINT, threads: int | None = None,
+    exponents: int = 200, scheme: LinearScheme = MIDPOINT, threads: int | None = None, figures: Sequence[Figure] = (),
 ) -> Atlas:  # fmt: skip
     """Find all stable periodic responses that a set of starts comes to, their shares, and what is chaotic.
 
@@ -125,15 +129,18 @@ def atlas(
         exponents: Periods over which exponents are taken.
         scheme: Of the time integration; without accelerations as states.
         threads: As of `ensemble`.
+        figures: Of one's own, by `gapbeam.figure`, as of `ensemble`, over whole responses.
 
     Raises:
-        UserError: A path, number or period cannot be, or loads do not repeat after the period.
+        UserError: A path, number, figure or period cannot be, or loads do not repeat after the period.
     """
     if min(steps, settle, rounds, orders) < 1 or exponents < 50:
         raise UserError("atlas: expected steps, settle, rounds and orders from 1 on, and exponents from 50 on")
     scene.refuse_memory("atlas")
     if scheme.is_accelerated:
         raise UserError("atlas: the scheme has accelerations as states; take the midpoint rule or theta")
+    for one, words in response_figure_faults(scene, figures):
+        raise UserError(f"atlas: figure {one.name}: {words}")
     axes = {path: np.atleast_1d(finite(value, path)) for path, value in (over or {}).items()}
     if len(axes) > 2:
         raise UserError(f"atlas: found {len(axes)} parameters, expected at most 2")
@@ -145,7 +152,7 @@ def atlas(
     strobe = repeating(scene, values, finite(periods, "atlas: period"), starts, steps, scheme, threads)
     each = starts.q.shape[1]
     X = np.vstack([np.tile(one, (1, count)) for one in (starts.q, starts.v, starts.spread(each).z)])
-    search = ResponseSearch(strobe, each, X, settle, rounds, orders, exponents)
+    search = ResponseSearch(strobe, each, X, settle, rounds, orders, exponents, figures)
     exponent = search.run()
     points = [_summary(search, i, one, exponent) for i, one in enumerate(every)]
     which = search.which.reshape(count, each)
@@ -184,7 +191,7 @@ def _summary(search: ResponseSearch, i: int, values: dict[str, float], exponent:
         responses.append(
             Response(
                 one.order, state, one.strobes, one.orbit.multipliers, len(one.members), share, interval,
-                one.peak, one.impacts, one.peak_force,
+                one.peak, one.impacts, one.peak_force, figures=one.figures,
             )
         )  # fmt: skip
     chaos = exponent[(search.point == i) & (search.which == CHAOTIC)]

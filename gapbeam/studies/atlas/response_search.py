@@ -6,12 +6,14 @@ each member gives the growth of small differences: the largest Lyapunov exponent
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.limit_cycle import state_of
@@ -182,6 +184,7 @@ class FoundOrbit:
     peak: dict[str, Any]
     impacts: dict[str | int, float]
     peak_force: dict[str | int, float]
+    figures: dict[str, float]
     members: list[int] = field(default_factory=list)
 
 
@@ -196,13 +199,15 @@ class ResponseSearch:
         rounds: See `atlas`.
         orders: See `atlas`.
         exponents: See `atlas`.
+        figures: See `atlas`.
     """
 
     def __init__(
-        self, strobe: StrobeMap, each: int, X: Array, settle: int, rounds: int, orders: int, exponents: int
-    ) -> None:
+        self, strobe: StrobeMap, each: int, X: Array, settle: int, rounds: int, orders: int, exponents: int,
+        figures: Sequence[Figure] = (),
+    ) -> None:  # fmt: skip
         self.strobe, self.each, self.settle, self.rounds = strobe, each, settle, rounds
-        self.orders, self.exponents = orders, exponents
+        self.orders, self.exponents, self.figures = orders, exponents, tuple(figures)
         self.point = np.repeat(np.arange(len(strobe.period)), each)
         self.X: Any = X
         self.late: Any = np.zeros((2 * orders + 1, 2 * strobe.scene.size, len(self.point)))
@@ -288,7 +293,7 @@ class ResponseSearch:
         if not good:
             return
         where, X = np.array([i for i, _ in good]), np.column_stack([orbit.x for _, orbit in good])
-        many = self.strobe.march(where, X, order, strobes=order)
+        many = self.strobe.march(where, X, order, strobes=order, figures=self.figures)
         shorter: dict[int, list[int]] = {}
         for k, (i, orbit) in enumerate(good):
             strobes = np.roll(many.strobes[..., k], 1, axis=0)  # the first belongs to the state itself
@@ -310,7 +315,8 @@ class ResponseSearch:
             names = {name: value[..., k] for name, value in many.peak.items()}
             impacts = {name: float(value[k]) / order for name, value in many.impacts.items()}
             forces = {name: float(value[k]) for name, value in many.peak_force.items()}
-            self.found.append(FoundOrbit(i, orbit, order, strobes, names, impacts, forces))
+            own = {name: float(value[k]) for name, value in many.figures.items()}
+            self.found.append(FoundOrbit(i, orbit, order, strobes, names, impacts, forces, own))
             self.at.setdefault(i, []).append(len(self.found) - 1)
         for least, some in shorter.items():
             self.shoot_states(where[some], X[:, some], least)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -19,6 +20,7 @@ from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.scene.lane_ensemble import ensemble
+from gapbeam.solver.scene.lane_figures import response_figure_faults
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import NoSeat, seat
 from gapbeam.solver.wording import counted
@@ -31,6 +33,7 @@ from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder, study_written, write_table
 from gapbeam.studies.trials.axes import Axis, points_of
 
+LOG = logging.getLogger("gapbeam")
 DOUBTFUL = 5
 BRANCHES = "branches.csv"
 JOURNAL = "points.jsonl"  # while the atlas is under way
@@ -195,7 +198,7 @@ def run_atlas(
             else:
                 part = atlas(
                     one.scene, period=one.period, starts=begin, steps=one.steps, settle=settle, rounds=rounds,
-                    orders=orders,
+                    orders=orders, figures=_fit(one, first=number == 0),
                 )  # fmt: skip
             if kept is None:
                 named = dict(zip(over, map(float, values), strict=True))
@@ -225,6 +228,14 @@ def run_atlas(
         if journal is not None:
             journal.close()
     return AtlasResult(folder, whole, records, paths, branches)
+
+
+def _fit(one: PeriodicScene, first: bool) -> list[Figure]:
+    """Return the figures of one's own that a response can have; those that it cannot are named at the first point."""
+    unfit = {figure.name: words for figure, words in response_figure_faults(one.scene, one.figures)}
+    for name, words in unfit.items() if first else ():
+        LOG.warning("figure %s is left out: %s", name, words)
+    return [figure for figure in one.figures if figure.name not in unfit]
 
 
 def _followed(found: Atlas, scene_at: Callable[[tuple[str, ...]], PeriodicScene]) -> list[FollowedResponse]:
@@ -349,7 +360,7 @@ def _record(one: AtlasPoint) -> dict[str, Any]:
             "peak": {name: np.asarray(value).tolist() for name, value in r.peak.items()},
             "impacts": {str(name): value for name, value in r.impacts.items()},
             "peak_force": {str(name): value for name, value in r.peak_force.items()},
-            "period": r.period,
+            "period": r.period, "figures": r.figures,
         }
         for r in one.responses
     ]  # fmt: skip

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -19,7 +19,6 @@ from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite
 from gapbeam.solver.scene.ensemble_members import EnsembleFolder, Members
-from gapbeam.solver.scene.lane_figures import lane_figure_faults
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
@@ -169,18 +168,6 @@ class CalledModel:
                 )
         whole = np.all([np.isfinite(value) for value in found.values()], axis=0)
         return Answers(np.where(whole, "all", WORDS[FAILED]).astype(object), found)
-
-
-TIMED = ("value", "time-of-maximum", "time-of-minimum")
-
-
-def response_figure_faults(scene: Scene, figures: Sequence[Figure]) -> Iterator[tuple[Figure, str]]:
-    """Yield figures that responses cannot have, with why: those of `lane_figure_faults`, and those at a time."""
-    for one in figures:
-        if one.statistic in TIMED or one.start > 0.0 or one.end is not None:
-            yield one, "it has a time, and figures of a response are over whole periods; expected none; or try a sweep"
-        else:
-            yield from lane_figure_faults(scene, [one])
 
 
 def name_of(one: FoundOrbit) -> str:

@@ -23,6 +23,7 @@ from gapbeam.solver.case.reading.overrides import pairs
 from gapbeam.solver.errors import CaseError, Fault, UserError
 from gapbeam.solver.scene.argument_checks import finite
 from gapbeam.solver.scene.ensemble_members import ensemble_key
+from gapbeam.solver.scene.lane_figures import response_figure_faults
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
@@ -39,7 +40,6 @@ from gapbeam.studies.uncertain.member_responses import (
     KeptAnswers,
     Period,
     SceneModel,
-    response_figure_faults,
 )
 from gapbeam.studies.uncertain.probability import (
     Pairs,

@@ -18,8 +18,9 @@ def responses_of(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple
     """Return heads and rows of a table: one row for each response, and for chaotic and unsettled starts."""
     keys = tuple(records[0]["values"])
     probes = tuple(dict.fromkeys(name for one in records for r in one["responses"] for name in r["peak"]))
+    own = tuple(dict.fromkeys(name for one in records for r in one["responses"] for name in r.get("figures", ())))
     heads = (*keys, "response", "share", "from", "to", "largest multiplier", "impacts a period", "force (N)",
-             *(f"{name}: peak (m)" for name in probes))  # fmt: skip
+             *(f"{name}: peak (m)" for name in probes), *own)  # fmt: skip
     rows: list[tuple[Cell, ...]] = []
     for one in records:
         values = tuple(float(one["values"][key]) for key in keys)
@@ -29,11 +30,11 @@ def responses_of(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple
             rows.append((
                 *values, _kind(r), float(r["share"]), *map(float, r["interval"]),
                 float(r["largest_multiplier"]), float(max(impacts, default=0.0)), float(max(forces, default=0.0)),
-                *peaks,
+                *peaks, *(r.get("figures", {}).get(name) for name in own),
             ))  # fmt: skip
         for word in ("chaotic", "unsettled", "failed"):
             if one[word]:
-                rows.append((*values, word, float(one[word]), *(None for _ in range(5 + len(probes)))))
+                rows.append((*values, word, float(one[word]), *(None for _ in range(5 + len(probes) + len(own)))))
     return heads, rows
 
 

@@ -174,6 +174,7 @@ def test_spans_are_whole_periods_and_respect_the_horizon() -> None:
     assert names == ["up to the horizon", "beyond the horizon"]
     start_up, settled, beyond = spans_of(case, 4.8, INTERVAL, 3.7)
     assert settled.end <= 3.7
+    assert [one.cut for one in (start_up, settled, beyond)] == [False, True, False]
     assert beyond.start == pytest.approx(settled.end)
     gravity = gapbeam.read_case(DEMO, {"time.end": 0.1})
     assert [span.name for span in spans_of(gravity, 0.1 - INTERVAL, INTERVAL, None)] == ["whole run"]
@@ -202,7 +203,7 @@ def test_errors_are_the_stated_combination() -> None:
     assert found.error == pytest.approx(2.0e-3 * (4.0 / 3.0 * 0.03 + 0.01 + RIGID_FACTOR * 0.002), rel=1e-3)
     assert found.relative == pytest.approx((found.error or 0.0) / 2.0e-3, rel=1e-3)
     assert found.parts[MODEL] == pytest.approx(2.0e-5, rel=1e-3)
-    cut = errors(Span("up to the horizon", 0.5, 0.25, 2, FREQUENCY), False)
+    cut = errors(Span("settled part", 0.5, 0.25, 2, FREQUENCY, cut=True), False)
     assert cut.error == pytest.approx(2.0 * (found.error or 0.0))
     plane = errors(span, True)
     assert plane.error == pytest.approx(1.1 / 1.01 * 2.0e-3 * (4.0 / 3.0 * 0.03 + RIGID_FACTOR * 0.002), rel=1e-3)

@@ -21,8 +21,8 @@ which is taken, q up to 9/10. Differences of harmonics are the amplitudes of the
 of motions that differ by phase agree by chance.
 
 Where plane companions stand for a solid, differences are taken relative to the figures of the plane and enlarged by a
-tenth, and |f - R| falls away. A span that the horizon ends is where motions are about to part: E is twice as large
-there.
+tenth, and |f - R| falls away. Where the horizon ends a span, be it within the settled part, motions are about to part:
+E is twice as large there.
 
 Beyond the horizon figures are means over windows, and so is each term: it differs by chance as much as two means do.
 With the variance v of a mean, c = t sqrt(2 v) and Student's t (95 %, two-sided),
@@ -53,7 +53,6 @@ from gapbeam.studies.error_estimate.force_peaks import (
     FEWEST_WINDOWS,
     HARMONIC,
     OF_MOTION,
-    UP_TO_HORIZON,
     Averages,
     FigureSpan,
     Span,
@@ -262,7 +261,7 @@ def _ratio(solid: float, plane: float) -> float:
 def _error(parts: Mapping[str, float], span: Span, shares: Mapping[str, float]) -> float:
     error = max((factor * parts[name] for name, factor in shares.items() if name in parts), default=0.0)
     error += max(parts.get(MODEL, 0.0), parts.get(SHORT, 0.0)) + RIGID_FACTOR * parts.get(STIFFER, 0.0)
-    return (PARTED if span.name == UP_TO_HORIZON else 1.0) * error
+    return (PARTED if span.cut else 1.0) * error
 
 
 def _error_of_means(

@@ -59,6 +59,7 @@ class Span:
         width: Of a window, s.
         count: Number of windows.
         frequency: Of the forcing, Hz, where the windows are whole periods of it; None: no harmonics.
+        cut: Whether the horizon ends it.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Span:
     width: float
     count: int
     frequency: float | None = None
+    cut: bool = field(default=False, kw_only=True)
 
     @property
     def predictable(self) -> bool:
@@ -148,7 +150,7 @@ def spans_between(
     if frequency is None or end * frequency < FEWEST_PERIODS:
         everything = WHOLE_RUN if end > ALL * last - interval else "first part"
         whole = everything if horizon is None else UP_TO_HORIZON
-        return [Span(whole, 0.0, known, 1)] if known > least * interval else []
+        return [Span(whole, 0.0, known, 1, cut=horizon is not None)] if known > least * interval else []
     settled = floor((end - max(rise, 0.5 * end)) * frequency + _WHOLE) or 1
     periods = min(PERIODS, max(1, settled // FEWEST_WINDOWS))
     count, width = settled // periods, periods / frequency
@@ -156,10 +158,11 @@ def spans_between(
     spans = []
     first = min(begin, known)
     if first > (FEWEST if known >= begin else FEWEST_RECORDS) * interval:
-        spans.append(Span("start-up" if known >= begin else UP_TO_HORIZON, 0.0, first, 1))
+        cut = known < begin
+        spans.append(Span(UP_TO_HORIZON if cut else "start-up", 0.0, first, 1, cut=cut))
     predictable = count if repeats else max(0, min(count, floor((known - begin) / width + _WHOLE)))
     if predictable:
-        spans.append(Span(SETTLED, begin, width, predictable, frequency))
+        spans.append(Span(SETTLED, begin, width, predictable, frequency, cut=predictable < count))
     if predictable < count:
         beyond = begin + predictable * width
         spans.append(Span(BEYOND_HORIZON, beyond, width, count - predictable, frequency))

@@ -84,10 +84,14 @@ _OPTIONS: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy", "_nrt
 
 
 def is_kept(function: Callable[..., Any]) -> bool:
-    """Return whether machine code of an entry is kept, in any of its variants."""
+    """Return whether machine code of an entry is kept, in any of its variants.
+
+    Several installations of the same sources share a folder, and each has code of its own there.
+    """
+    if cache_folder() is None:
+        return False
     name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}-*.nbc"
-    folder = cache_folder()
-    return folder is not None and next(folder.rglob(name), None) is not None
+    return next(Path(function.stats.cache_path).glob(name), None) is not None  # type: ignore[attr-defined]
 
 
 def is_pending(function: Callable[..., Any]) -> bool:

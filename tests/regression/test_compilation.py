@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gapbeam.solver.jit import compile_in_another_process
+from gapbeam.solver.jit import cache_folder, compile_in_another_process, entry, is_kept
 from tests.shared.command import DEMO, GAPBEAM, PROJECT, alone, process_environment, settings
 from tests.shared.processes import LONGEST, until
 
@@ -61,6 +61,31 @@ def test_a_signal_is_heard_while_the_march_compiles(options: tuple[str, ...], tm
     for number in children:
         with pytest.raises(ProcessLookupError):
             os.kill(number, 0)
+
+
+@entry
+def doubled(x: float) -> float:
+    """Return 2 x."""
+    return 2.0 * x
+
+
+def test_code_of_another_installation_is_not_ones_own() -> None:
+    """It has the same sources and lies in the same folder; a signal would wait for a compilation that is not seen."""
+    folder = cache_folder()
+    assert folder is not None
+    own = [path for path in folder.rglob("test_compilation.doubled-*") if path.parent.name != "elsewhere"]
+    other = folder / "elsewhere" / "test_compilation.doubled-1.py313.1.nbc"
+    other.parent.mkdir(exist_ok=True)
+    other.touch()
+    try:
+        for path in own:
+            path.unlink()
+        assert not is_kept(doubled)
+        assert doubled(2.0) == 4.0
+        assert is_kept(doubled)
+    finally:
+        other.unlink()
+        other.parent.rmdir()
 
 
 def test_a_signal_that_another_thread_takes_during_the_fork_leaves_no_process(monkeypatch: pytest.MonkeyPatch) -> None:

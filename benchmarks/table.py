@@ -81,7 +81,7 @@ def machine_words() -> str:
     about = machine()
     return (
         f"{about['processor']}, {about['cores']} cores, one thread (load {about['load']} when written), "
-        f"DOLFINx {about['dolfinx']}, {about['date']}"
+        f"DOLFINx {about.get('dolfinx', 'not loaded')}, {about['date']}"
     )
 
 

@@ -4,7 +4,7 @@ run := environment/run
 side_by_side := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow test-pages test-timing test-parallel test-sid test-sid-all bench bench-large docs joss docs-run gallery lint format image clean
+.PHONY: help demo test test-slow test-pages test-timing test-parallel test-sid test-sid-all test-wheel bench bench-large docs joss docs-run gallery lint format image clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -37,6 +37,9 @@ test-sid: ## the tests that depend on releases, with the DOLFINx of Debian sid
 test-sid-all: ## the tests but the slow ones, with the DOLFINx of Debian sid
 	GAPBEAM_SUITE=sid $(run) pytest $(side_by_side)
 
+test-wheel: ## the tests where pip alone installed gapbeam, newest releases: bare Debian 13, ordinary user, no compiler
+	environment/wheel $(side_by_side)
+
 bench: ## speed, accuracy and memory beside others, into results/bench: a quarter of an hour
 	$(run) python3 -m benchmarks
 
@@ -64,7 +67,7 @@ lint: ## style, types and scripts
 	$(run) ruff check
 	$(run) ruff format --check
 	$(run) mypy
-	$(run) shellcheck .ci/run environment/run environment/image environment/build-kernel environment/steps/*.sh environment/container/*.sh environment/slurm/*.sbatch
+	$(run) shellcheck .ci/run environment/run environment/image environment/wheel environment/build-kernel environment/steps/*.sh environment/container/*.sh environment/slurm/*.sbatch
 
 format: ## format the Python files
 	$(run) ruff format

@@ -149,27 +149,33 @@ def _only_noting(noted: list[int]) -> dict[int, Any]:
 
 
 class _Late:
-    """A function that numba compiles, which loads numba when it is first called, or called by compiled code."""
+    """A function that numba compiles, which loads numba when it is first called, or called by compiled code.
 
-    def __init__(self, function: Callable[..., Any], options: dict[str, Any], kept: bool) -> None:
+    For compiled code it is part of its callers; Python calls another copy.
+    """
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
         update_wrapper(self, function)
-        self.py_func, self._options, self._kept = function, options, kept
+        self.py_func, self._options = function, options
 
     @cached_property
     def _made(self) -> Any:
-        from gapbeam.solver.machine_code import dispatcher, register_jitable
+        from gapbeam.solver.machine_code import linked
 
-        with _ONE:
-            while _SHARED:
-                register_jitable(**_OPTIONS)(_SHARED.pop())
-        folder = cache_folder() if self._kept else None
-        return dispatcher(self.py_func, self._options, folder, report_not_kept)
+        return linked(self.py_func, self._options)
+
+    @cached_property
+    def _called(self) -> Any:
+        """The copy that Python calls."""
+        from gapbeam.solver.machine_code import dispatcher
+
+        return dispatcher(self.py_func, self._options, None, report_not_kept)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        return self._made(*arguments, **named)
+        return self._called(*arguments, **named)
 
     def __getattr__(self, name: str) -> Any:  # `_numba_type_` among others, by which numba knows what it calls
-        if name in ("py_func", "_options", "_kept"):  # of an object that is not made yet
+        if name in ("py_func", "_options"):  # of an object that is not made yet
             raise AttributeError(name)
         return getattr(self._made, name)
 
@@ -177,12 +183,31 @@ class _Late:
         return str(self.py_func.__qualname__)  # its name in its module, from which another process takes it
 
 
-_SHARED: list[Callable[..., Any]] = []  # functions that numba does not know yet
-_ONE = threading.Lock()  # for the thread that makes them known
+class _Entry(_Late):
+    """One that Python calls, whose machine code is kept."""
+
+    @cached_property
+    def _made(self) -> Any:
+        from gapbeam.solver.machine_code import dispatcher
+
+        return dispatcher(self.py_func, self._options | {"no_cfunc_wrapper": True}, cache_folder(), report_not_kept)
+
+    @property
+    def _called(self) -> Any:
+        return self._made
 
 
-def _late(function: Function, options: dict[str, Any], kept: bool = False) -> Function:
-    made: Function = _Late(function, options, kept)  # type: ignore[assignment]
+class _Shared(_Late):
+    """One that Python calls as it stands."""
+
+    @property
+    def _called(self) -> Any:
+        return self.py_func
+
+
+def part(function: Function, options: dict[str, Any]) -> Function:
+    """Compile a function as part of the entries that call it; `options` are those of numba."""
+    made: Function = _Late(function, options)  # type: ignore[assignment]
     return made
 
 
@@ -191,28 +216,28 @@ def compiled(function: Function) -> Function:
 
     Its code is copied to where it is called: a call copies every array of the tables that it is given, in every step.
     """
-    return _late(function, _OPTIONS | {"forceinline": True})
+    return part(function, _OPTIONS | {"forceinline": True})
 
 
 def compiled_apart(function: Function) -> Function:
     """Compile like `compiled`, but as a called function: for long ones called from several places, or rarely."""
-    return _late(function, _OPTIONS)
+    return part(function, _OPTIONS)
 
 
 def allocating(function: Function) -> Function:
     """Compile like `compiled` a function that makes arrays."""
-    return _late(function, _OPTIONS | {"_nrt": True})
+    return part(function, _OPTIONS | {"_nrt": True})
 
 
 def shared(function: Function) -> Function:
     """Compile a function of numbers where kernels call it; Python calls it as it stands."""
-    _SHARED.append(function)
-    return function
+    made: Function = _Shared(function, _OPTIONS)  # type: ignore[assignment]
+    return made
 
 
 def compiled_in_order(function: Function) -> Function:
     """Compile like `compiled`, keeping the written order of operations: the same digits wherever it is called from."""
-    return _late(function, IN_ORDER)
+    return part(function, IN_ORDER)
 
 
 def entry(function: Function) -> Function:
@@ -225,14 +250,19 @@ def long_entry(function: Function) -> Function:
     return kept(function, _OPTIONS | {"nogil": True})
 
 
-def twin(function: Any, name: str) -> Any:
+def twin(function: Any, name: str, **others: Any) -> Any:
     """Compile the source of a long entry once more: machine code of its own, kept apart by its name.
 
     A function that both called would be optimized twice, as itself and where it is called.
+
+    Args:
+        function: The entry.
+        name: Of the twin.
+        others: Functions that it calls instead of those of these names.
     """
     source = function.py_func
     code = source.__code__.replace(co_name=name, co_qualname=name)
-    return long_entry(FunctionType(code, source.__globals__, name))
+    return long_entry(FunctionType(code, source.__globals__ | others, name))
 
 
 def allocating_entry(function: Function) -> Function:
@@ -242,4 +272,5 @@ def allocating_entry(function: Function) -> Function:
 
 def kept(function: Function, options: dict[str, Any]) -> Function:
     """Compile a function when it is first called, and keep the machine code; `options` are those of numba."""
-    return _late(function, options, kept=True)
+    made: Function = _Entry(function, options)  # type: ignore[assignment]
+    return made

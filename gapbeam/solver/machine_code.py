@@ -11,11 +11,52 @@ from typing import Any
 import numba
 from numba.core import config
 from numba.core.caching import FunctionCache
-from numba.extending import register_jitable
-
-__all__ = ["dispatcher", "register_jitable"]
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Flags, compile_extra
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 
 Report = Callable[[object, Exception], None]
+
+
+class _LinkedCode(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
+    """Code that only compiled code calls: optimized where it is linked in, and never made machine code by itself."""
+
+    def finalize(self) -> None:
+        """Link in what it calls."""
+        for library in dict.fromkeys(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+class _LinkedCompiler(_FunctionCompiler):  # type: ignore[misc]
+    """Compiler of functions that only compiled code calls, which leaves all but types and linking to their callers.
+
+    numba would optimize each of them by itself and make machine code of it, and do both again where it is called.
+    """
+
+    def _compile_core(self, args: Any, return_type: Any) -> Any:
+        flags = Flags()
+        self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
+        flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+        context = self.targetdescr.target_context
+        library = _LinkedCode(context.codegen(), self.py_func.__qualname__)
+        made = compile_extra(
+            self.targetdescr.typing_context, context, self.py_func, args, return_type, flags, self.locals, library,
+            self.pipeline_class,
+        )  # fmt: skip
+        handle = list[Any]().append  # stands for the function in tables of numba, which take a built-in function
+        context.insert_user_function(handle, made.fndesc, [library])
+        return made._replace(entry_point=handle)
+
+
+def linked(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """Return a function that compiled code may call, and Python may not; `options` are those of numba."""
+    made = numba.njit(**options)(function)
+    own = made._compiler
+    made._compiler = _LinkedCompiler(own.py_func, own.targetdescr, own.targetoptions, own.locals, own.pipeline_class)
+    return made
 
 
 def dispatcher(function: Callable[..., Any], options: dict[str, Any], folder: Path | None, report: Report) -> Any:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gapbeam.solver.jit import cache_folder, compile_in_another_process, entry, is_kept
+from gapbeam.solver.jit import cache_folder, compile_in_another_process, compiled, compiled_apart, entry, is_kept
 from tests.shared.command import DEMO, GAPBEAM, PROJECT, alone, process_environment, settings
 from tests.shared.processes import LONGEST, until
 
@@ -34,7 +34,7 @@ def first_run(folder: Path, *options: str) -> subprocess.Popen[str]:
 
 def kernels(folder: Path) -> list[Path]:
     """Return the files of the march's machine code."""
-    return list(folder.rglob("march_kernel.march_steps-*.nbc"))
+    return list(folder.rglob("march_kernel.march_*-*.nbc"))
 
 
 @pytest.mark.parametrize("options", [(), ("--set", 'analysis={type="periodic",start="seat"}')], ids=["march", "search"])
@@ -152,6 +152,46 @@ def test_runs_find_what_was_compiled_ahead(tmp_path: Path) -> None:
     assert [path for path in after if path.name.startswith(march)] == [
         path for path in before if path.name.startswith(march)
     ]
+
+
+@compiled
+def squared(x: float) -> float:
+    return x * x
+
+
+@compiled_apart
+def quartic(x: float) -> float:
+    return squared(squared(x))
+
+
+@entry
+def sum_of_powers(x: float) -> float:
+    return squared(x) + quartic(x)
+
+
+def test_what_only_compiled_code_calls_is_optimized_with_its_callers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """LLVM optimizes the module of the entry alone; Python calls a copy of a part, with machine code of its own."""
+    from numba.core.codegen import CPUCodeLibrary
+
+    optimize, seen = CPUCodeLibrary._optimize_final_module, list[str]()
+
+    def counted(library: CPUCodeLibrary) -> None:
+        seen.append(library.name)
+        optimize(library)
+
+    monkeypatch.setattr(CPUCodeLibrary, "_optimize_final_module", counted)
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    cache_folder.cache_clear()
+    try:
+        assert sum_of_powers(3.0) == 90.0
+    finally:
+        cache_folder.cache_clear()
+    assert "sum_of_powers" in seen
+    assert not {"squared", "quartic"} & set(seen)
+    assert quartic(2.0) == 16.0
+    assert "quartic" in seen
 
 
 def test_a_cache_that_cannot_be_written_is_reported(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any
 
-from gapbeam.solver.jit import kept
+from gapbeam.solver import jit
 
 L = 1  # lanes: replaced in each set of kernels
 
@@ -41,7 +41,8 @@ def kernels(lanes: int) -> dict[str, Any]:
     for part in _PARTS:
         function = FunctionType(part.__code__, space, part.__name__)
         function.__qualname__, function.__module__ = f"{part.__name__}_{lanes}_{key}", part.__module__
-        space[part.__name__] = kept(function, _OPTIONS | {"forceinline": part.__name__ != "march"})
+        make = jit.kept if part.__name__ in ("march", "meet") else jit.part
+        space[part.__name__] = make(function, _OPTIONS | {"forceinline": part.__name__ != "march"})
     return space
 
 

@@ -35,7 +35,16 @@ from gapbeam.solver.march.compiled.ledger_kernel import (
     limits_of,
     measure_in_modes,
 )
-from gapbeam.solver.march.compiled.march_kernel import DONE, FAILED, NOT_FINITE, march_around, march_steps, record_now
+from gapbeam.solver.march.compiled.march_kernel import (
+    DONE,
+    FAILED,
+    NOT_FINITE,
+    march_alpha,
+    march_alpha_around,
+    march_around,
+    march_steps,
+    record_now,
+)
 from gapbeam.solver.march.compiled.ordered_cholesky import OrderedFactor
 from gapbeam.solver.march.compiled.plan_arrays import (
     arrays_of_state,
@@ -251,7 +260,8 @@ class CompiledLoop:
         self._table = modal_table(plan, modal)
         self._scheme = scheme_table(plan)
         self._room, self._slides = room_for(self._table), sliding_rows(modal)
-        self._march_steps = march_steps if self._table.around is None else march_around
+        kernels = (march_alpha, march_alpha_around) if self._scheme.form == ENDPOINT else (march_steps, march_around)
+        self._march_steps = kernels[self._table.around is not None]
 
     @classmethod
     def compile_ahead(cls, plan: March, start: State | Paused, look: Callable[[], None]) -> None:

@@ -140,6 +140,7 @@ def record_sliding(sliding: SlidingArrays, faces: Indices, row: int) -> None:
 
 DONE, FAILED, NOT_FINITE, CREATED = 0, 1, 2, 3  # why a kernel came back
 FRESH_GAPS = 50  # steps, after which gaps are formed anew from the DOFs
+advance = midpoint_step  # in `march_alpha` the step of its scheme
 
 
 @long_entry
@@ -147,7 +148,7 @@ def march_steps(
     modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
     records: Records, factors: Array, walls: WallRows, first: int, every: int, last: int, most: int,
 ) -> tuple[int, int, int]:  # fmt: skip
-    """March as many steps as there are rows of load factors, or until one fails or creates energy.
+    """March as many steps as there are rows of load factors, or until one fails or creates energy, by midpoint rules.
 
     Args:
         modal: The system.
@@ -172,10 +173,7 @@ def march_steps(
     begin_points(modal, motion, room)
     for step in range(len(factors)):
         move_walls(walls, step, room, modal.around)
-        if scheme.form == ENDPOINT:
-            iterations = alpha_step(modal, scheme, law, motion, room, factors[step], most)
-        else:
-            iterations = midpoint_step(modal, scheme, law, motion, room, factors[step], most)
+        iterations = advance(modal, scheme, law, motion, room, factors[step], most)
         if iterations < 0:
             stay_holes(modal.around)
             complete_points(modal, modal.around, law, motion, room)
@@ -210,10 +208,6 @@ def march_steps(
             take_snapshot(records.snapshots, number, motion)
     complete_points(modal, modal.around, law, motion, room)
     return DONE, len(factors), recorded
-
-
-march_around = twin(march_steps, "march_around")
-"""March as `march_steps` does, with points around rigid sections: machine code of its own, kept apart."""
 
 
 @compiled
@@ -350,3 +344,11 @@ def record_now(
 ) -> None:
     """Record the state after a step that was taken apart."""
     record(modal, motion, ledgers, records, row, number)
+
+
+march_alpha = twin(march_steps, "march_alpha", advance=alpha_step)
+"""March as `march_steps` does, by generalized-alpha: what a run does not march by it does not compile."""
+march_around = twin(march_steps, "march_around")
+"""March as `march_steps` does, with points around rigid sections: machine code of its own, kept apart."""
+march_alpha_around = twin(march_steps, "march_alpha_around", advance=alpha_step)
+"""Both."""

@@ -102,6 +102,12 @@ def scene_of_model(model: Model) -> Scene:
 
 def _load(beam: Structure, given: CaseLoad) -> Load:
     """Return a load of a case: its sine or its constant with their parameters, or its function of time."""
+    made = _wave(beam, given)
+    made.unit = given.unit
+    return made
+
+
+def _wave(beam: Structure, given: CaseLoad) -> Load:
     factor = given.factor
     if given.static:
         return Load(beam, given.pattern, sine, given.name, mean=float(factor(0.0)), scale=1.0)

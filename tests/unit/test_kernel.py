@@ -206,6 +206,8 @@ def test_the_description_keeps_the_rules_of_fmi(unit: Unit) -> None:
     assert [one.get("name") for one in variables if one.get("causality") == "independent"] == ["time"]
     kinds = {"input": {"continuous", "discrete"}, "parameter": {"tunable"}, "output": {"continuous"}}
     units = {one.get("name") for one in root.iter("Unit")}
+    of = {one.get("name"): one.get("unit") for one in variables}
+    assert (of["lift.mean"], of["left.stiffness"], of["left.clearance"]) == ("N", "N/m", "m")
     for one in variables[1:]:
         role = str(one.get("causality"))
         assert one.get("variability") in kinds[role]
@@ -267,7 +269,8 @@ def test_runs_of_models_that_the_kernel_knows_have_a_live_model(tmp_path: Path) 
     (tmp_path / "case.toml").write_text((cases / "exciter.toml").read_text())
     found = live_model(tmp_path)
     assert found is not None
-    names = {one["name"] for one in found["variables"]}
-    assert {"base.clearance", "exciter.amplitude", "exciter.frequency", "tip.displacement"} <= names
+    units = {one["name"]: one["unit"] for one in found["variables"]}
+    assert {"base.clearance", "tip.displacement"} <= set(units)
+    assert [units[one] for one in ("exciter.amplitude", "exciter.frequency", "gravity.mean")] == ["N", "Hz", "m/s2"]
     (tmp_path / "case.toml").write_text((cases / "demo.toml").read_text())
     assert live_model(tmp_path) is None

@@ -23,12 +23,13 @@ from gapbeam.solver.scene.convex_region import HalfPlane, Slot
 from gapbeam.solver.scene.force_law import LawKind
 from gapbeam.solver.scene.linear_scheme import MIDPOINT
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, sine
+from gapbeam.solver.scene.scene_load import Load, sine
 from gapbeam.solver.scene.shipped_laws import HuntCrossley, KelvinVoigt
 from gapbeam.solver.system.operators import Array
 
 HEAD = 15  # sizes before the arrays, as in the first enumeration of kernel.c
 MARK, OWN, NUMBERS, PER_LOAD = 1.0, 12, 7, 7
+LINEAR = (0, 4)  # kinds of law, see `_exponent`
 Role = Literal["input", "parameter", "output"]
 
 
@@ -129,7 +130,7 @@ def kernel_data(
     head = [MARK, size, n, m, len(own), w, g, full, step, state.t, 0, out, at[7], at[9], out]
     variables = (
         *_loads(scene, at[7], own, points, inputs),
-        *_faces(at[8], groups, labels),
+        *_faces(at[8], groups, labels, contacts),
         *_outputs(out, points, labels, watch, state, contacts, place[1]),
     )
     return KernelData(np.concatenate([head, *flat]), size, step, state.t, n, variables)
@@ -240,8 +241,7 @@ def _loads(
     names = [load.name or f"load {i}" for i, load in enumerate(scene.loads, 1)]
     for k, name in enumerate([*names, *(f"{name}.force" for name, _ in points)]):
         load = scene.loads[k] if k < len(names) else None
-        force, place = load is None or isinstance(load, Force), at + k * PER_LOAD
-        unit = "N" if force else "m/s2" if isinstance(load, BaseMotion) else ""
+        unit, place = "N" if load is None else load.unit, at + k * PER_LOAD
         if load is not None and name not in inputs:
             shown = ("mean",) if load.value is not sine else tuple(
                 one for one in ("mean", "amplitude", "frequency") if one in load.parameters
@@ -259,12 +259,13 @@ def _loads(
         yield KernelVariable(f"{value}.slope", place + 6, "input", f"{unit}/s" if unit else "", 0.0, slope)
 
 
-def _faces(at: int, groups: Array, labels: Sequence[str]) -> Iterator[KernelVariable]:
+def _faces(at: int, groups: Array, labels: Sequence[str], contacts: Array) -> Iterator[KernelVariable]:
     for g, label in enumerate(labels):
+        unit = "N/m" if np.isin(contacts[contacts[:, 0] == g, 1], LINEAR).all() else ""
         words = "clearance; of several points the smallest, and all walls move with it"
         yield KernelVariable(f"{label}.clearance", at + 2 * g, "parameter", "m", float(groups[g, 0]), words)
         words = "contact stiffness of all points together, N/m, or N/m^n with the exponent n"
-        yield KernelVariable(f"{label}.stiffness", at + 2 * g + 1, "parameter", "", float(groups[g, 1]), words)
+        yield KernelVariable(f"{label}.stiffness", at + 2 * g + 1, "parameter", unit, float(groups[g, 1]), words)
 
 
 def _outputs(

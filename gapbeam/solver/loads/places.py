@@ -25,6 +25,8 @@ class PointForce:
 
     point: float | Vector
 
+    unit: ClassVar[str] = "N"
+
 
 @dataclass(frozen=True)
 class LineForce:
@@ -39,6 +41,7 @@ class LineForce:
     weights: tuple[float, ...]
 
     point: ClassVar[None] = None
+    unit: ClassVar[str] = "N/m"
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,7 @@ class BodyForce:
     """A uniform acceleration of all mass: f = M e s(t), s in m/s^2."""
 
     point: ClassVar[None] = None
+    unit: ClassVar[str] = "m/s2"
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,7 @@ class SupportAcceleration:
     """The inertia of the beam in the frame of a support that moves: f = -M e s(t), s in m/s^2."""
 
     point: ClassVar[None] = None
+    unit: ClassVar[str] = "m/s2"
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,7 @@ class SupportWalls:
     opens: bool
 
     point: ClassVar[None] = None
+    unit: ClassVar[str] = "m"
 
 
 Place = PointForce | LineForce | BodyForce | SupportAcceleration | SupportWalls

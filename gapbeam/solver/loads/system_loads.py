@@ -38,7 +38,9 @@ def _make(load: CaseLoad, part: LoadPart, pattern: Array, dimension: int) -> Loa
     """Return a part of a load; of moving supports with the motion of their frame, of one support without force."""
     s = constant(0.0) if isinstance(part.place, SupportWalls) else part.time_function()
     if not isinstance(part.place, SupportAcceleration):
-        return Load(part.name, pattern, s.value, static=load.static, of_arrays=True, signal=s.signal)
+        return Load(
+            part.name, pattern, s.value, static=load.static, of_arrays=True, signal=s.signal, unit=part.place.unit
+        )
     return Load(
         part.name,
         pattern,
@@ -48,4 +50,5 @@ def _make(load: CaseLoad, part: LoadPart, pattern: Array, dimension: int) -> Loa
         frame_mean=s.mean,
         of_arrays=True,
         signal=s.signal,
+        unit=part.place.unit,
     )

@@ -60,6 +60,9 @@ class Load:
         UserError: The pattern has another number of DOFs, or the value is none of these.
     """
 
+    unit = ""
+    """Unit of the value; empty: unknown."""
+
     @checked
     def __init__(
         self, structure: Structure, pattern: ArrayLike, value: Value, name: str = "", **parameters: Any
@@ -146,6 +149,8 @@ class Force(Load):
         parameters: See `Load`.
     """
 
+    unit = "N"
+
     @checked
     def __init__(
         self, point: StructurePoint, value: Value, direction: ArrayLike | None = None, name: str = "", **parameters: Any
@@ -165,6 +170,7 @@ class _InertiaLoad(Load):
 
     sign = 1.0
     kind = "weight"
+    unit = "m/s2"
 
     @checked
     def __init__(

@@ -221,6 +221,7 @@ class Load:
         frame_mean: Mean of s over intervals from starts, (times,), to ends, (times,), for base motion.
         of_arrays: Whether s also takes an array of times.
         signal: Computes s together with other loads of its kind; None: s is computed by itself.
+        unit: Unit of s.
     """
 
     name: str
@@ -231,6 +232,7 @@ class Load:
     frame_mean: Callable[[Array, Array], Array] | None = None
     of_arrays: bool = False
     signal: Alike | None = None
+    unit: str = "N"
 
     def factors(self, times: Array) -> Array:
         """Return s at many times, (times,)."""

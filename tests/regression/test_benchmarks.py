@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from benchmarks import calculix_peer, costs, getfem_peer, section_modes, section_shear, textbook
+from benchmarks import calculix_peer, costs, getfem_peer, section_modes, section_shear, textbook, two_structures
 from benchmarks.table import Table, exponent, seconds
 from benchmarks.textbook_newton import TextbookBeam
 from docs.tables.narrow_tables import narrow
@@ -164,6 +164,13 @@ def test_calculix_agrees() -> None:
     assert differences["gaps closed"] <= 0.02
     assert max(float(row[2] or 0.0) for row in found if "motion" in str(row[0])) <= 1e-4
     assert not any(" 0 impacts" in str(row[0]) for row in found)
+
+
+@pytest.mark.slow(minutes=0.2)
+def test_two_structures_have_as_many_unknowns_as_one() -> None:
+    """Both are measured: each block is clamped at one end, so that their DOFs add up."""
+    (_, one, *_), (_, two, *_) = two_structures.table((6, 4, 4)).rows
+    assert one == two
 
 
 def test_wide_tables_are_split() -> None:

@@ -265,7 +265,7 @@ def test_supports_hold_in_the_directions_that_they_are_given() -> None:
         ({"route": [[0, 0, 0], [0, 0, 0], [1, 0, 0]]}, "length 0"),
         ({"route": [[0, 0, 0], [1, 0, 0], [0.5, 0, 0]]}, "turns back"),
         ({"bends": 3.0}, "for the bends at its ends"),
-        ({"bends": [0.1, 0.1]}, "one for each of 1 corners"),
+        ({"bends": [0.1, 0.1]}, "one for each of 1 corner"),
         ({"points": {"tip": (9.0, Z)}}, "from 0 to 2 m"),
         ({"points": {"tip": (1.0, [0, 0, 0])}}, "not all 0"),
         ({"points": {"tip": (1.0, [[1, 0, 0], [1, 1, 0]])}}, "right angles"),

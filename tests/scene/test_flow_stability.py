@@ -361,11 +361,18 @@ def refused() -> dict[str, tuple[Callable[[], Any], str]]:
         contacts=[gb.Contact(one["at"], gb.Slot(0.1), gb.Cubic(stiffness=1.0, scale=1.0), name="stop")],
         feedbacks=[flow],
     )
+    fit = gb.measured(one["at"], table, **air, frequencies=[5.0], states=1, name="fit")
+    fast = gb.Scene(one, feedbacks=[fit]).with_({"fit.velocity": 2.0})
     unseen = {"A": [[1.0, 0.0], [0.0, -1.0]], "B": np.ones((2, 2)), "C": [[0.0, 1.0]]}
     return {
         "outside": (
             lambda: gb.measured(one["at"], table, **air, frequencies=[1.0], states=1),
             r"reduced velocity U/\(f D\) = 62.83 at 1 m/s and 1 rad/s is outside of the table, 2 to 20",
+        ),
+        "faster": (lambda: gb.history(fast, 1e-3, 0.05), r"= 25.13 at 2 m/s and 5 rad/s is outside of the table"),
+        "members that are faster": (
+            lambda: gb.ensemble(gb.Scene(one, feedbacks=[fit]), {"fit.velocity": [0.5, 2.0]}, step=0.01, end=1.0),
+            r"flow fit: [^$]*= 25.13 at 2 m/s and 5 rad/s is outside of the table",
         ),
         "columns": (lambda: gb.measured(one["at"], [[1.0, 2.0]], **air, frequencies=[1.0]), "3 or 9 columns"),
         "no table": (lambda: gb.measured(one["at"], "none.csv", **air, frequencies=[1.0]), "none.csv"),
@@ -387,6 +394,8 @@ def refused() -> dict[str, tuple[Callable[[], Any], str]]:
             lambda: gb.history(scene, 1e-3, 0.05),
             "flow flow: its delay of 0.1 s is longer than the march of 0.05 s",
         ),
+        "long members": (lambda: gb.ensemble(scene, step=1e-3, end=0.05, members=3), r"of 0.1 s is longer than the ma"),
+        "long run": (lambda: gb.run(scene, step=1e-3, end=0.05, output="none"), r"of 0.1 s is longer than the march"),
     }
 
 

@@ -108,6 +108,12 @@ def test_each_run_of_a_life_under_noise_has_noise_of_its_own(tmp_path: Path) -> 
         assert one.low[0] < expected < one.high[0]
         assert one.high[0] < 1.25 * one.low[0]
     assert found[0].values[0] != found[1].values[0] == found[2].values[0]
+    other, times = rates.worn(depths, 1), np.linspace(0.0, 1.0, 9)
+    assert other.scene.structures[0] is rates.scene.structures[0]
+    anew = SceneSubject(other.file)  # which sets up its structures
+    drawn = [np.hstack([load.table(times) for load in one.scene.loads]) for one in (rates.worn(depths), other, anew)]
+    assert np.array_equal(drawn[1], drawn[2])
+    assert not np.any(np.all(drawn[0] == drawn[1], axis=0)[1:])
 
 
 @pytest.mark.parametrize(

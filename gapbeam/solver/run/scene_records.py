@@ -26,7 +26,7 @@ from gapbeam.solver.scene.linear_stability import eigenvalues
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
 from gapbeam.solver.scene.scene_march import TOLERANCE, Marcher
-from gapbeam.solver.scene.step_kernel import DAMPED, FED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
+from gapbeam.solver.scene.step_kernel import DAMPED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.slip_modes import closed_part
 
@@ -163,7 +163,8 @@ class SceneAccounts:
         """Return the energies of a block of steps, and bring the ledger to its end."""
         energies, totals, ledger = kept.energies[:, :, 0], self.totals, self.ledger
         kinetic, strain, stored = energies[:, KINETIC], energies[:, STRAIN], energies[:, STORED]
-        works = energies[:, [LOADED, FED, WALLED]]
+        fed = kept.works[:, :, 0]
+        works = np.column_stack([energies[:, LOADED], fed.sum(axis=1), energies[:, WALLED]])
         work, law, friction = works.sum(axis=1), energies[:, LAW], energies[:, RUBBED]
         gained = [np.diff(one, prepend=before) for one, before in zip((work, law, friction), totals, strict=False)]
         absolute = carried(np.abs(gained[0]), ledger.absolute_work)
@@ -176,7 +177,7 @@ class SceneAccounts:
         squares = carried(hidden, totals[3])
         none = np.zeros(len(total))
         found = EnergyBlock(
-            kinetic, strain, stored, energies[:, DAMPED], law, friction, works, kept.works[:, :, 0],
+            kinetic, strain, stored, energies[:, DAMPED], law, friction, works, fed,
             none if self.balanced else -balance, balance if self.balanced else none, balance + gain,
             absolute + np.maximum.accumulate(np.maximum(kinetic, ledger.largest_kinetic)), np.sqrt(squares),
         )  # fmt: skip

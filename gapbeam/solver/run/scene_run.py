@@ -45,7 +45,7 @@ from gapbeam.solver.scene.argument_checks import check_fields
 from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecords
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_march import BLOCK, Marcher, SceneStep, check_delays, marcher_of, steps_to
+from gapbeam.solver.scene.scene_march import BLOCK, Marcher, SceneStep, marcher_of, steps_to
 from gapbeam.solver.table import faults_in
 from gapbeam.solver.wording import counted
 
@@ -182,7 +182,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
     with Signals(None) as signals:
         marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
         steps = steps_to(asked.end, marcher.t, marcher.h)
-        check_delays(marcher, asked.end)
+        asked.scene.check_feedback(marcher.z, asked.end - marcher.t)
         mark = fingerprint(marcher, asked.end, asked.every)
         march = SceneMarch(asked, marcher, steps, limits, signals)
         with locked(folder):

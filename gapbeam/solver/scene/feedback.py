@@ -120,6 +120,9 @@ class Feedback:
             raise UserError(f"feedback {self.name or '?'}: a state has no rest; march from rest instead")
         return np.asarray(found, dtype=float)
 
+    def check(self, *frequencies: float) -> None:
+        """Raise UserError if the law does not hold at angular frequencies, rad/s; without any, at those of interest."""
+
     def replaced(self, name: str, value: Any) -> Feedback:  # noqa: ARG002
         """Return the feedback with another value of that name.
 

@@ -3,13 +3,14 @@
     f = R (z, y, v),     phi = W f,     u1 = u + G phi,     z1 = S (z, y, v1),
 
 where f are forces of free motions, W the loop through the structure, u velocities of ports, v those that are sensed. R
-and S are kept as diagonals, which are few where like states of sections lie side by side, and motions as bands: a force
-on a few modes moves these alone.
+and S are kept as diagonals, which are few where like states of sections lie side by side, and motions as blocks: forces
+on a few modes move these alone, together.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,30 +25,65 @@ NOISE = 1e-12
 LINE = 64
 """Bytes of a line of the cache."""
 
+FEW, FOURS = 4, 4
+"""Motions on the same modes from which their reading is a block, and ports are padded to a multiple of."""
 
-class Bands(NamedTuple):
-    """A matrix whose rows are kept from their first entry to their last.
+
+class MotionBlocks(NamedTuple):
+    """A matrix that is 0 but for blocks, each kept column after column.
 
     Attributes:
-        value: Entries, row after row.
-        first: (rows,) column of the first entry.
-        start: (rows + 1,) where each row begins in `value`.
+        value: Entries, block after block.
+        row: (blocks,) of the first entry.
+        column: (blocks,) of the first entry.
+        rows: (blocks,) in each.
+        columns: (blocks,) in each.
+        at: (blocks,) where each begins in `value`.
     """
 
     value: Array
-    first: Any
-    start: Any
+    row: Any
+    column: Any
+    rows: Any
+    columns: Any
+    at: Any
+
+    def part(self, b: int) -> tuple[slice, slice, Array]:
+        """Return rows, columns and entries of a block."""
+        rows, columns, at = int(self.rows[b]), int(self.columns[b]), int(self.at[b])
+        row, column = int(self.row[b]), int(self.column[b])
+        kept = self.value[at : at + rows * columns].reshape(columns, rows).T
+        return slice(row, row + rows), slice(column, column + columns), kept
 
 
-def bands(*matrices: Array) -> Bands:
-    """Return matrices below each other as bands."""
-    rows = [row for A in matrices for row in A]
+def extents(rows: Array) -> Array:
+    """Return the columns of the first entry of each row and behind the last one, (rows, 2)."""
     found = [np.flatnonzero(row) for row in rows]
     ends = [(int(one[0]), int(one[-1]) + 1) if len(one) else (0, 0) for one in found]
-    parts = [row[a:b] for row, (a, b) in zip(rows, ends, strict=True)]
-    start = np.cumsum([0] + [len(part) for part in parts])
-    first = np.array([a for a, _ in ends], dtype=np.uint64)
-    return Bands(aligned(np.concatenate([np.zeros(0), *parts])), first, start.astype(np.uint64))
+    return np.array(ends, dtype=int).reshape(-1, 2)
+
+
+def blocks(rows: Array, answers: Array) -> tuple[MotionBlocks, int]:
+    """Return a matrix and the transpose of another one as blocks, and the number of those of the first.
+
+    Neighbors that begin and end at the same column are a block; of the first matrix, where they are FEW or more.
+    """
+    parts, counts = list[tuple[int, int, Array]](), list[int]()
+    for A, few in ((rows, FEW), (answers, 1)):
+        ends = extents(A)
+        cuts = [0, *(np.flatnonzero(np.diff(ends, axis=0).any(axis=1)) + 1), len(A)]
+        for i, j in pairwise(map(int, cuts)):
+            spans = [(i, j)] if j - i >= few else [(k, k + 1) for k in range(i, j)]
+            for k, last in spans:
+                a, b = ends[k] if len(ends) else (0, 0)
+                if a < b:
+                    parts.append((k, a, A[k:last, a:b]) if A is rows else (a, k, A[k:last, a:b].T))
+        counts.append(len(parts))
+    shapes = np.array([(row, column, *part.shape) for row, column, part in parts], dtype=np.uint64).reshape(-1, 4)
+    at = np.cumsum([0, *(part.size for _, _, part in parts)])[:-1].astype(np.uint64)
+    value = np.concatenate([np.zeros(0), *(part.T.ravel() for _, _, part in parts)])
+    row, column, height, width = (np.ascontiguousarray(one) for one in shapes.T)
+    return MotionBlocks(aligned(value), row, column, height, width, at), counts[0]
 
 
 class Diagonals(NamedTuple):
@@ -93,30 +129,35 @@ class FeedbackLoop(NamedTuple):
         law: R (outputs, states + 2 inputs), then S (states, states + 2 inputs).
         forces: Number of diagonals of R.
         stack: Number of states and inputs: columns of R and S.
-        rows: The motions (motions, n), then velocities of unit forces (outputs, n).
-        acted: (outputs, ports + outputs): transposes of G W, then W.
+        motions: Number of motions that feedback senses or acts on.
+        rows: The motions (motions, n), then velocities of unit forces (n, outputs).
+        sensed: Number of blocks of the motions.
+        acted: (outputs, ports + outputs or more): transposes of G W, then W, then of 0.
         port: (inputs + outputs,) port of each input and output.
     """
 
     law: Diagonals
     forces: int
     stack: int
-    rows: Bands
+    motions: int
+    rows: MotionBlocks
+    sensed: int
     acted: Array
     port: Any
 
     def matrices(self, n: int) -> tuple[Array, Array, Array, Array]:
         """Return R, S, the motions, (motions, n), and velocities of unit forces, (outputs, n), as whole matrices."""
-        outputs, law, rows = len(self.acted), self.law, self.rows
+        outputs, law = len(self.acted), self.law
         states = self.stack - 2 * (len(self.port) - outputs)
-        R, S, kept = np.zeros((outputs, self.stack)), np.zeros((states, self.stack)), np.zeros((len(rows.first), n))
+        R, S = np.zeros((outputs, self.stack)), np.zeros((states, self.stack))
         for k, (row, column) in enumerate(zip(law.row, law.column, strict=True)):
             line = law.value[law.at[k] : law.at[k + 1]]
             (R if k < self.forces else S)[np.arange(len(line)) + int(row), np.arange(len(line)) + int(column)] = line
-        for i, first in enumerate(rows.first):
-            line = rows.value[rows.start[i] : rows.start[i + 1]]
-            kept[i, int(first) :][: len(line)] = line
-        return R, S, kept[: len(kept) - outputs], kept[len(kept) - outputs :]
+        read, pushed = np.zeros((self.motions, n)), np.zeros((n, outputs))
+        for b in range(len(self.rows.row)):
+            rows, columns, kept = self.rows.part(b)
+            (read if b < self.sensed else pushed)[rows, columns] = kept
+        return R, S, read, pushed.T
 
 
 def aligned(x: Array) -> Array:
@@ -172,4 +213,6 @@ def feedback_loop(
     loop = np.linalg.inv(np.eye(outputs) - sensed[:, m:])
     acted: Array = np.vstack([G[:, m:] @ loop, loop])
     met = np.vstack([G[:, :m], np.zeros((outputs, m))]) + acted @ sensed[:, :m]
-    return FeedbackLoop(*diagonals(force, states), force.shape[1], bands(rows, answers), aligned(acted.T), port), met
+    padded = np.pad(acted.T, ((0, 0), (0, -len(acted) % FOURS)))
+    law, width = diagonals(force, states), force.shape[1]
+    return FeedbackLoop(*law, width, len(rows), *blocks(rows, answers), aligned(padded), port), met

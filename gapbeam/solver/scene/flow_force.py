@@ -180,6 +180,7 @@ class FlowLaw:
         reduced: Range of U/(f D) that was measured; default any.
         highest: Angular frequency up to which a delay keeps its error, rad/s; default any.
         fit: Of measured coefficients, where there are such.
+        frequencies: Angular frequencies of interest, rad/s, at which the law must hold where a scene marches.
     """
 
     section: Callable[[float], SectionForce]
@@ -187,6 +188,7 @@ class FlowLaw:
     reduced: tuple[float, float] | None = None
     highest: float | None = None
     fit: CoefficientFit | None = None
+    frequencies: tuple[float, ...] = ()
 
     def check(self, velocity: float, frequency: float, where: str) -> None:
         """Raise UserError if the law does not hold for a velocity, m/s, and an angular frequency, rad/s."""
@@ -256,10 +258,11 @@ class Flow(Feedback):
         A, B, C = A[np.ix_(order, order)], halves("B")[order], C[:, order]  # like states of sections side by side
         return A, B, self.density * C, self.density * halves("D")
 
-    def check(self, frequency: float) -> None:
-        """Raise UserError if the law does not hold at an angular frequency, rad/s."""
+    def check(self, *frequencies: float) -> None:
+        """See `Feedback.check`."""
         for share in {share for share, _ in self.sections}:
-            self.law.check(self.velocity * share, frequency, f"flow {self.name or '?'}")
+            for frequency in frequencies or self.law.frequencies:
+                self.law.check(self.velocity * share, frequency, f"flow {self.name or '?'}")
 
     def replaced(self, name: str, value: Any) -> Flow:
         """Return the flow at another "velocity" or "density".

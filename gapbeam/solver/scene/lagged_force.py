@@ -97,9 +97,10 @@ def measured(
     K, C, *lags = (one.reshape(d, d) for one in found_fit.values)
     section = lagging(K, C, np.array(lags).reshape(states, d, d), found_fit.rates, D)
     reduced = float(found_fit.reduced[0]), float(found_fit.reduced[-1])
-    found = Flow(FlowLaw(section, D, reduced, fit=found_fit), where, velocity, density, modes, name)
-    for frequency in np.atleast_1d(positive(frequencies, f"{text}: frequencies")):
-        found.check(float(frequency))
+    interest = tuple(map(float, np.atleast_1d(positive(frequencies, f"{text}: frequencies"))))
+    law = FlowLaw(section, D, reduced, fit=found_fit, frequencies=interest)
+    found = Flow(law, where, velocity, density, modes, name)
+    found.check()
     return found
 
 

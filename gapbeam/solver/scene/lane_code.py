@@ -13,10 +13,12 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any
 
+import numpy as np
+
 from gapbeam.solver import jit
 
 L = 1  # lanes: replaced in each set of kernels
-
+ONE, TWO, THREE, FOUR = (np.uint64(k) for k in range(1, 5))  # indices without a sign: none counts from the end
 
 _PARTS: list[Any] = []
 _SOURCES = ("lane_code.py", "force_solve.py", "step_kernel.py", "touch_kernel.py")
@@ -95,21 +97,29 @@ def across(A, x, y):
 
 
 @lanewise
-def band(A, top, count, x, y):
-    """Y = A x by rows of A from `top` on, each from its first entry to its last; indices of A are without a sign."""
-    for i in range(count):
-        first, begin = A.first[top + i], A.start[top + i]
-        if L == 1:
+def blocks(A, begin, end, x, y):
+    """Y += A x by the blocks from `begin` to `end` of A, four columns at a time, or by products where they are rows."""
+    for b in range(begin, end):
+        row, column, at, rows, columns = A.row[b], A.column[b], A.at[b], A.rows[b], A.columns[b]
+        if L == 1 and rows == 1:
             total = 0.0
-            for j in range(A.start[top + i + 1] - begin):
-                total += A.value[begin + j] * x[first + j, 0]
-            y[i, 0] = total
+            for j in range(columns):
+                total += A.value[at + j] * x[column + j, 0]
+            y[row, 0] += total
         else:
-            for lane in range(L):
-                y[i, lane] = 0.0
-            for j in range(A.start[top + i + 1] - begin):
-                for lane in range(L):
-                    y[i, lane] += A.value[begin + j] * x[first + j, lane]
+            for t in range(columns // FOUR):
+                j, k0 = column + FOUR * t, at + FOUR * t * rows
+                k1, k2, k3 = k0 + rows, k0 + (rows + rows), k0 + (rows + rows + rows)
+                for i in range(rows):
+                    a0, a1, a2, a3 = A.value[k0 + i], A.value[k1 + i], A.value[k2 + i], A.value[k3 + i]
+                    for lane in range(L):
+                        y[row + i, lane] += (
+                            a0 * x[j, lane] + a1 * x[j + ONE, lane] + a2 * x[j + TWO, lane] + a3 * x[j + THREE, lane]
+                        )
+            for j in range(columns // FOUR * FOUR, columns):
+                for i in range(rows):
+                    for lane in range(L):
+                        y[row + i, lane] += A.value[at + j * rows + i] * x[column + j, lane]
 
 
 @lanewise
@@ -120,16 +130,6 @@ def diagonals(A, begin, end, x, y):
         for i in range(A.at[k + 1] - at):
             for lane in range(L):
                 y[row + i, lane] += A.value[at + i] * x[column + i, lane]
-
-
-@lanewise
-def push(A, top, count, x, y):
-    """Y += A^T x by rows of A from `top` on, as `band`."""
-    for j in range(count):
-        first, begin = A.first[top + j], A.start[top + j]
-        for i in range(A.start[top + j + 1] - begin):
-            for lane in range(L):
-                y[first + i, lane] += A.value[begin + i] * x[j, lane]
 
 
 @lanewise

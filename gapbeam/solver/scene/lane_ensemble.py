@@ -325,6 +325,7 @@ class _Job:
                             f"ensemble: the feedback has {self.scene.states} states in the scene and {part.states} in "
                             "a member; give the delay a smaller `tolerance` or `frequency`, or march that member alone"
                         )
+                    part.check_feedback(self.start.z, self.plan.steps * float(self.step[index[0]]))
                     linears[key] = part.condensed(float(self.step[index[0]]), self.scheme)
                 return linears[key]
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.flow_force import Flow
+from gapbeam.solver.scene.feedback_loop import aligned
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest
 from gapbeam.solver.scene.linear_stability import state_matrix
@@ -135,6 +135,8 @@ VANISHED, UNBOUND = 1e-6, 1e6
 """Amplitude over that at the start at which a motion has decayed, or grows without limit."""
 ACCEPTED = 1e-6
 """Largest change of the motion over a period, where contacts that open or close keep Newton's method from 1e-10."""
+STALLED = 8
+"""Passes of Newton's method without a smaller change of the motion over a period after which it will not converge."""
 DOUBLINGS = 120
 FREE = 1e-12
 """Square of a frequency over the largest one below which a motion is free, but for round-off."""
@@ -227,8 +229,7 @@ def limit_cycle(
         found = _shot(scene, *_settled(scene, start, guess, steps, cycles), steps, passes)
     found = next((_shot(scene, found.state, found.period / k, steps, passes) for k in _parts(scene, found)), found)
     for one in scene.feedbacks:
-        if isinstance(one, Flow):
-            one.check(found.frequency)
+        one.check(found.frequency)
     return found
 
 
@@ -285,34 +286,34 @@ def _slowest(scene: Scene) -> float:
 def _settled(
     scene: Scene, start: SceneState, around: float, steps: int, cycles: int
 ) -> tuple[SceneState, float]:  # fmt: skip
-    """March until period and amplitude repeat; return the state at a crossing, and the period."""
+    """March until period and amplitude repeat; return a state of the motion, and its period."""
     h = around / steps
-    marcher = Marcher(scene, h, start)
     way = start.q[:, 0] if start.q.any() else start.v[:, 0]
-    size, high, low, middle, seen = 0.0, -np.inf, np.inf, 0.0, marcher.t
-    last, crossings, amplitudes = float(way @ marcher.q[:, 0]), list[float](), list[float]()
-    for _ in range(cycles * steps):
-        marcher.advance(1)
-        now = float(way @ marcher.q[:, 0])
-        high, low = max(high, now), min(low, now)
-        if last <= middle < now and (not crossings or marcher.t - crossings[-1] > 0.2 * around):
-            crossings.append(marcher.t - h * (now - middle) / (now - last))
-            amplitudes.append(0.5 * (high - low))
-            size, middle = amplitudes[1] if len(amplitudes) == 2 else size, 0.5 * (high + low)
-            high, low, seen = now, now, marcher.t
-            if size and amplitudes[-1] < VANISHED * size:
-                raise NotConverged("limit cycle: the motion decays to rest; start from a larger one")
-            if size and amplitudes[-1] > UNBOUND * size:
-                raise NotConverged("limit cycle: the motion grows without limit; no contact stops it")
-            spans = np.diff(crossings[-4:])
-            if len(amplitudes) > 4 and _alike(spans) and _alike(np.array(amplitudes[-3:])):
-                return marcher.state, float(spans[-1])
-        elif marcher.t - seen > 2.0 * around:  # the middle lies beside a motion that decays or drifts
-            size, middle = size or 0.5 * (high - low), 0.5 * (high + low)
-            if 0.5 * (high - low) < VANISHED * size:
-                raise NotConverged("limit cycle: the motion decays to rest; start from a larger one")
-            high, low, seen = now, now, marcher.t
-        last = now
+    marcher = Marcher(scene, h, start, linear=scene.condensed(h, MIDPOINT)._replace(watch=aligned(way[None])))
+    size, high, low, middle, t = 0.0, -np.inf, np.inf, 0.0, marcher.t
+    seen, last, crossings, amplitudes = t, float(way @ marcher.q[:, 0]), list[float](), list[float]()
+    for _ in range(cycles):
+        for now in map(float, marcher.advance(steps, record=True).seen[:, 0, 0]):
+            t += h
+            high, low = max(high, now), min(low, now)
+            if last <= middle < now and (not crossings or t - crossings[-1] > 0.2 * around):
+                crossings.append(t - h * (now - middle) / (now - last))
+                amplitudes.append(0.5 * (high - low))
+                size, middle = amplitudes[1] if len(amplitudes) == 2 else size, 0.5 * (high + low)
+                high, low, seen = now, now, t
+                if size and amplitudes[-1] < VANISHED * size:
+                    raise NotConverged("limit cycle: the motion decays to rest; start from a larger one")
+                if size and amplitudes[-1] > UNBOUND * size:
+                    raise NotConverged("limit cycle: the motion grows without limit; no contact stops it")
+            elif t - seen > 2.0 * around:  # the middle lies beside a motion that decays or drifts
+                size, middle = size or 0.5 * (high - low), 0.5 * (high + low)
+                if 0.5 * (high - low) < VANISHED * size:
+                    raise NotConverged("limit cycle: the motion decays to rest; start from a larger one")
+                high, low, seen = now, now, t
+            last = now
+        spans = np.diff(crossings[-4:])
+        if len(amplitudes) > 4 and _alike(spans) and _alike(np.array(amplitudes[-3:])):
+            return marcher.state, float(spans[-1])
     if len(crossings) < 4:
         raise NotConverged(
             f"limit cycle: no oscillation in {cycles} periods of {around:.4g} s; give a period or a start"
@@ -361,7 +362,7 @@ def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: in
             kept = np.delete(values, np.abs(values).argmin())
             state = state_of(scene, x[:, None].copy(), t)
             found = LimitCycle(state, kept, left, count, T, steps, float(unit @ scaled @ unit), growth)
-        if left < TOLERANCE:
+        if left < TOLERANCE or (found is not None and count - found.passes >= STALLED):
             break
         whole = np.block([[scaled - np.eye(len(x)), side[:, None] * T], [side[None] * T, np.zeros((1, 1))]])
         change = np.linalg.lstsq(whole, np.append(-miss / size, 0.0), rcond=None)[0]

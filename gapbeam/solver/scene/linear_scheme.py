@@ -203,7 +203,7 @@ class Linear(NamedTuple):
         answers: (m, n): velocities of unit forces at contacts.
         patterns: (loads, n).
         delassus: (m, m): row j has the velocities of all contact motions for a unit contact force j, feedback included.
-        carry: (p - m + outputs, m): velocities of the other ports, then feedback forces, for unit contact forces.
+        carry: (m, p - m + outputs): velocities of the other ports, then feedback forces, for unit contact forces.
         watch: (watched, n).
         root: (n,): root of the modal mass of a scheme with exact frequencies; else ones.
         scheme: (4, 3): inertia, drag, velocity, acceleration.
@@ -307,7 +307,7 @@ class StepRecords(NamedTuple):
         felt: Contact forces, the mean over the step, (steps or 0, motions, lanes), N.
         speeds: Velocities of the watched motions, likewise, m/s.
         places: Where contacts are relative to their regions, (steps or 0, motions, lanes), m.
-        energies: The ledger, then kinetic and strain energy, (steps or 0, 9, lanes), J.
+        energies: The ledger, then kinetic and strain energy, (steps or 0, 8, lanes), J.
         works: Work of the feedback since the start, (steps or 0, outputs, lanes), J.
     """
 
@@ -323,7 +323,7 @@ def step_records(linear: Linear, steps: int, lanes: int, kept: bool, with_energi
     """Return room for the records of a block of steps: motions and forces, and speeds, places and energies."""
     some, all_ = steps * (kept or with_energies), steps * with_energies
     watched, motions, outputs = len(linear.watch), len(linear.delassus), len(linear.feed.acted)
-    sizes = (some, watched), (some, motions), (all_, watched), (all_, motions), (all_, 9), (all_, outputs)
+    sizes = (some, watched), (some, motions), (all_, watched), (all_, motions), (all_, 8), (all_, outputs)
     return StepRecords(*(np.zeros((*size, lanes)) for size in sizes))
 
 

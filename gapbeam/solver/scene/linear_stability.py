@@ -21,7 +21,6 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, positive, shown
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
-from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
 from gapbeam.solver.system.operators import Array
@@ -176,9 +175,8 @@ def critical_velocity(scene: Scene, path: str, low: float, high: float, closed: 
     at = scene.with_({path: value})
     found = eigenvalues(at, closed)[0]
     frequency = abs(float(found.imag))
-    for one in at.feedbacks:
-        if isinstance(one, Flow) and frequency > 0.0:
-            one.check(frequency)
+    for one in at.feedbacks if frequency > 0.0 else ():
+        one.check(frequency)
     return CriticalVelocity(value, frequency, complex(found), float(abs(found.real) / abs(found)))
 
 

@@ -247,8 +247,8 @@ class _Problem:
         law, kept, sensed, pushed = A.feed.matrices(n)
         ports, read = np.vstack([A.ports, sensed]), A.feed.port[: len(A.feed.port) - len(pushed)]
         at, u = ports[read] @ q, np.vstack([ports, np.zeros_like(pushed)]) @ w
-        u += A.feed.acted.T @ (law @ np.vstack([z, at, u[read]]))
-        u[m:] += A.carry @ F
+        u += A.feed.acted.T[: len(u)] @ (law @ np.vstack([z, at, u[read]]))
+        u[m:] += A.carry.T @ F
         w += np.vstack([A.answers, pushed]).T @ np.vstack([F, u[len(ports) :]])
         after = A.scheme[2, 0] * A.root[:, None] * w + A.scheme[2, 1] * v
         whole = np.vstack([q + h * w, after, kept @ np.vstack([z, at, u[read]])])

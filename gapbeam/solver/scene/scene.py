@@ -15,7 +15,7 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Place, parts_of
-from gapbeam.solver.scene.feedback_loop import aligned, feedback_loop, joined, without_noise
+from gapbeam.solver.scene.feedback_loop import aligned, extents, feedback_loop, joined, without_noise
 from gapbeam.solver.scene.linear_scheme import Linear, LinearScheme, Slabs, exact_modes
 from gapbeam.solver.scene.scene_load import Load
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
@@ -349,7 +349,8 @@ class Scene:
         B, patterns, m = self.contact_rows, self.load_columns.T, self.motions
         sense, act = self.rows([one.sense for one in self.feedbacks]), self.rows([one.act for one in self.feedbacks])
         fed, port = np.unique(without_noise(np.vstack([sense, act])), axis=0, return_inverse=True)
-        port = (m + len(patterns) + port.reshape(-1)).astype(np.uint64)
+        order = np.lexsort(extents(fed).T)  # motions on the same modes side by side
+        fed, port = fed[order], (m + len(patterns) + np.argsort(order)[port.reshape(-1)]).astype(np.uint64)
         ports = np.vstack([B, patterns, fed])
         X = solve(np.vstack([B, ports[port[len(sense) :]]]).T)
         G = ports @ X
@@ -357,7 +358,7 @@ class Scene:
         numbers = np.array([scheme.inertia, scheme.drag, scheme.velocity, scheme.acceleration])
         watch = self.rows(self.point_names.values())
         arrays = (
-            weight, inverse, squares, damping, ports[: m + len(patterns)], X.T[:m], patterns, met[:m].T, met[m:],
+            weight, inverse, squares, damping, ports[: m + len(patterns)], X.T[:m], patterns, met[:m].T, met[m:].T,
             watch, root, numbers,
         )  # fmt: skip
         kept: Any = (aligned(np.asarray(one, dtype=float)) for one in arrays)
@@ -445,6 +446,25 @@ class Scene:
             raise UserError(
                 f"{what}: found {found[0]}, which remembers its past, expected contacts without memory; march the scene"
             )
+
+    def check_feedback(self, z: Array, span: float) -> None:
+        """Refuse forces that a march does not represent.
+
+        Args:
+            z: States of the feedback at the start, (states, lanes).
+            span: Of the march, s.
+
+        Raises:
+            UserError: A law does not hold at a frequency of interest, or a force that lags by more than the march
+                begins without a past.
+        """
+        for one in self.feedbacks:
+            one.check()
+            if one.delay > span and not z.any():
+                raise UserError(
+                    f"flow {one.name or '?'}: its delay of {one.delay:.4g} s is longer than the march of {span:.4g} s, "
+                    "so its force never begins; march longer"
+                )
 
     @property
     def states(self) -> int:

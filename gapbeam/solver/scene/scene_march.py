@@ -31,7 +31,7 @@ from gapbeam.solver.scene.linear_scheme import (
     step_records,
 )
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.step_kernel import DAMPED, FED, LAW, LOADED, RUBBED, STORED, WALLED
+from gapbeam.solver.scene.step_kernel import DAMPED, LAW, LOADED, RUBBED, STORED, WALLED
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.system.dense_operators import SparseFactor
 from gapbeam.solver.system.operators import Array
@@ -76,7 +76,7 @@ class Marcher:
         self.a: Array = np.zeros((0, lanes))
         if scheme.is_accelerated:
             self.a = np.ascontiguousarray(state.a) if state.a is not None else self.accelerations()
-        self.ledger, self.peaks, self.passes = np.zeros((7, lanes)), np.zeros((len(self.linear.watch), 2, lanes)), 0
+        self.ledger, self.peaks, self.passes = np.zeros((6, lanes)), np.zeros((len(self.linear.watch), 2, lanes)), 0
         self.kept = step_records(self.linear, 0, lanes, False, False)
         self._recall(state.memory)
         self.ledger[STORED] = rest(self.slabs, self.y)[2]
@@ -205,7 +205,7 @@ class Marcher:
         kinetic, strain = self.inertia()
         parts = {
             "kinetic": kinetic, "strain": strain, "contact": L[STORED], "damping": L[DAMPED], "law": L[LAW],
-            "friction": L[RUBBED], "loads": L[LOADED], "feedback": L[FED], "walls": L[WALLED],
+            "friction": L[RUBBED], "loads": L[LOADED], "feedback": self.worked.sum(0), "walls": L[WALLED],
         }  # fmt: skip
         return {name: float(np.ravel(one)[0]) if self.lanes == 1 else one.copy() for name, one in parts.items()}
 
@@ -280,12 +280,12 @@ class SparseMarcher(Marcher):
         a: Array = self.a if len(self.a) else np.zeros_like(self.v)
         _, _, sensed, pushed = A.feed.matrices(len(self.v))
         ports, answers = np.vstack([A.ports, sensed]), np.vstack([A.answers, pushed])
-        phi = space.u[len(ports) :]
+        phi = space.u[len(ports) :][: len(pushed)]
         for k in range(steps):
             lag = d[1] * self.v + d[2] * h * a
             push = A.patterns.T @ loads[k] - self.M @ (i0[1] / h * self.v + i0[2] * a) - self.C @ lag - self.K @ self.q
             w = self.factor.solve(push[:, 0])[:, None]
-            space.u[: len(ports)], phi[:], space.moved[:] = ports @ w, 0.0, walls[k + 1] - walls[k]
+            space.u[: len(ports)], space.u[len(ports) :], space.moved[:] = ports @ w, 0.0, walls[k + 1] - walls[k]
             passes = meet(
                 A, self.slabs, h, loads[k], space.u, self.y, self.F, self.z, self.inputs, self.ledger, space, self.room,
                 TOLERANCE,
@@ -402,7 +402,7 @@ def march(
     """
     marcher = marcher_of(scene, step, start, scheme)
     steps = steps_to(end, marcher.t, step)
-    check_delays(marcher, end)
+    scene.check_feedback(marcher.z, end - marcher.t)
     if every < 1:
         raise UserError(f"march: found every = {every}, expected 1 or more")
     for done in range(0, steps, every):
@@ -422,16 +422,6 @@ def steps_to(end: float, begin: float, step: float) -> int:
     if not end + step > end:
         raise UserError(f"march: found {end:g} s in steps of {step:g} s; round-off of the time is larger than a step")
     return steps
-
-
-def check_delays(marcher: Marcher, end: float) -> None:
-    """Raise UserError if a force that lags behind the motion by more than the march begins without a past."""
-    for one in marcher.scene.feedbacks:
-        if one.delay > end - marcher.t and not marcher.z.any():
-            raise UserError(
-                f"flow {one.name or '?'}: its delay of {one.delay:.4g} s is longer than the march of "
-                f"{end - marcher.t:.4g} s, so its force never begins; march longer"
-            )
 
 
 def marcher_of(scene: Scene, step: float, start: SceneState | None = None, scheme: LinearScheme = MIDPOINT) -> Marcher:
@@ -475,7 +465,7 @@ def history(
     """
     marcher = marcher_of(scene, step, start, scheme)
     steps = steps_to(end, marcher.t, step)
-    check_delays(marcher, end)
+    scene.check_feedback(marcher.z, end - marcher.t)
     parts = [marcher.advance(min(BLOCK, steps - done), record=True) for done in range(0, steps, BLOCK)]
     seen, felt = (np.concatenate([part[i] for part in parts])[..., 0] for i in (0, 1))
     displacement, at = dict[str, Array](), 0

@@ -8,24 +8,24 @@
 from __future__ import annotations
 
 from gapbeam.solver.scene.force_solve import solve
-from gapbeam.solver.scene.lane_code import L, across, add, band, clear, copy, diagonals, lanewise, push, spread
+from gapbeam.solver.scene.lane_code import L, across, add, blocks, clear, copy, diagonals, lanewise, spread
 from gapbeam.solver.scene.touch_kernel import call
 
-DAMPED, LAW, RUBBED, LOADED, FED, WALLED, STORED, KINETIC, STRAIN = range(9)
+DAMPED, LAW, RUBBED, LOADED, WALLED, STORED, KINETIC, STRAIN = range(8)
 
 
 @lanewise
 def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance):
     """Meet feedback and contact in one step, and keep their ledger; return passes, or a negative number.
 
-    u (p + outputs, L): free velocities of the ports, then 0.
+    u (p + outputs or more, L): free velocities of the ports, then 0.
 
     space.moved: motion of the walls. On return: y, z, yin at the end, F the contact forces (those in room.closed), u
     velocities of the ports, then feedback forces.
     """
     free, y1, stack, moved, feed = space.free, space.y1, space.stack, space.moved, linear.feed
     m, no, nf, nz, ni = len(linear.delassus), len(feed.acted), len(linear.patterns), len(z), len(yin)
-    phi = len(u) - no
+    phi = m + nf + feed.motions
     if no:
         copy(z, stack)
         copy(yin, stack[nz:])
@@ -41,8 +41,7 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
     passes = solve(slabs, h, linear.delassus, y, free, F, y1, room, tolerance)
     if passes < 0:
         return passes
-    if passes:
-        add(linear.carry, F, u[m:], 1.0)
+    spread(linear.carry, room.closed, room.size[0], F, u[m:], 1.0)
     for s in range(len(slabs.settle)):  # laws that remember
         if slabs.settle[s] != 0:
             count = slabs.start[s + 1] - slabs.start[s]
@@ -70,9 +69,7 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
     if no:
         for j in range(no):
             for lane in range(L):
-                work = h * u[phi + j, lane] * u[feed.port[ni + j], lane]
-                ledger[FED, lane] += work
-                space.worked[j, lane] += work
+                space.worked[j, lane] += h * u[phi + j, lane] * u[feed.port[ni + j], lane]
         for j in range(ni):
             for lane in range(L):
                 stack[nz + ni + j, lane] = u[feed.port[j], lane]
@@ -101,8 +98,7 @@ def march(
     )
     speed, lag, u, place, moved, lost = space.speed, space.lag, space.u, space.place, space.moved, space.lost
     n, m, nw = len(squares), len(linear.delassus), len(linear.watch)
-    no, nf = len(linear.feed.acted), len(patterns)
-    fed = len(u) - no - m - nf
+    no, nf, feed = len(linear.feed.acted), len(patterns), linear.feed
     accelerated, diagonal, total = len(acc) > 0, damping.shape[0] == 1, 0
     r, weight, root, drive = space.r, linear.weight, linear.root, speed if diagonal else space.r
     cv, ca, d0, d1, d2 = -scheme[0, 1] / h, -scheme[0, 2], scheme[1, 0], scheme[1, 1], scheme[1, 2] * h
@@ -147,7 +143,7 @@ def march(
         clear(u)
         add(linear.ports, speed, u, 1.0)
         if no:
-            band(linear.feed.rows, 0, fed, speed, u[m + nf :])
+            blocks(feed.rows, 0, feed.sensed, speed, u[m + nf :])
         for j in range(m):
             for lane in range(L):
                 moved[j, lane] = walls[k + 1, j, lane] - walls[k, j, lane]
@@ -157,7 +153,7 @@ def march(
         total += passes
         spread(answers, room.closed, room.size[0], F, speed, 1.0)
         if no:
-            push(linear.feed.rows, fed, no, u[m + nf + fed :], speed)
+            blocks(feed.rows, feed.sensed, len(feed.rows.row), u[m + nf + feed.motions :], speed)
         clear(lost)
         if accelerated:
             for i in range(n):
@@ -214,7 +210,7 @@ def march(
                 for i in range(n):
                     kinetic += 0.5 * v[i, lane] * v[i, lane]
                     strain += 0.5 * squares[i] * q[i, lane] * q[i, lane]
-                for j in range(7):
+                for j in range(KINETIC):
                     records.energies[k, j, lane] = ledger[j, lane]
-                records.energies[k, 7, lane], records.energies[k, 8, lane] = kinetic, strain
+                records.energies[k, KINETIC, lane], records.energies[k, STRAIN, lane] = kinetic, strain
     return total

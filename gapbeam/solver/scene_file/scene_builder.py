@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -150,6 +150,18 @@ def built_scene(
         masses=masses, feedbacks=[one for one in feedbacks if one is not None],
     )  # fmt: skip
     return scene, site.spans
+
+
+def with_noise(scene: Scene, loads: Iterable[AnyLoad]) -> Scene:
+    """Return the scene of a file with the noise of these random loads of the file; all else is shared."""
+    drawn = list[tuple[str, Any]]()
+    for load in loads:
+        name = str(vars(load)["name"])
+        if is_along_beam(load):
+            drawn += [(f"{name}-{k}", part) for k, part in enumerate(load.parts, start=1)]
+        elif load.noise:
+            drawn += [(name, load)]
+    return scene.with_({f"{name}.value": _Signal(part.time_function().value) for name, part in drawn})
 
 
 def start_velocities(case: SceneCase, scene: Scene) -> dict[Structure, Array]:

@@ -20,7 +20,7 @@ from gapbeam.studies.trials.scene_subject import SceneSubject
 
 
 class SceneRates:
-    """Runs of a file of structures on worn pairs, one after the other; under noise each sets up its structures.
+    """Runs of a file of structures on worn pairs, one after the other; they share the structures.
 
     Pairs of two motions wear: those of one have no sliding.
 

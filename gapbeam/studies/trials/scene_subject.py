@@ -28,7 +28,8 @@ from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun, smoothing_of
 from gapbeam.solver.run.scene_summary import findings_of
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_march import check_delays, marcher_of
+from gapbeam.solver.scene.scene_march import marcher_of
+from gapbeam.solver.scene_file.scene_builder import with_noise
 from gapbeam.solver.scene_file.scene_checks import FILES
 from gapbeam.solver.scene_file.scene_reader import ReadScene, SceneFile
 from gapbeam.solver.system.operators import Array
@@ -72,11 +73,14 @@ class SceneSubject:
         return self.read.scene
 
     def with_other_noise(self, number: int) -> SceneSubject:
-        """Return the subject with noise that is independent of this one, another for each number."""
+        """Return the subject with noise independent of this one, another for each number; all else is shared."""
         if not self.is_random or number == 0:
             return self
         loads = tuple(load.with_other_noise(number) for load in self.case.load)
-        return SceneSubject(replace(self.file, case=self.case.model_copy(update={"load": loads})))
+        case = self.case.model_copy(update={"load": loads})
+        other = SceneSubject(replace(self.file, case=case))
+        other.read = replace(self.read, case=case, scene=with_noise(self.scene, loads))
+        return other
 
     def in_scene(self, scene: Scene) -> SceneSubject:
         """Return the subject with another scene of the same structures."""
@@ -204,7 +208,7 @@ class SceneSubject:
         response = TrialResponse()
         try:
             marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
-            check_delays(marcher, begin.state.t + self.case.time.end)
+            asked.scene.check_feedback(marcher.z, self.case.time.end)
             march = SceneMarch(asked, marcher, self._span[0], asked.limits, Signals(None))
             self._take(march, response)
         except Interrupted:

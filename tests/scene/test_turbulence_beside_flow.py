@@ -68,6 +68,30 @@ def test_variance_and_works_under_noise_are_those_of_a_lyapunov_equation(
     assert outcome.summary["random_loads"][0]["name"] == "turbulence"
 
 
+def test_a_contact_that_never_opens_has_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pressed mass under noise: mean force P k / (k + K) in its interval, good; only events are none.
+
+    Variance of the motion is that of white noise: S / (4 c (k + K)).
+    """
+    monkeypatch.setenv("GAPBEAM_ERRORS", "none")
+    given = oscillator(60.0)
+    del given["feedback"]
+    given["structure"][0]["model"] |= {"stiffness": 4000.0, "damping": 35.0}
+    given["pair"] = [{"name": "stop", "between": ["box.at"], "region": {"type": "half-plane", "clearance": 0.0},
+                      "law": {"type": "kelvin-voigt", "stiffness": 1e4, "damping": 5.0}}]  # fmt: skip
+    press = {"type": "constant_force", "name": "press", "point": "box.at", "amplitude": 100.0}
+    given |= {"load": [press, *given["load"]], "start": {"state": "seat"}, "time": {"step": 2e-3, "end": 60.0}}
+    given["load"][1]["spectrum"]["high"] = 120.0
+    found = gb.run(given, output=tmp_path / "run").summary["statistics"]["figures"]
+    figures = {one["name"]: one for one in found}
+    events = {"contact_share", "impact_rate", "impact_duration", "impact_impulse", "approach_speed"}
+    verdicts = {name: one["verdict"] for name, one in figures.items()}
+    assert verdicts == {name: "no event" if name.rpartition(".")[2] in events else "good" for name in figures}
+    assert figures["face.stop.mean_force"]["low"] < 100.0 / 1.4 < figures["face.stop.mean_force"]["high"]
+    spread = sqrt(DENSITY / (4.0 * 40.0 * 1.4e4))
+    assert figures["probe.at.rms"]["low"] < spread < figures["probe.at.rms"]["high"] < 1.2 * spread
+
+
 def beam() -> Tables:
     """Return a tube in two supports with a flow and turbulence along it."""
     tube = {"type": "beam", "length": 1.0, "thickness": 0.019, "section": {"type": "tube", "wall": 1.1e-3},

@@ -183,13 +183,24 @@ class BlockEnds:
 WINDOW = 5.0
 
 
+STEADY = 1e-8
+"""Range of a series over its largest value that is round-off of long sums: such a series does not vary."""
+
+
+def varies(series: Array) -> bool:
+    """Return whether a series varies by more than round-off."""
+    return bool(np.ptp(series) > STEADY * np.abs(series).max())
+
+
 def correlation_time(series: Array, interval: float = 1.0) -> float:
-    """Return the integrated autocorrelation time of a series, s; at least half an interval.
+    """Return the integrated autocorrelation time of a series, s; at least half an interval, as of one that is steady.
 
     Args:
         series: Values at even distances in time, or their means over blocks, (n,).
         interval: Distance in time, s.
     """
+    if not varies(series):
+        return 0.5 * interval
     parts = series - np.mean(series)
     count = len(parts)
     size = 1 << (2 * count - 1).bit_length()

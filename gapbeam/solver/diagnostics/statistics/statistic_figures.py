@@ -36,7 +36,7 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import (
     stopping_interval,
     verdict_on,
 )
-from gapbeam.solver.diagnostics.statistics.block_means import MOST_MISSED, correlation_time
+from gapbeam.solver.diagnostics.statistics.block_means import MOST_MISSED, correlation_time, varies
 from gapbeam.solver.integrators.noise_bias import NoiseBias, bias_at
 from gapbeam.solver.record_table import SLIP_MODES
 
@@ -294,7 +294,7 @@ class AveragedSeries:
 
     def _verdict(self, series: Array, slowest: float) -> Verdict | Literal["no event"]:
         counted = self.values if self.events is None else self.events
-        if self.rare and np.ptp(counted) == 0.0:
+        if self.rare and not varies(counted):
             return "no event"
         if self.events is not None and len(counted) >= FEWEST and np.any(batch_means(counted, BATCHES) == 0.0):
             return "too short"

@@ -41,7 +41,12 @@ def repeating_scene(case: Path, overrides: Overrides) -> PeriodicScene:
     """
     if is_scene(case):
         found = read_scene(case, overrides)
-        time = found.case.time
+        time, noisy = found.case.time, [load.name or str(load.type) for load in found.case.load if load.noise]
+        if noisy:
+            raise UserError(
+                f"atlas: found the random load{'s' * (len(noisy) > 1)} {', '.join(noisy)}, under which no motion "
+                "repeats; expected none: leave out random loads here, or ask `gapbeam run` for statistics beside them"
+            )
         varying = any(load.forcing_frequency is not None for load in found.case.load)
         period, rise = _repetition(found.case) if varying else (nan, time.end)
         return PeriodicScene(found.scene, period, time.step, rise, found.case.figure)

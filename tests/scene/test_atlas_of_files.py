@@ -8,10 +8,22 @@ from typing import Any
 import pytest
 
 from gapbeam.commands.atlas import atlas
+from gapbeam.interface.case_atlas import repeating_scene
+from gapbeam.solver.errors import UserError
 from gapbeam.studies.atlas import run_atlas
 from tests.shared.command import PROJECT
 
 FLUTTER = PROJECT / "cases" / "scenes" / "freeplay-flutter.toml"
+
+
+def test_random_loads_have_no_atlas(tmp_path: Path) -> None:
+    """Refused by their names, with what to do."""
+    noise = '[[load]]\ntype = "random"\nname = "eddies"\npoint = "wing.plunge"\n'
+    noise += 'spectrum = { type = "white", density = 1e-6, high = 5.0 }\n'
+    path = tmp_path / "noise.toml"
+    path.write_text(FLUTTER.read_text().replace('"flutter-', f'"{FLUTTER.parent}/flutter-') + noise)
+    with pytest.raises(UserError, match=r"random load eddies, under which no motion repeats[^$]*`gapbeam run`"):
+        repeating_scene(path, [])
 
 
 @pytest.mark.slow(minutes=0.4)

@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 import gapbeam as gb
 from gapbeam.solver.scene.linear_stability import state_matrix
 from gapbeam.solver.scene.scene import SceneState
+from gapbeam.studies.atlas import cycle_search
 from gapbeam.studies.atlas.cycle_search import cycle_atlas
 from tests.shared.command import called
 
@@ -288,6 +289,24 @@ def test_atlas_over_the_velocity_has_the_cycles_of_the_equations(tmp_path: Path)
         assert cycle["largest_multiplier"] < 1.0
     assert "cycle of 0.07335 Hz" in (tmp_path / "a/atlas.csv").read_text()
     assert (tmp_path / "a/atlas-responses.png").stat().st_size > 0
+
+
+def test_starts_that_come_to_two_frequencies_are_not_shot_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two masses, each in a cycle of its own of another frequency: together they never repeat, nor are they chaotic.
+
+    Either mass alone comes to its cycle.
+    """
+    law, asked = gb.KelvinVoigt(stiffness=400.0, damping=4.0), list[Any]()
+    bodies = [gb.mass(1.0, stiffness=k, damping=0.1, name=name) for k, name in ((100.0, "one"), (190.0, "two"))]
+    stops = [gb.Contact(one["at"], gb.Slot(2e-3), law, name=f"stop {one.name}") for one in bodies]
+    pushes = [gb.Feedback(one["at"], one["at"], [], [], [], [0.0, 1.0]) for one in bodies]
+    alone = gb.Scene(bodies[0], contacts=stops[:1], feedbacks=pushes[:1])
+    point = cycle_atlas(alone, alone.state(), 8, 2.0, 0, 100, 60, 2).points[0]
+    assert [(one.order, one.count) for one in point.responses] == [(1, 8)]
+    monkeypatch.setattr(cycle_search, "limit_cycle", lambda *given, **_: asked.append(given))
+    both = gb.Scene(*bodies, contacts=stops, feedbacks=pushes)
+    point = cycle_atlas(both, both.state(), 8, 2.0, 0, 100, 60, 2).points[0]
+    assert (point.unsettled, point.chaotic, point.responses, asked) == (1.0, 0.0, [], [])
 
 
 def test_a_free_motion_sets_no_period() -> None:

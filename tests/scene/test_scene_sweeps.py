@@ -72,6 +72,16 @@ def test_a_point_has_the_figures_of_its_run(rattle: Path, tmp_path: Path) -> Non
     assert len({record["peak_force"] for record in result.records}) == 4
 
 
+@pytest.mark.slow(minutes=0.4)
+def test_workers_come_to_the_same_sweep(tmp_path: Path) -> None:
+    """A wing in a flow over three velocities, by one process and by two workers: the same to the bit."""
+    keys = {"air.velocity": [3.4, 3.6, 3.8]}
+    one, two = (gb.sweep(FLUTTER, keys, {"time.end": 30.0}, output=tmp_path / f"{n}", workers=n) for n in (1, 2))
+    assert (one.exit_status, two.exit_status) == (0, 0)
+    kept = [[{k: v for k, v in r.items() if "seconds" not in k} for r in found.records] for found in (one, two)]
+    assert kept[0] == kept[1]
+
+
 def test_an_open_gap_gives_the_linear_response(rattle: Path, tmp_path: Path) -> None:
     """Peak to peak 2 F / |k - m w^2 + i c w| of a mass that never touches, at three frequencies, to 1e-3."""
     keys = {"stop.clearance": [1.0], "load.shaker.frequency": [1.0, 2.0, 5.0]}

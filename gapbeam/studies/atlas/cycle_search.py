@@ -3,7 +3,8 @@
 Starts are mixtures of the fastest growing oscillation of the scene with all contacts idle and of its slowest ones, as
 large as those that first touch a contact, times drawn factors. They march in lock-step. A start has come to rest where
 its motion is 1e-6 of the largest start, and to a cycle where its state is within 1 % of the line through the states of
-the cycle, over its size: where in a step a contact closes moves a cycle by some tenths of a percent.
+the cycle, over its size: where in a step a contact closes moves a cycle by some tenths of a percent. Cycles are shot
+from motions that nearly repeat.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import Marcher
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, share_of
-from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, StrobeMap, growth
+from gapbeam.studies.atlas.response_search import BATCHES, CHAOTIC, FAILED, UNSETTLED, StrobeMap, growth
 
 MIXED = 4
 """Oscillations of which starts are mixtures."""
@@ -34,6 +35,13 @@ LOST = 0.1
 """Frequency over decay below which a motion is no oscillation."""
 NEAR = 1e-2
 """Distance from a cycle over its size at which a start has come to it, and two cycles are one."""
+LOOKED, SHORTEST = 5, 0.2
+"""Periods in which a motion is looked at, and the least lag over a period."""
+REPEATED, NEARLY = 0.1, 2.0
+"""Difference of a motion from itself a lag earlier, over its size, up to which it nearly repeats; the first lag whose
+difference is below so much of the least one, or as small as half a step leaves, is the period."""
+TRIES = 3
+"""Starts in a row from which shooting comes to nothing, after which the others march on."""
 
 
 def cycle_starts(scene: Scene, rest: SceneState, count: int, reach: float, seed: int) -> tuple[SceneState, float]:
@@ -71,6 +79,29 @@ def cycle_starts(scene: Scene, rest: SceneState, count: int, reach: float, seed:
     return state_of(scene, x, rest.t), periods[0]
 
 
+def repetition(seen: Array, period: int) -> tuple[Any, Any]:
+    """Return the distance of motions from repeating, over their size, and the lags after which they do, (members,).
+
+    Lags lie between times, where a parabola through the differences is least.
+
+    Args:
+        seen: Displacements, (times, motions, members).
+        period: Times over which motions are compared with themselves a lag earlier; lags are a part of it or longer.
+    """
+    last, first, least = seen[-period:], len(seen) - period, max(2, round(SHORTEST * period))
+    size = np.maximum(np.sqrt(last.var(axis=0).sum(axis=0)), np.finfo(float).tiny)
+    lags = np.arange(least - 1, first + 1)
+    apart = np.array([((last - seen[first - lag :][:period]) ** 2).mean(axis=0).sum(axis=0) for lag in lags])
+    apart = np.sqrt(apart) / size
+    low = (apart[1:-1] <= apart[:-2]) & (apart[1:-1] <= apart[2:])
+    inner = np.where(low, apart[1:-1], np.inf)
+    changed = inner.min(axis=0)
+    where = 1 + np.argmax(inner <= np.maximum(NEARLY * changed, 2.0 * pi / period), axis=0)
+    before, here, after = (apart[where + k, np.arange(len(where))] ** 2 for k in (-1, 0, 1))
+    bent = np.maximum(before - 2.0 * here + after, np.finfo(float).tiny)
+    return changed, lags[where] + np.clip(0.5 * (before - after) / bent, -0.5, 0.5)
+
+
 class CycleSearch:
     """Starts of one scene, and the cycles that they came to.
 
@@ -92,11 +123,13 @@ class CycleSearch:
         self.X: Any = starts.x
         self.floor = VANISHED * float(self.strobe.size(self.X - self.still).max())
         self.which = np.full(self.X.shape[1], UNSETTLED)
+        self.tried = np.zeros(self.X.shape[1], dtype=int)
         self.values = np.linalg.eigvals(state_matrix(scene))
         self.rests = bool(
             self.values.real.max() < 0.0 or np.any(touched(scene.slabs(), scene.places(rest.q, rest.t))[0])
         )
         self.found: list[tuple[LimitCycle | None, Array]] = []
+        self.exponent = float("nan")
 
     def run(self, rounds: int) -> None:
         """March starts, and shoot from those that come to nothing known; judge by exponents what is left."""
@@ -104,17 +137,34 @@ class CycleSearch:
             left = np.flatnonzero(self.which == UNSETTLED)
             if not len(left):
                 return
-            none = np.zeros(len(left), dtype=int)
-            self.X[:, left] = self.strobe.after(none, self.X[:, left], self.settle)
+            changed, period = self.march(left)
             self.which[left[~np.isfinite(self.X[:, left]).all(axis=0)]] = FAILED
             self.assign()
-            for i in left:
-                if self.which[i] == UNSETTLED:
-                    self.shoot(int(i))
+            vain = 0
+            for k in np.lexsort((changed, self.tried[left])):
+                i = int(left[k])
+                if self.which[i] == UNSETTLED and changed[k] <= REPEATED and vain < TRIES:
+                    self.tried[i] += 1
+                    vain = 0 if self.shoot(i, float(period[k])) else vain + 1
         left = np.flatnonzero(self.which == UNSETTLED)
         if len(left):
-            mean, error, _ = growth(self.strobe, np.zeros(len(left), dtype=int), self.X[:, left], self.settle)
-            self.which[left[mean > 3.0 * error]] = CHAOTIC
+            none, periods = np.zeros(len(left), dtype=int), max(self.settle, 2 * BATCHES)
+            mean, error, _ = growth(self.strobe, none, self.X[:, left], periods)
+            chaotic = mean > 3.0 * error
+            self.which[left[chaotic]] = CHAOTIC
+            self.exponent = float(mean[chaotic].mean()) if chaotic.any() else self.exponent
+
+    def march(self, members: Any) -> tuple[Any, Any]:
+        """March starts; return the distance of their motions from repeating, and the periods after which they do, s."""
+        strobe, T = self.strobe, float(self.strobe.period[0])
+        many = strobe.march(
+            np.zeros(len(members), dtype=int), self.X[:, members], self.settle + LOOKED,
+            settle=strobe.t + self.settle * T, every=1,
+        )  # fmt: skip
+        self.X[:, members] = np.vstack([many.q, many.v, many.z])
+        seen = [one.reshape(len(one), -1, len(members)) for one in many.displacement.values()]
+        changed, lag = repetition(np.concatenate(seen, axis=1), self.steps)
+        return changed, lag * T / self.steps
 
     def assign(self) -> None:
         """Give starts to the rest and to the cycles that they have come to."""
@@ -145,44 +195,57 @@ class CycleSearch:
             found[k] = np.linalg.norm(one - line - part * way, axis=0).min() / size
         return found
 
-    def shoot(self, i: int) -> None:
-        """Look for a stable cycle from a start; keep it where the start is on it."""
+    def shoot(self, i: int, period: float) -> bool:
+        """Look for a stable cycle from a start, given its period, s; return whether there is one."""
         start = state_of(self.scene, self.X[:, i : i + 1].copy(), self.strobe.t)
         try:
-            cycle = limit_cycle(self.scene, self.steps, start, cycles=self.settle)
+            steps = round(period * self.steps / float(self.strobe.period[0]))  # as long as those of the starts
+            cycle = limit_cycle(self.scene, steps, start, period, cycles=self.settle)
         except (NotConverged, UserError):
-            return
+            return False
         if not (cycle.is_stable and cycle.is_decided):
-            return
-        marcher, states = Marcher(self.scene, cycle.period / self.steps, cycle.state), list[Array]()
-        for _ in range(self.steps):
+            return False
+        marcher, states = Marcher(self.scene, cycle.period / cycle.steps, cycle.state), list[Array]()
+        for _ in range(cycle.steps):
             marcher.advance(1)
             states.append(marcher.state.x[:, 0])
         known = (k for k, (one, line) in enumerate(self.found)
                  if one is not None and self.apart(states[0][:, None], line)[0] <= NEAR)  # fmt: skip
         self.which[i] = next(known, len(self.found))
         if self.which[i] == len(self.found):
-            self.found.append((cycle, np.column_stack(states)))
+            self.found.append((self.finer(cycle), np.column_stack(states)))
             self.assign()
+        return True
+
+    def finer(self, cycle: LimitCycle) -> LimitCycle:
+        """Return a cycle in as many steps as a period has, where shooting converges to it."""
+        try:
+            found = limit_cycle(self.scene, self.steps, cycle.state, cycle.period, cycles=self.settle)
+        except (NotConverged, UserError):
+            return cycle
+        return found if found.is_stable and abs(found.period - cycle.period) <= NEAR * cycle.period else cycle
 
     def point(self, values: dict[str, float]) -> tuple[AtlasPoint, Any]:
         """Return everything that was found, and the response of each start."""
         count, named = len(self.which), list[Response]()
+        first = float(self.strobe.period[0])
+        calm = max([first, *(one.delay for one in self.scene.feedbacks)])  # a march is as long as a delay, or longer
         order = np.argsort([-np.sum(self.which == k) for k in range(len(self.found))], kind="stable")
         for k in order:
             cycle, _ = self.found[k]
             mine = int(np.sum(self.which == k))
             share, interval = share_of(mine, count)
             period = float("nan") if cycle is None else cycle.period
-            span = float(self.strobe.period[0]) if cycle is None else period
+            span = calm if cycle is None else period
             state = self.rest if cycle is None else cycle.state
+            steps = self.steps if cycle is None else cycle.steps
             once = ensemble(
-                self.scene, step=span / self.steps, end=state.t + span, start=state, members=1, period=np.array([span])
+                self.scene, step=span / steps, end=state.t + span, start=state, members=1, period=np.array([span])
             )
             named.append(
                 Response(
                     0 if cycle is None else 1, state, np.vstack([state.q, state.v]).T,
-                    np.exp(self.values * span) if cycle is None else cycle.multipliers, mine, share, interval,
+                    np.exp(self.values * first) if cycle is None else cycle.multipliers, mine, share, interval,
                     {name: np.linalg.norm(np.atleast_1d(one[..., 0])) for name, one in once.peak.items()},
                     {name: float(one[0]) for name, one in once.impacts.items()},
                     {name: float(one[0]) for name, one in once.peak_force.items()}, period,
@@ -190,7 +253,7 @@ class CycleSearch:
             )  # fmt: skip
         shares = [float(np.mean(self.which == kind)) for kind in (CHAOTIC, UNSETTLED, FAILED)]
         rank = np.concatenate([np.argsort(order), [FAILED, UNSETTLED, CHAOTIC]]).astype(int)
-        return AtlasPoint(values, float("nan"), named, shares[0], float("nan"), *shares[1:]), rank[self.which]
+        return AtlasPoint(values, float("nan"), named, shares[0], self.exponent, *shares[1:]), rank[self.which]
 
 
 def cycle_atlas(
@@ -222,7 +285,7 @@ def cycle_atlas(
 
 @journal_style()
 def draw_cycles(points: Sequence[AtlasPoint], over: dict[str, Array]) -> Figure:
-    """Draw the peak force of each limit cycle, and the shares of starts, over the first key of an atlas."""
+    """Draw the peak force of each limit cycle, and shares of starts, others too, over the first key of an atlas."""
     path = next(iter(over), "")
     figure, grid = panels(2, height=2.0, sharex=True)
     for number, one in enumerate(points):
@@ -231,8 +294,12 @@ def draw_cycles(points: Sequence[AtlasPoint], over: dict[str, Array]) -> Figure:
             color = GRAY if r.order == 0 else BLACK
             grid[0][0].plot(x, max(r.peak_force.values(), default=0.0), "o", color=color, ms=3.0)
             grid[1][0].plot(x, r.share, "o", color=color, ms=3.0)
+        others = one.chaotic + one.unsettled + one.failed
+        if others > 0.0:
+            grid[1][0].plot(x, others, "o", color=BLACK, ms=4.0, mfc="none")
     grid[0][0].set_ylabel("largest force (N)")
-    grid[1][0].set_ylabel("share (gray: rest)")
-    grid[1][0].set_ylim(0.0, 1.05)
+    grid[1][0].set_ylabel("share (gray: rest, open: others)")
+    for row in grid:
+        row[0].margins(0.05, 0.1)
     grid[1][0].set_xlabel(path)
     return figure

@@ -38,7 +38,7 @@ DOUBTFUL = 5
 BRANCHES = "branches.csv"
 JOURNAL = "points.jsonl"  # while the atlas is under way
 CYCLE_STEPS = 200
-"""Steps in a period of a limit cycle."""
+"""Steps in a period of the fastest growing oscillation, with all contacts idle."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,7 +68,7 @@ BAD = {
     ),
     "densities beyond numbers": (
         NOISE + POINT + 'spectrum = { type = "white", density = 1e70, high = 100.0 }\n',
-        ["1e+70", "another unit"],
+        ["1e+70", "at most 1e+30"],
     ),
     "too wide": (
         NOISE + POINT + 'spectrum = { type = "white", density = 1.0, low = 1e-3, high = 500.0 }\n',

@@ -6,8 +6,7 @@ eighth of the time of one after the other. Small matrices, and installations wit
 
 from __future__ import annotations
 
-from functools import cache
-from importlib import import_module
+from importlib.machinery import PathFinder
 from typing import Any
 
 import numpy as np
@@ -19,18 +18,9 @@ LARGE = 10_000
 """DOFs from which on MUMPS is worth its start."""
 
 
-@cache
-def _has_petsc() -> bool:
-    try:
-        import_module("petsc4py")
-    except ImportError:
-        return False
-    return True
-
-
 def is_for_mumps(size: int) -> bool:
-    """Return whether MUMPS factors a matrix of so many rows here."""
-    return size >= LARGE and _has_petsc()
+    """Return whether MUMPS factors a matrix of so many rows here: where petsc4py is installed."""
+    return size >= LARGE and PathFinder.find_spec("petsc4py") is not None
 
 
 class LargeFactor:

@@ -201,7 +201,7 @@ SLIPS: dict[str, tuple[Edit, str, str]] = {
     "units": (put(*MODEL, "units", value="feet"), "units", "inch"),
     "no units": (put(*MODEL, "units", value=None), "units", "missing"),
     "shells of Abaqus": (text(lambda s: s + "*ELEMENT, TYPE=S4R\n99, 1, 2, 4, 3\n"), FILE,
-                         r"1 elements of type S4R \(shells\) at \(0, 0, 0\)"),
+                         r"1 element of type S4R \(shells\) at \(0, 0, 0\)"),
     "beams of Abaqus": (text(lambda s: s + "*ELEMENT, TYPE=B31\n99, 1, 2\n"), FILE, r"B31 \(beams\)"),
     "wedges": (text(lambda s: s + "*ELEMENT, TYPE=C3D6\n99, 1, 2, 3, 4, 5, 6\n"), FILE, r"C3D6 \(wedges\)"),
     "shells of a surface": (other(lambda: shells(False)), FILE, "out of a plane z = constant, which are shells"),

@@ -21,11 +21,11 @@ Report = Callable[[object, Exception], None]
 class _LinkedCode(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
     """Code that only compiled code calls: optimized where it is linked in, and never made machine code by itself."""
 
-    def finalize(self) -> None:
-        """Link in what it calls."""
-        for library in dict.fromkeys(self._linking_libraries):
-            self._reload_init.update(library._reload_init)
-            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+    def _optimize_final_module(self) -> None:
+        """Leave this to what it is linked into."""
+
+    def _finalize_final_module(self) -> None:
+        """Make no machine code."""
         self._finalize_dynamic_globals()
         self._finalized = True
 

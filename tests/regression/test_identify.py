@@ -244,7 +244,8 @@ def test_one_figure_reports_force_and_damping_only_together(done: dict[str, Done
         "identifiable only in combination with damping.ratios",
         "identifiable only in combination with load.shaker.amplitude",
     ]
-    assert "WARNING: 1 measurements for 2 unknowns" in call.stdout
+    assert "WARNING: 1 measurement for 2 unknowns" in call.stdout
+    assert "RuntimeWarning" not in call.stderr
     assert "not determined by the measurements" in call.stdout
     assert found["rms"]["fit"] < 1e-3
 

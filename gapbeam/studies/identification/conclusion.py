@@ -302,7 +302,8 @@ def _rows(
         others = [] if not failed(record) and record["response"] == CREEPING else others
         report = tuple(other for other in others if abs(other - computed) > ANOTHER * abs(computed) + 2.0 * scatter)
         ratio = computed / one.value if one.value else math.nan
-        variance = float(around.slopes[number] @ around.known.covariance @ around.slopes[number])
+        with np.errstate(invalid="ignore"):  # directions that are not determined have an infinite covariance
+            variance = float(around.slopes[number] @ around.known.covariance @ around.slopes[number])
         rows.append(
             MeasurementRow(
                 number,

@@ -176,7 +176,7 @@ def test_two_keys_make_a_map(rattle: Path, tmp_path: Path) -> None:
     ("keys", "options", "words"),
     [
         ({"structure.ball.model.mass": [1.0, 2.0]}, {"carry": True}, "structure.ball.model.mass changes along"),
-        ({"stopp.clearance": [1.0]}, {}, "unknown table"),
+        ({"stopp.clearance": [1.0]}, {}, "did you mean `stop.clearance`"),
     ],
 )
 def test_what_cannot_be_swept_is_refused(

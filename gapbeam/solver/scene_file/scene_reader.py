@@ -20,6 +20,7 @@ from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocities
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_checks import FILES, scene_faults
+from gapbeam.solver.wording import near
 
 NAME = "case"
 
@@ -158,6 +159,10 @@ def scene_file(source: SceneSource, overrides: Overrides = ()) -> SceneFile:
     for key, value in (one for one in pairs(overrides) if not isinstance(one, Fault)):
         named, is_path = _named(key, data)
         (changes if is_path else tables)[named] = value
+        if not is_path and "." in key and named.partition(".")[0] not in SceneCase.model_fields:
+            faults.append(_of_no_entry(key, data))
+    if faults:
+        raise CaseError(str(path), faults)
     places = Places(path, data, key_lines(text), {}, SceneCase)
     case, places = checked_tables(data, places, scene_faults, tables, _find_files)
     return SceneFile(case, changes, places)
@@ -180,6 +185,22 @@ def _named(key: str, data: Mapping[str, Any]) -> tuple[str, bool]:
                 return f"{array}.{key}", False
             found = found or bool(name and fnmatchcase(name, owner))
     return key, found
+
+
+def _of_no_entry(key: str, data: Mapping[str, Any]) -> Fault:
+    """Return the fault of a key that begins neither with a table nor with the name of an entry."""
+    owner, _, value = key.partition(".")
+    tables = (one for one in data.values() if isinstance(one, list))
+    entries = (one for table in tables for one in table if isinstance(one, dict))
+    names = list(dict.fromkeys(str(one["name"]) for one in entries if one.get("name")))
+    close = near(owner, [*names, *SceneCase.model_fields])
+    return Fault(
+        (),
+        f"nothing that is called {owner}",
+        f"a table, or the name of an entry{': ' if names else ''}{', '.join(names)}",
+        f"did you mean `{close}.{value}`?" if close else "",
+        where=f"`overrides=` {key}",
+    )
 
 
 def _find_files(data: dict[str, Any], path: Path) -> None:

@@ -84,17 +84,26 @@ def periodic(
     begin = start or scene.state()
     if begin.q.shape[1] != 1:
         raise UserError("periodic: the start has several members; take one")
-    h, t = period / steps, begin.t
-    x: Any = begin.x[:, 0]
+    return repeating_orbit(scene, begin.x[:, 0], begin.t, period / steps, steps, scheme, passes)[0]
+
+
+def repeating_orbit(
+    scene: Scene, x: Any, t: float, h: float, steps: int, scheme: LinearScheme, passes: int
+) -> tuple[PeriodicOrbit, Any]:  # fmt: skip
+    """Return the orbit of a period near a state x, and the derivative of the map over its period.
+
+    Raises:
+        NotConverged: As of `periodic`.
+    """
     best = np.inf
     for count in range(1, passes + 1):
         miss, P, size = returned(scene, x, t, h, steps, scheme)
         best = float(np.abs(miss / size).max())
         if best < TOLERANCE:
-            return PeriodicOrbit(state_of(scene, x[:, None].copy(), t), np.linalg.eigvals(P), best, count)
-        x = x + _newton(P, miss)
+            return PeriodicOrbit(state_of(scene, x[:, None].copy(), t), np.linalg.eigvals(P), best, count), P
+        x = x + change_of_orbit(P, miss)
     raise NotConverged(
-        f"periodic: after {passes} passes a period of {period:g} s leaves {best:.2g} of the motion; start nearer "
+        f"periodic: after {passes} passes a period of {steps * h:g} s leaves {best:.2g} of the motion; start nearer "
         "(march some periods first), or the response has another period"
     )
 
@@ -125,7 +134,15 @@ def returned(scene: Scene, x: Array, t: float, h: float, steps: int, scheme: Lin
     return Y[:, 0] - x, (Y[:, 1 : 1 + len(x)] - Y[:, 1 + len(x) :]) / (2.0 * e), size
 
 
-def _newton(P: Any, miss: Array) -> Any:
+def after_steps(scene: Scene, x: Any, t: float, h: float, steps: int, scheme: LinearScheme = MIDPOINT) -> Any:
+    """Return the state x after so many steps of h."""
+    marcher = Marcher(scene, h, state_of(scene, x[:, None].copy(), t), scheme=scheme)
+    marcher.advance(steps)
+    return marcher.state.x[:, 0]
+
+
+def change_of_orbit(P: Any, miss: Array) -> Any:
+    """Return (1 - P)^-1 of what a period adds: Newton's change of a state, or the derivative of an orbit."""
     return np.linalg.lstsq(np.eye(len(P)) - P, miss, rcond=None)[0]
 
 
@@ -346,15 +363,11 @@ def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: in
     x: Any = start.x[:, 0]
     first = np.linalg.norm(x)
 
-    def end(period: float) -> Array:
-        marcher = Marcher(scene, period / steps, state_of(scene, x[:, None], t))
-        marcher.advance(steps)
-        return marcher.state.x[:, 0]
-
     least, found, growth = np.inf, None, float(np.linalg.eigvals(state_matrix(scene)).real.max())
     for count in range(1, passes + 1):
         miss, P, size = returned(scene, x, t, T / steps, steps, MIDPOINT)
-        side = (end(T * (1.0 + SHIFT)) - end(T * (1.0 - SHIFT))) / (2.0 * SHIFT * T) / size
+        late, early = (after_steps(scene, x, t, T * far / steps, steps) for far in (1.0 + SHIFT, 1.0 - SHIFT))
+        side = (late - early) / (2.0 * SHIFT * T) / size
         scaled, left = P / size[:, None] * size, float(np.abs(miss / size).max())
         if left < least:
             least, unit = left, side / np.linalg.norm(side)

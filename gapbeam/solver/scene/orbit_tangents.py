@@ -28,7 +28,7 @@ import numpy as np
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite
-from gapbeam.solver.scene.limit_cycle import state_of
+from gapbeam.solver.scene.limit_cycle import change_of_orbit, state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest
 from gapbeam.solver.scene.orbit_figures import OrbitFigure, figure_of
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -426,7 +426,7 @@ def _converged(problem: _Problem, x: Array) -> _Orbit:
         )
     for _ in range(4):
         M = orbit.carried(np.eye(len(x)))[0][-1]
-        other = _Orbit(problem, orbit.x + np.linalg.lstsq(np.eye(len(x)) - M, orbit.miss, rcond=None)[0])
+        other = _Orbit(problem, orbit.x + change_of_orbit(M, orbit.miss))
         if not other.residual < orbit.residual:
             break
         orbit = other

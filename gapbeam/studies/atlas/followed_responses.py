@@ -21,10 +21,9 @@ import numpy as np
 
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.periodic.floquet import FOLD, GRAZING, PERIOD_DOUBLING, STABLE, ordered
-from gapbeam.solver.scene.limit_cycle import TOLERANCE, returned, state_of
+from gapbeam.solver.scene.limit_cycle import after_steps, change_of_orbit, repeating_orbit
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene
-from gapbeam.solver.scene.scene_march import Marcher
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint
 
@@ -73,11 +72,12 @@ class FollowedResponse:
 
 @dataclass(frozen=True, eq=False)
 class _Place:
-    """An orbit at a value of the parameter, with the derivative of the map over all its periods."""
+    """An orbit at a value of the parameter, with the derivative of the map over its periods, and its eigenvalues."""
 
     value: float
     x: Any
     slope: Any
+    multipliers: Any
 
 
 @dataclass(frozen=True)
@@ -101,21 +101,15 @@ class _Follower:
         """Return the orbit near a state; None where shooting does not converge."""
         scene, period, steps, t = self.at(value)
         try:
-            for _ in range(PASSES):
-                miss, P, size = returned(scene, x, t, period / steps, self.order * steps, self.scheme)
-                if np.abs(miss / size).max() < TOLERANCE:
-                    return _Place(value, x, P)
-                x = x + np.linalg.lstsq(np.eye(len(P)) - P, miss, rcond=None)[0]
+            orbit, P = repeating_orbit(scene, x, t, period / steps, self.order * steps, self.scheme, PASSES)
         except NotConverged:
-            pass
-        return None
+            return None
+        return _Place(value, orbit.state.x[:, 0], P, orbit.multipliers)
 
     def after(self, value: float, x: Any, periods: int) -> Any:
         """Return the state after some periods of the load."""
         scene, period, steps, t = self.at(value)
-        marcher = Marcher(scene, period / steps, state_of(scene, x[:, None].copy(), t), 1, self.scheme)
-        marcher.advance(periods * steps)
-        return marcher.state.x[:, 0]
+        return after_steps(scene, x, t, period / steps, periods * steps, self.scheme)
 
     def apart(self, x: Any, y: Any) -> float:
         """Return the distance of two states over the size of the second, the larger of displacements and velocities."""
@@ -131,7 +125,7 @@ class _Follower:
             guess: The prediction.
             before: The last orbit of the branch.
         """
-        leading = ordered(np.linalg.eigvals(before.slope)).multipliers[0]
+        leading = ordered(before.multipliers).multipliers[0]
         gone = FOLD if leading.real > 0.5 and not leading.imag else GRAZING
         if found is None:
             return gone
@@ -141,7 +135,7 @@ class _Follower:
             return PERIOD_DOUBLING
         if shorter or self.apart(found.x, guess) > BENT * self.apart(guess, before.x) + WITHIN:
             return gone
-        kind = ordered(np.linalg.eigvals(found.slope)).kind
+        kind = ordered(found.multipliers).kind
         return None if kind == STABLE else kind
 
     def to(self, place: _Place, value: float) -> _Place | _End:
@@ -153,8 +147,7 @@ class _Follower:
             there = value if done + part == 1.0 else begin + (done + part) * (value - begin)
             ends = [self.after(place.value + s * e, place.x, self.order) for s in (-1.0, 1.0)]
             grown = (ends[1] - ends[0]) / (2.0 * e)
-            along = np.linalg.lstsq(np.eye(len(grown)) - place.slope, grown, rcond=None)[0]
-            guess = place.x + (there - place.value) * along
+            guess = place.x + (there - place.value) * change_of_orbit(place.slope, grown)
             found = self.shot(there, guess)
             fault = self.fault(found, guess, place)
             if fault is None and found is not None:

@@ -16,7 +16,7 @@ import numpy as np
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.lane_ensemble import ensemble
-from gapbeam.solver.scene.limit_cycle import state_of
+from gapbeam.solver.scene.limit_cycle import change_of_orbit, state_of
 from gapbeam.solver.scene.linear_scheme import RESOLVED, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
@@ -128,7 +128,7 @@ def shoot(strobe: StrobeMap, points: Any, X: Array, order: int) -> list[ShotOrbi
             if strobe.size(miss) <= CONVERGED * size[i]:
                 found[i] = ShotOrbit(X[:, i].copy(), np.linalg.eigvals(P))
                 continue
-            X[:, i] += np.linalg.lstsq(np.eye(D) - P, miss, rcond=None)[0]
+            X[:, i] += change_of_orbit(P, miss)
             if strobe.size(X[:, i]) < 1e3 * size[i]:
                 keep.append(i)
         left = np.array(keep, dtype=int)

@@ -17,6 +17,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, DOUBLE, GRAY, GREEN, VERMILION, journal_style
 from gapbeam.postprocess.results.bounded_files import read_json
 from gapbeam.solver.record_table import SHAPES_FILE
+from gapbeam.solver.scene.structure_geometry import directions_across
 
 SHARE = 0.08  # of the size of the structures: the largest displacement in the picture
 PLATE = 0.025  # half the side of a wall
@@ -99,11 +100,7 @@ def _support(axes: Axes3D, one: Mapping[str, Any], factor: float, half: float) -
     if not len(walls):
         axes.plot(*place[:, None], "D", color=GREEN, markersize=4.0)
     elif len(ways) == 1:
-        first = np.eye(3)[int(np.abs(ways[0]).argmin())]
-        first = first - (first @ ways[0]) * ways[0]
-        first /= np.linalg.norm(first)
-        second = np.cross(ways[0], first)
-        plate = half * np.array([[1, 1], [1, -1], [-1, -1], [-1, 1], [1, 1]]) @ np.array([first, second])
+        plate = half * np.array([[1, 1], [1, -1], [-1, -1], [-1, 1], [1, 1]]) @ directions_across(ways[0])
         for wall in walls:
             axes.plot(*(place + factor * wall[0] * ways[0] + plate).T, color=BLACK, linewidth=1.0)
     else:

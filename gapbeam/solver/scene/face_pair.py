@@ -26,6 +26,7 @@ from gapbeam.solver.scene.convex_region import HalfPlane
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
 from gapbeam.solver.scene.solid_cells import FACETS, Indices, rule_of, shapes_at
 from gapbeam.solver.scene.structure import Structure
+from gapbeam.solver.scene.structure_geometry import directions_across
 from gapbeam.solver.system.operators import Array
 
 POINTS = 3  # of the rule in each direction of a part of the intersection
@@ -175,10 +176,7 @@ def _across(normal: Array, dimension: int) -> Array:
     """Return unit vectors across a normal, (dimension, 3)."""
     if dimension == 1:
         return np.array([[-normal[1], normal[0], 0.0]])
-    axis: Array = np.eye(3)[int(np.abs(normal).argmin())]
-    axis = np.asarray(axis - (axis @ normal) * normal, dtype=float)
-    axis = np.asarray(axis / np.linalg.norm(axis), dtype=float)
-    return np.array([axis, np.cross(normal, axis)])
+    return directions_across(normal)
 
 
 def _before(flat: Array, normal: Array, across: Array, other: _Face) -> Indices:

@@ -28,7 +28,7 @@ from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite,
 from gapbeam.solver.scene.beam_structure import element_count, section_table
 from gapbeam.solver.scene.frame_route import FrameAxes, FrameRoute, Station
 from gapbeam.solver.scene.structure import LARGE, Structure
-from gapbeam.solver.scene.structure_geometry import StructureGeometry
+from gapbeam.solver.scene.structure_geometry import StructureGeometry, directions_across
 from gapbeam.solver.scene.structure_pose import ALONG
 from gapbeam.solver.system.operators import Array
 
@@ -251,8 +251,7 @@ def _hinges(
             step = 1e-6 * axis.length
             along = axis.at(s + step) - axis.at(s) if end == "start" else axis.at(s) - axis.at(s - step)
             along = along / np.linalg.norm(along)
-            across = null_space(along[None]).T
-            found.append(_Hinge(int(nodes[k][place]), along, across))
+            found.append(_Hinge(int(nodes[k][place]), along, directions_across(along)))
             own[k][place] = count + len(found) - 1
     bare = [one for one in found if not any(one.node in some for some in own)]
     if bare:
@@ -373,8 +372,7 @@ def _axes(along: Array, section: SpaceSection, up: Array, where: str) -> Array:
                 f"{where}: found a leg along up, {up.tolist()}, expected `up` across all legs of a section that is not "
                 "as stiff both ways"
             )
-        z = np.eye(3)[int(np.abs(along).argmin())]
-        z = z - (z @ along) * along
+        z = directions_across(along)[0]
     z = z / np.linalg.norm(z)
     return np.array([along, np.cross(z, along), z])
 

@@ -13,6 +13,14 @@ from gapbeam.solver.system.operators import Array
 Indices = Any
 
 
+def directions_across(along: Array) -> Array:
+    """Return two unit vectors at right angles to a unit vector in space and to each other, (2, 3)."""
+    first = np.eye(3)[int(np.abs(along).argmin())]
+    first = first - (first @ along) * along
+    first = first / np.linalg.norm(first)
+    return np.array([first, np.cross(along, first)])
+
+
 @dataclass(frozen=True, eq=False)
 class StructureGeometry:
     """Nodes of a structure in space.

@@ -152,11 +152,12 @@ def scene_file(source: SceneSource, overrides: Overrides = ()) -> SceneFile:
         path = Path(source)
         text = read_text(path)
         data = parse(text, str(path))
-    faults = [one for one in pairs(overrides) if isinstance(one, Fault)]
-    if faults:
-        raise CaseError(str(path), faults)
-    tables, changes = dict[str, Any](), dict[str, Any]()
-    for key, value in (one for one in pairs(overrides) if not isinstance(one, Fault)):
+    faults, tables, changes = list[Fault](), dict[str, Any](), dict[str, Any]()
+    for one in pairs(overrides):
+        if isinstance(one, Fault):
+            faults.append(one)
+            continue
+        key, value = one
         named, is_path = _named(key, data)
         (changes if is_path else tables)[named] = value
         if not is_path and "." in key and named.partition(".")[0] not in SceneCase.model_fields:

@@ -201,9 +201,10 @@ def check_types(data: Mapping[str, Any], root: type[BaseModel] = Case) -> tuple[
     """
     beyond = beyond_reason(data, root)
     try:
-        tables, keys = numbered(dict(root.model_validate(data))), dict[Key, None]()
+        tables = dict(root.model_validate(data))
         if not beyond:
-            return tables, []
+            return numbered(tables), []
+        keys = dict[Key, None]()
     except ValidationError as error:
         keys = dict.fromkeys(_key(location, data, root) for location in _innermost(error))
     beyond = [fault for fault in beyond if fault.key not in keys]

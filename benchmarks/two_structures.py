@@ -20,6 +20,7 @@ import numpy as np
 import gapbeam as gb
 from benchmarks.table import Cell, Figures, Table, machine_words, measured_apart, options, print_figures, seconds
 from gapbeam.solver.scene.scene_march import marcher_of
+from gapbeam.solver.wording import counted
 
 CELLS = (60, 23, 22)
 """Hexahedra along, across and through one of two structures."""
@@ -66,7 +67,7 @@ def table(cells: Sequence[int] = CELLS) -> Table:
         words = ",".join(map(str, cells))
         found[count] = measured_apart("benchmarks.two_structures", f"--{count}", words)
     rows: list[tuple[Cell, ...]] = [
-        (f"{count} structure{'s' * (count > 1)}", int(one["dofs"]), seconds(one["setup"]), seconds(one["step"]))
+        (counted(count, "structure"), int(one["dofs"]), seconds(one["setup"]), seconds(one["step"]))
         for count, one in found.items()
     ]
     ratios = {name: found[2][name] / found[1][name] for name in ("setup", "step")}

@@ -8,7 +8,7 @@ presses on it. Source: Johnson (1985), Contact Mechanics, eqs. 4.22, 4.24, 4.43,
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import gmsh
 import meshio
@@ -26,6 +26,33 @@ PRESSURE = 2.0 * FORCE / (np.pi * HALF)
 APPROACH = 2.0 * FORCE * (1.0 - POISSON**2) / (np.pi * YOUNG) * (2.0 * np.log(4.0 * RADIUS / HALF) - 1.0)
 
 
+def graded(kind: int, focus: list[int], sizes: tuple[float, float], reach: tuple[float, float]) -> tuple[Array, Any]:
+    """Return nodes and cells of a mesh of the present geometry.
+
+    Args:
+        kind: Of cells, as gmsh counts them: 2 triangles, 11 tetrahedra of degree 2.
+        focus: Points of the geometry.
+        sizes: Of cells there, and far away, m.
+        reach: Distances up to which the small size holds, and from which the large one does, m.
+    """
+    field = gmsh.model.mesh.field
+    field.add("Distance", 1)
+    field.setNumbers(1, "PointsList", focus)
+    field.add("Threshold", 2)
+    for key, value in zip(("InField", "SizeMin", "SizeMax", "DistMin", "DistMax"), (1, *sizes, *reach), strict=True):
+        field.setNumber(2, key, value)
+    field.setAsBackgroundMesh(2)
+    for key in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints"):
+        gmsh.option.setNumber(f"Mesh.{key}", 0)
+    _, dimension, order, nodes, _, _ = gmsh.model.mesh.getElementProperties(kind)
+    gmsh.model.mesh.generate(dimension)
+    gmsh.model.mesh.setOrder(order)
+    tags, x, _ = gmsh.model.mesh.getNodes()
+    row = np.zeros(int(tags.max()) + 1, dtype=int)
+    row[tags.astype(int)] = np.arange(len(tags))
+    return np.reshape(x, (-1, 3)), row[gmsh.model.mesh.getElementsByType(kind)[1].astype(int)].reshape(-1, nodes)
+
+
 def quarter(cells: int) -> tuple[Array, Array]:
     """Return nodes and triangles of a quarter of a disc, with so many cells in half the width of contact."""
     gmsh.initialize(interruptible=False)
@@ -36,25 +63,10 @@ def quarter(cells: int) -> tuple[Array, Array]:
         lines = [geo.addLine(center, right), geo.addCircleArc(right, center, top), geo.addLine(top, center)]
         geo.addPlaneSurface([geo.addCurveLoop(lines)])
         geo.synchronize()
-        field = gmsh.model.mesh.field
-        field.add("Distance", 1)
-        field.setNumbers(1, "PointsList", [top])
-        field.add("Threshold", 2)
         fine = HALF / cells
-        for key, value in (("InField", 1), ("SizeMin", fine), ("SizeMax", 80.0 * fine), ("DistMin", 1.6 * HALF),
-                           ("DistMax", 0.8 * RADIUS)):  # fmt: skip
-            field.setNumber(2, key, value)
-        field.setAsBackgroundMesh(2)
-        for key in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints"):
-            gmsh.option.setNumber(f"Mesh.{key}", 0)
-        gmsh.model.mesh.generate(2)
-        tags, x, _ = gmsh.model.mesh.getNodes()
-        row = np.zeros(int(tags.max()) + 1, dtype=int)
-        row[tags.astype(int)] = np.arange(len(tags))
-        triangles = row[gmsh.model.mesh.getElementsByType(2)[1].astype(int)].reshape(-1, 3)
+        return graded(2, [top], (fine, 80.0 * fine), (1.6 * HALF, 0.8 * RADIUS))
     finally:
         gmsh.finalize()
-    return np.reshape(x, (-1, 3)), triangles
 
 
 class Pressed(NamedTuple):
@@ -122,26 +134,12 @@ def octant(cells: int) -> tuple[Array, Array]:
         gmsh.model.occ.addSphere(0.0, 0.0, 0.0, RADIUS, -1, -0.5 * np.pi, 0.0, 0.5 * np.pi)
         gmsh.model.occ.synchronize()
         ends = [tag for _, tag in gmsh.model.getEntities(0)]
-        field = gmsh.model.mesh.field
-        field.add("Distance", 1)
-        field.setNumbers(1, "PointsList", [one for one in ends if gmsh.model.getValue(0, one, [])[2] < -0.9 * RADIUS])
-        field.add("Threshold", 2)
-        for key, value in (("InField", 1), ("SizeMin", SPOT / cells), ("SizeMax", RADIUS / 3), ("DistMin", 1.2 * SPOT),
-                           ("DistMax", 0.8 * RADIUS)):  # fmt: skip
-            field.setNumber(2, key, value)
-        field.setAsBackgroundMesh(2)
-        for key in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints"):
-            gmsh.option.setNumber(f"Mesh.{key}", 0)
-        gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.setOrder(2)
-        tags, x, _ = gmsh.model.mesh.getNodes()
-        row = np.zeros(int(tags.max()) + 1, dtype=int)
-        row[tags.astype(int)] = np.arange(len(tags))
-        tetrahedra = row[gmsh.model.mesh.getElementsByType(11)[1].astype(int)].reshape(-1, 10)
+        focus = [one for one in ends if gmsh.model.getValue(0, one, [])[2] < -0.9 * RADIUS]
+        x, tetrahedra = graded(11, focus, (SPOT / cells, RADIUS / 3), (1.2 * SPOT, 0.8 * RADIUS))
     finally:
         gmsh.finalize()
     used, tetrahedra = np.unique(tetrahedra, return_inverse=True)
-    return np.reshape(x, (-1, 3))[used], tetrahedra.reshape(-1, 10)[:, SWAPPED]
+    return x[used], tetrahedra.reshape(-1, 10)[:, SWAPPED]
 
 
 def held(x: Array, count: int) -> list[str]:

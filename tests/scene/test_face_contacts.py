@@ -11,8 +11,10 @@ import pytest
 
 import gapbeam as gb
 from gapbeam.solver.scene.solid_cells import FACETS, KINDS, facet_of, rule_of, shapes_at
+from gapbeam.solver.scene_file.scene_reader import read_scene
 from gapbeam.solver.system.operators import Array
 from tests.scene.solid_grids import grid, with_sets
+from tests.shared.slips import Change, check_refused, put
 
 YOUNG, POISSON, PRESSURE = 2e11, 0.3, 1e6
 STEEL = gb.material(YOUNG, 7800.0, POISSON)
@@ -165,3 +167,83 @@ def test_faces_that_do_not_meet_are_refused(tmp_path: Path) -> None:
             if argument != "name" or not isinstance(value, str):
                 with pytest.raises(gb.UserError):
                     gb.face_contacts(**given)
+
+
+MATERIAL = {"young_modulus": YOUNG, "poisson_ratio": POISSON, "density": 7800.0}
+
+
+def sled(folder: Path) -> dict[str, Any]:
+    """Return the tables of a block that lies on a base, in a plane; a force pulls at its face from t = 0 on."""
+    for name, count, high in (("sled", (5, 2), 0.02), ("base", (4, 2), 0.04)):
+        sets = {"TOP": lambda *x, high=high: x[1] > 0.999 * high, "LOW": lambda *x: x[1] < 1e-9}
+        write(with_sets(grid("quad", count, (0.1, high)), **sets), folder / f"{name}.vtk")
+    plane = {"type": "mesh", "units": "m", "materials": [MATERIAL], "plane": "strain", "thickness": 0.1}
+    return {
+        "structure": [
+            {"name": "sled", "model": plane | {"file": str(folder / "sled.vtk")},
+             "place": {"origin": [0.0, 0.04, 0.0]}},
+            {"name": "base", "model": plane | {"file": str(folder / "base.vtk")}, "reduce": {"modes": 8}},
+        ],
+        "point": [{"name": "face", "structure": "sled", "set": "LOW:1", "direction": [1.0, 0.0, 0.0]}],
+        "joint": [{"type": "clamped", "structure": "base", "nodes": "LOW:1"}],
+        "contact": {"law": {"type": "kelvin-voigt", "stiffness": 1e13}, "friction": 0.2},
+        "pair": [{"name": "under", "between": ["sled.LOW:1", "base.TOP:1"], "at": "faces"}],
+        "load": [{"type": "gravity", "structure": "sled", "direction": [0.0, -1.0, 0.0]},
+                 {"type": "step_force", "name": "pull", "point": "sled.face", "amplitude": 1.0, "ramp": 1e-3}],
+        "time": {"step": 1e-5, "end": 0.02},
+        "start": {"state": "seat"},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("pull", [0.5, 3.0])
+def test_a_pair_of_faces_in_a_file_sticks_and_slides(tmp_path: Path, pull: float) -> None:
+    """Pulled by half of what friction holds a sled stays; pulled by three times as much it moves by Newton's law.
+
+    Its mesh is marched whole, and the base in modes and static responses at the contacts.
+    """
+    tables, weight = sled(tmp_path), 0.1 * 0.02 * 0.1 * 7800.0 * 9.81
+    tables["load"][1]["amplitude"] = force = pull * 0.2 * weight
+    read = read_scene(tables)
+    found = gb.history(read.scene, 1e-5, 0.02, read.start())
+    felt = np.array([found.force[f"under-{i}"] for i in range(6)])
+    assert -felt[:, :, 0].sum(axis=0).mean() == pytest.approx(weight, rel=1e-2)
+    assert read.scene.structures[1].size < 40
+    if pull < 1.0:
+        assert felt[:, -1, 1].sum() == pytest.approx(-force, rel=1e-2)
+        assert np.abs(found.displacement["face"]).max() < 1e-8
+    else:
+        gained = force * (0.02 - 0.5e-3) - 0.2 * weight * (0.02 - 0.5e-3)  # N s; the pull takes 1 ms to rise
+        wanted = 0.5 * gained * 9.81 / weight * (0.02 - 0.5e-3)
+        assert found.displacement["face"][-1] == pytest.approx(wanted, rel=2e-2)
+
+
+PAIR = ("pair", 0)
+SLIPS: dict[str, tuple[Change, str, str]] = {
+    "one face": (put(*PAIR, "between", value=["sled.LOW:1"]), "under", "two faces"),
+    "a point": (put(*PAIR, "between", value=["sled", "base.TOP:1"]), "under", "no face"),
+    "no such face": (put(*PAIR, "between", value=["sled.SIDE", "base.TOP:1"]), "under", "one of .*LOW:1"),
+    "the same face": (put(*PAIR, "between", value=["sled.LOW:1"] * 2), "under", "twice"),
+    "faces that look away": (put(*PAIR, "between", value=["sled.TOP:1", "base.TOP:1"]), "under", "face each other"),
+    "a face of a mass": (put("structure", 1, value={"name": "base", "model": {"type": "mass", "mass": 1.0}}),
+                         "under", "of a model mass"),
+    "a slot": (put(*PAIR, "region", value={"type": "slot", "clearance": 1e-3}), "under.*region", "half plane"),
+    "pressed by the region": (put(*PAIR, "region", value={"type": "half-plane", "clearance": -1e-6}), "under.*region",
+                              "interference"),
+    "an offset": (put(*PAIR, "offset", value=1e-3), "under.*offset", "of the meshes"),
+    "a force of Hertz": (put("contact", "law", value={"type": "cubic", "stiffness": 1e9, "scale": 1e-3}), "under",
+                         "per area"),
+    "friction in space": (put("structure", value=[
+        {"name": name, "model": {"type": "mesh", "file": __file__, "units": "m", "materials": [MATERIAL]}}
+        for name in ("sled", "base")]), "under.*friction", "slip in two directions"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_slips_of_pairs_of_faces_are_refused(tmp_path: Path, slip: str) -> None:
+    """Status 2, at the key that is wrong, in words that name it."""
+    given = sled(tmp_path)
+    change, where, words = SLIPS[slip]
+    change(given, tmp_path)
+    if slip == "a face of a mass":
+        given["joint"] = []
+    check_refused(given, where, words)

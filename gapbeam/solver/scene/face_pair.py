@@ -7,7 +7,8 @@ the part of the face that lies before the second one, and its force acts on all 
 
 The integrals are taken over the intersections of facets, seen along the normal n of the facet of the first face. Flat
 faces of straight cells then carry a constant pressure exactly (patch test); faces that are curved do so up to the
-deviation of their facets. Source: Puso and Laursen (2004), Comput. Methods Appl. Mech. Engrg. 193, 601.
+deviation of their facets. Solids in a plane slip along one direction, in which friction is weighted likewise. Source:
+Puso and Laursen (2004), Comput. Methods Appl. Mech. Engrg. 193, 601.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked, finite, positive
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import HalfPlane
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
 from gapbeam.solver.scene.solid_cells import FACETS, Indices, rule_of, shapes_at
-from gapbeam.solver.scene.structure import Structure
+from gapbeam.solver.scene.structure import Structure, dense
 from gapbeam.solver.scene.structure_geometry import directions_across
 from gapbeam.solver.system.operators import Array
 
@@ -65,12 +66,14 @@ def face_contacts(
     *,
     damping: float = 0.0,
     clearance: float | None = None,
+    friction: float = 0.0,
+    sliding: float = 0.0,
     name: str = "face",
 ) -> list[Contact]:
     """Return the contacts between faces of two solids, whose meshes need not match; those of a scene.
 
-    They act along the normal, without friction, at the corners of the first face: take the finer one. Faces are paired
-    as they lie at the start, so sliding stays small beside a facet.
+    They act at the corners of the first face: take the finer one. Faces are paired as they lie at the start, so sliding
+    stays small beside a facet.
 
     Args:
         first: Structure of `from_mesh`, and the name of a set of nodes: the facets of its surface that they span.
@@ -79,16 +82,25 @@ def face_contacts(
         damping: Pa s/m.
         clearance: Distance of the faces, m, where it is known better than facets of curved faces have it; negative: an
             interference. Default: as the meshes lie.
+        friction: Coefficient, for solids in a plane; faces in space slip in two directions, which no contact has.
+        sliding: As of a `Contact`, m/s.
         name: "face" makes contacts "face-0", "face-1", ...
 
     Raises:
-        UserError: A structure has no such face, the faces do not lie before each other, or they lie in each other.
+        UserError: A structure has no such face, the faces do not lie before each other, they lie in each other, or they
+            are rough in space.
     """
     where = f"contacts {name}"
     one, two = _face(first, where), _face(second, where)
     if FACETS[one.kind].dimension != FACETS[two.kind].dimension:
         raise UserError(f"{where}: found a solid in the plane and one in space, expected two of a kind")
     hard, lossy = positive(stiffness, f"{where}: stiffness"), positive(damping, f"{where}: damping", zero=True)
+    rough = bool(positive(friction, f"{where}: friction", zero=True) > 0.0)
+    if rough and FACETS[one.kind].dimension > 1:
+        raise ArgumentError(
+            f"{where}: found friction {friction!r} of faces in space, which slip in two directions, expected solids in "
+            "a plane, or no friction", "friction",
+        )  # fmt: skip
     own: list[Array] = [np.zeros((3, 0))]
     other: list[Array] = [np.zeros((3, 0))]
     area, gap = np.zeros(len(one.places)), np.zeros(len(one.places))
@@ -109,10 +121,12 @@ def face_contacts(
             np.add.at(area, corners, share.sum(axis=0))
             between = ((theirs @ two.places[facing] - mine @ one.places[facet]) * upright).sum(axis=1)
             np.add.at(gap, corners, share.T @ between)
+            ways = np.stack([upright, np.cross([0.0, 0.0, 1.0], upright)][: 1 + rough])
             for nodes, values, found in ((facet, mine, own), (facing, theirs, other)):
-                table = np.einsum("gi,gj,gd->ijd", share, values, upright)
+                table = np.einsum("gi,gj,mgd->imjd", share, values, ways)
                 columns = np.broadcast_to(3 * nodes[:, None] + np.arange(3), table.shape)
-                rows = np.broadcast_to(corners[:, None, None], table.shape)
+                motions = len(ways) * corners[:, None] + np.arange(len(ways))
+                rows = np.broadcast_to(motions[..., None, None], table.shape)
                 found.append(np.array([rows.ravel(), columns.ravel(), table.ravel()]))
     nodes = np.flatnonzero(area > SMALL * area.max(initial=0.0))
     if not len(nodes):
@@ -130,12 +144,15 @@ def face_contacts(
             "`clearance`, 0 where they touch, below 0 for an interference"
         )
     first_rows, second_rows = (
-        _rows(found, face, nodes) / area[nodes, None] for found, face in ((own, one), (other, two))
+        _rows(found, face, nodes, 1 + rough) / area[nodes, None, None] for found, face in ((own, one), (other, two))
     )
+    normal_way = (1.0, 0.0)[: 1 + rough]
     return [
         Contact(
-            (one.structure.point(first_rows[i]), two.structure.point(second_rows[i])), HalfPlane(float(gaps[i])),
-            KelvinVoigt(stiffness=float(hard * area[node]), damping=float(lossy * area[node])), name=f"{name}-{i}",
+            (one.structure.point(first_rows[i], first[1]), two.structure.point(second_rows[i], second[1])),
+            HalfPlane(float(gaps[i]), normal_way),
+            KelvinVoigt(stiffness=float(hard * area[node]), damping=float(lossy * area[node])),
+            friction, sliding, name=f"{name}-{i}",
         )
         for i, node in enumerate(nodes)
     ]  # fmt: skip
@@ -248,11 +265,12 @@ def _reference(face: _Face, facet: Indices, across: Array, points: Array) -> Arr
     return x
 
 
-def _rows(found: Sequence[Array], face: _Face, nodes: Indices) -> Array:
-    """Return the motions of the corners as rows of the structure's DOFs, (nodes, DOFs)."""
+def _rows(found: Sequence[Array], face: _Face, nodes: Indices, motions: int) -> Array:
+    """Return the motions of the corners as rows of the structure's DOFs, (nodes, motions, DOFs)."""
     row, column, value = np.concatenate(found, axis=1)
     shape = (1 + int(row.max()), 3 * len(face.places))
-    table = sp.csr_matrix((value, (row.astype(int), column.astype(int))), shape)[nodes]
+    wanted = (motions * nodes[:, None] + np.arange(motions)).ravel()
+    table = sp.csr_matrix((value, (row.astype(int), column.astype(int))), shape)[wanted]
     assert face.structure.geometry is not None
-    moved = table @ face.structure.geometry.rows
-    return np.asarray(moved.toarray() if sp.issparse(moved) else moved)
+    moved = dense(table @ face.structure.geometry.rows)
+    return moved.reshape(len(nodes), motions, -1)

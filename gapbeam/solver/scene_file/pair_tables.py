@@ -1,7 +1,7 @@
 """[[pair]] and [contact]: what touches what, in which region, by which law of forces.
 
-Pairs at the nearest places of structures are found as the structures are placed; pairs that cannot be meant are
-refused: motions, friction, directions, and what overlaps at the start.
+Pairs at the nearest places of structures are found as the structures are placed, pairs of faces become a contact at
+each corner; pairs that cannot be meant are refused: motions, friction, directions, and what overlaps at the start.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from gapbeam.solver.scene.convex_region import ConvexRegion, Disc, HalfPlane, Po
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.structure_files import PlacedPoint
+from gapbeam.solver.scene_file.mesh_tables import MeshFile
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, nearest_places
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Switch, Table
@@ -133,27 +134,33 @@ class PairContact(Table):
 
 
 class PairTable(Table):
-    """A contact of two points, or of a point and the frame: the motion of the first relative to the second."""
+    """A contact of two points, of a point and the frame, or of two faces: the first relative to the second."""
 
-    name: Name = Field(description="unique name, in results", examples=["gap"])
+    name: Name = Field(description="unique name, in results; of faces name-0, name-1, ...", examples=["gap"])
     between: tuple[PointName] | tuple[PointName, PointName] = Field(
         description="the point that stays in the region, and the point that carries the region, else the frame; two "
-        "structures where at says so",
+        'structures, or two faces "structure.SET", where at says so',
         examples=[["tube.tip", "bar.edge"]],
     )
-    at: Literal["nearest"] | None = Field(
-        default=None, description="nearest: between names two structures, which touch at their nearest places"
+    at: Literal["nearest", "faces"] | None = Field(
+        default=None,
+        description="nearest: two structures touch at their nearest places; faces: sets of nodes of two meshes touch, "
+        "the finer one first, and stiffness and damping are per area, Pa/m and Pa s/m",
     )
     region: RegionOfPair | None = Field(
         default=None,
-        description="region of the first; at nearest places by default a half "
-        "plane at the distance between the surfaces",
+        description="region of the first; of structures and faces by default a half plane at their distance",
     )
     law: LawOfPair | None = Field(default=None, description="law of forces, a table; default that of [contact]")
     friction: NonNegative | None = Field(default=None, description="coefficient, no unit; default that of [contact]")
     sliding: NonNegative | None = Field(default=None, description="see [contact], m/s; default that of [contact]")
     offset: Number | Pair2 = Field(default=0.0, description="place in the region at rest, one number a motion, m")
     interference: Switch = Field(default=False, description="whether the pair may be pressed at rest")
+
+    def over(self, default: PairContact) -> PairTable:
+        """Return the pair with law and friction of [contact] where it has none of its own."""
+        missing = (name for name in ("law", "friction", "sliding") if getattr(self, name) is None)
+        return self.model_copy(update={name: getattr(default, name) for name in missing})
 
 
 SAME = 1e-6
@@ -162,7 +169,6 @@ SAME = 1e-6
 def pair_faults(
     key: Key,
     pair: PairTable,
-    default: PairContact,
     points: Sequence[StructurePoint],
     region: ConvexRegion,
     places: Sequence[PlacedPoint | None],
@@ -171,8 +177,7 @@ def pair_faults(
 
     Args:
         key: The way to its table.
-        pair: The table.
-        default: [contact].
+        pair: The table, over [contact].
         points: Its points.
         region: Its region.
         places: Where its points are, as far as it is known.
@@ -185,10 +190,13 @@ def pair_faults(
             Fault((*key, "region"), f'"{pair.region.type}" of {counted(region.motions, "motion")} at points of {words}',
                   "points and a region of as many motions", related=((*key, "between"),))
         ]  # fmt: skip
-    friction = default.friction if pair.friction is None else pair.friction
-    if friction and region.motions == 1:
+    if pair.friction and region.motions == 1:
         return [
-            Fault((*key, "friction"), f"{friction:g} at points of one motion", "points of two motions: normal and slip")
+            Fault(
+                (*key, "friction"),
+                f"{pair.friction:g} at points of one motion",
+                "points of two motions: normal and slip",
+            )
         ]
     offset = np.atleast_1d(np.asarray(pair.offset, dtype=float))
     if len(offset) not in (1, region.motions):
@@ -294,6 +302,38 @@ def nearest_faults(key: Key, pair: PairTable, placed: Mapping[str, bool]) -> Ite
     if isinstance(pair.region, HalfPlaneRegion) and pair.region.normal != 1:
         yield Fault((*key, "region", "normal"), f"{pair.region.normal} at nearest places",
                     "no normal: it is from the first structure toward the second", "leave normal out")  # fmt: skip
+
+
+def faces_faults(key: Key, pair: PairTable, bodies: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield the faults in the keys of a pair of faces, over [contact]; `bodies`: models of the structures by name."""
+    if len(pair.between) == 1:
+        yield Fault((*key, "between"), f'"{pair.between[0]}" alone', "two faces")
+    in_space = False
+    for place in pair.between:
+        name, dot, _ = place.partition(".")
+        model = bodies.get(name)
+        if not dot or model is None:
+            known = ", ".join(name for name, one in bodies.items() if isinstance(one, MeshFile)) or "none"
+            yield Fault((*key, "between"), f'"{place}", which is no face', f'"structure.SET" of a mesh: {known}')
+        elif not isinstance(model, MeshFile):
+            yield Fault((*key, "between"), f'"{place}" of a model {model.type}', "a face of a model mesh",
+                        "points for other models: leave at out")  # fmt: skip
+        else:
+            in_space = in_space or model.plane is None
+    region = pair.region
+    if region is not None and (not isinstance(region, HalfPlaneRegion) or region.normal != 1):
+        yield Fault((*key, "region"), f'"{region.type}"', "a half plane with a clearance, whose normal is of the face")
+    elif region is not None and region.clearance < 0.0 and not pair.interference:
+        yield Fault((*key, "region"), f"faces that overlap by {-region.clearance:g} m at the start",
+                    "a clearance from 0 on", "interference = true where they are pressed")  # fmt: skip
+    if pair.offset != 0.0:
+        yield Fault((*key, "offset"), f"{pair.offset} of faces", "no offset: their places are of the meshes",
+                    'region = { type = "half-plane", clearance = 1e-4 }')  # fmt: skip
+    if not isinstance(pair.law, LinearLaw | None):
+        yield Fault((*key, "law"), f"{pair.law.type} between faces", "kelvin-voigt, per area")
+    if pair.friction and in_space:
+        yield Fault((*key, "friction"), f"{pair.friction:g} of faces in space, which slip in two directions",
+                    "friction of faces in a plane, or of points of two motions")  # fmt: skip
 
 
 def meeting_faults(

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,22 +14,21 @@ from gapbeam.solver.errors import CaseError, Fault, Key, RunError, UserError
 from gapbeam.solver.loads.scene_load_choice import AnyLoad, LineLoad, is_along_beam, point_of, structure_of
 from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
-from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.modal_files import read_modes
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
-from gapbeam.solver.scene.snubber import snubber
 from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, reduced_at_points
-from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint, read_model
+from gapbeam.solver.scene.structure_files import PlacedPoint, read_model
+from gapbeam.solver.scene_file.contact_builder import at_points, condensed_face, face_pair, point_contact, snubber_of
 from gapbeam.solver.scene_file.feedback_builder import faulty_key, flow_span, made_feedback, stations
 from gapbeam.solver.scene_file.feedback_tables import AnyFeedback
 from gapbeam.solver.scene_file.frame_builder import extent_of, framed, stations_of
 from gapbeam.solver.scene_file.mesh_tables import MeshFile
-from gapbeam.solver.scene_file.pair_tables import PairTable, at_nearest, meeting_faults, pair_faults
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, in_space, line_of
 from gapbeam.solver.scene_file.scene_case import SceneCase
+from gapbeam.solver.scene_file.scene_site import SPREAD, STATION, Site, fault_of
 from gapbeam.solver.scene_file.structure_tables import (
     NODAL,
     BodyTable,
@@ -38,7 +36,6 @@ from gapbeam.solver.scene_file.structure_tables import (
     ElementBeam,
     ElementFrame,
     LumpedMass,
-    MemberTable,
     ModesOfFile,
     PinnedBody,
     PointTable,
@@ -48,9 +45,6 @@ from gapbeam.solver.scene_file.structure_tables import (
 )
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.wording import counted
-
-STATION = re.compile(r"(feedback|load) \d+: ")  # no name of a point in a file has a blank
-MESSAGE = re.compile(r"(?:.*?: )?found (?P<found>.*?),? expected (?P<expected>.*?)(?:; (?P<hint>.*))?$", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -62,36 +56,6 @@ class _Signal:
     def __call__(self, times: Any) -> Array:
         flat = np.ravel(times)
         return np.array(np.broadcast_to(self.value(flat), flat.shape), dtype=float).reshape(np.shape(times))
-
-
-@dataclass
-class _Site:
-    """Structures and points built so far, with their faults."""
-
-    case: SceneCase
-    bodies: dict[str, Structure] = field(default_factory=dict)
-    models: dict[str, ImportedModel] = field(default_factory=dict)
-    extents: dict[str, PlacedBody] = field(default_factory=dict)
-    nearest: dict[str, dict[str, Any]] = field(default_factory=dict)
-    places: dict[str, PlacedPoint] = field(default_factory=dict)
-    spans: dict[str, FlowSpan] = field(default_factory=dict)
-    faults: list[Fault] = field(default_factory=list)
-
-    def members(self, table: BodyTable) -> list[MemberTable]:
-        """Return the branches of a frame."""
-        return [one for one in self.case.member if one.structure == table.name]
-
-    def point(self, key: Key, place: str) -> StructurePoint | None:
-        """Return a point; None, with a fault, where its structure has none of that name."""
-        owner, _, name = place.partition(".")
-        structure = self.bodies.get(owner)
-        if structure is None:
-            return None
-        if name not in structure.points:
-            known = ", ".join(f"{owner}.{one}" for one in structure.points if not STATION.match(one)) or "none"
-            self.faults.append(Fault(key, f'"{place}", which is no point', f"one of {known}"))
-            return None
-        return structure[name]
 
 
 def built_scene(
@@ -107,20 +71,20 @@ def built_scene(
     Raises:
         CaseError: A structure cannot be read, or parts do not fit: all of it in the message.
     """
-    site = _Site(case)
+    site = Site(case)
     for number, table in enumerate(case.structure):
         try:
             _place(site, table)
         except UserError as error:
             site.faults.append(_fault(site, number, error))
-    pairs = [_at_points(site, number, pair) for number, pair in enumerate(case.pair)]
-    for number, table in enumerate(case.structure if not site.faults else ()):
-        try:
-            site.bodies[table.name] = _body(site, table)
-        except (UserError, RunError) as error:
-            site.faults.append(_fault(site, number, error))
+    pairs = [at_points(site, number, pair.over(case.contact)) for number, pair in enumerate(case.pair)]
+    _make(site, _body)
+    touching = {} if site.faults else {number: one for number, one in enumerate(pairs) if one.at == "faces"}
+    faces = {number: face_pair(site, number, one) for number, one in touching.items()}
+    _make(site, _condensed)
     feedbacks = [_feedback(site, number, one) for number, one in enumerate(case.feedback)]
-    contacts = [_contact(site, number, pair) for number, pair in enumerate(pairs)]
+    contacts = [point_contact(site, number, pair) for number, pair in enumerate(pairs) if pair.at != "faces"]
+    contacts += [condensed_face(site, key, one) for key, some in faces.items() for one in some if not site.faults]
     loads = [load for number, one in enumerate(case.load) for load in _loads(site, number, one)]
     for one in site.bodies.values():
         for name in [name for name in one.points if STATION.match(name)]:
@@ -128,7 +92,7 @@ def built_scene(
     joints, masses = [], []
     for number, joint in enumerate(case.joint):
         if isinstance(joint, SnubberJoint):
-            contacts.append(_snubber(site, number, joint))
+            contacts.append(snubber_of(site, number, joint))
         if isinstance(joint, SpringJoint):
             ends = [site.point(("joint", number, "between"), place) for place in joint.between]
             known = [end for end in ends if end is not None]
@@ -176,7 +140,7 @@ def start_velocities(case: SceneCase, scene: Scene) -> dict[Structure, Array]:
     return found
 
 
-def _place(site: _Site, table: BodyTable) -> None:
+def _place(site: Site, table: BodyTable) -> None:
     """Find out where a structure is in space; matrices are read.
 
     Raises:
@@ -199,21 +163,16 @@ def _place(site: _Site, table: BodyTable) -> None:
         site.extents[table.name] = line_of(place, model.length, 1, 0.5 * model.thickness)
 
 
-def _at_points(site: _Site, number: int, pair: PairTable) -> PairTable:
-    """Return a pair at named points; nearest places become points."""
-    if pair.at is None or any(name not in site.extents for name in pair.between):
-        return pair
-    try:
-        found, points = at_nearest(pair, site.extents)
-    except UserError as error:
-        site.faults.append(fault_of(("pair", number, "between"), error))
-        return pair
-    for name, given in points.items():
-        site.nearest.setdefault(name, {}).update(given)
-    return found
+def _make(site: Site, made: Callable[[Site, BodyTable], Structure]) -> None:
+    """Make all structures, or make them anew, while there are no faults."""
+    for number, table in enumerate(site.case.structure if not site.faults else ()):
+        try:
+            site.bodies[table.name] = made(site, table)
+        except (UserError, RunError) as error:
+            site.faults.append(_fault(site, number, error))
 
 
-def _body(site: _Site, table: BodyTable) -> Structure:
+def _body(site: Site, table: BodyTable) -> Structure:
     """Return a structure.
 
     Raises:
@@ -248,8 +207,18 @@ def _body(site: _Site, table: BodyTable) -> Structure:
     if table.velocity and one.is_spatial is not isinstance(table.velocity, tuple):
         expected = "a vector (x, y, z): it has a place" if one.is_spatial else "a number: it has no place"
         raise ArgumentError(f"found velocity {table.velocity}, expected {expected}", "velocity")
+    return one
+
+
+def _condensed(site: Site, table: BodyTable) -> Structure:
+    """Return a structure as it is marched: reduced, and damped.
+
+    Raises:
+        UserError: It cannot be.
+    """
+    one = site.bodies[table.name]
     if table.reduce is not None:
-        one = reduced_at_points(one, table.reduce.modes, [name for name in one.points if not STATION.match(name)])
+        one = reduced_at_points(one, table.reduce.modes, [name for name in one.points if not SPREAD.match(name)])
     if table.damping:
         if one.is_large:
             raise ArgumentError(
@@ -282,7 +251,7 @@ def _straight(table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, flo
     )
 
 
-def _stations(site: _Site, table: BodyTable) -> dict[str, float]:
+def _stations(site: Site, table: BodyTable) -> dict[str, float]:
     """Return the stations of all spans and loads along a beam."""
     found = dict[str, float]()
     for number, load in enumerate(site.case.load):
@@ -293,7 +262,7 @@ def _stations(site: _Site, table: BodyTable) -> dict[str, float]:
     return found
 
 
-def _feedback(site: _Site, number: int, table: AnyFeedback) -> Feedback | None:
+def _feedback(site: Site, number: int, table: AnyFeedback) -> Feedback | None:
     """Return the force of a table; None where it makes none, or, with a fault, where it is wrong."""
     along, points = getattr(table, "span", None), dict[str, list[StructurePoint]]()
     for name in ("point", "points", "sense", "act"):
@@ -315,7 +284,7 @@ def _feedback(site: _Site, number: int, table: AnyFeedback) -> Feedback | None:
         return None
 
 
-def _imported(site: _Site, table: BodyTable, points: list[PointTable], held: list[Any]) -> Structure:
+def _imported(site: Site, table: BodyTable, points: list[PointTable], held: list[Any]) -> Structure:
     given: dict[str, Any] = dict(site.nearest.get(table.name, {}))
     for point in points:
         if point.dof is not None:
@@ -329,7 +298,7 @@ def _imported(site: _Site, table: BodyTable, points: list[PointTable], held: lis
     return structure
 
 
-def _fault(site: _Site, number: int, error: Exception) -> Fault:
+def _fault(site: Site, number: int, error: Exception) -> Fault:
     """Return the fault of the key that an error is about."""
     table, argument = site.case.structure[number], getattr(error, "argument", "")
     model = type(table.model)
@@ -355,62 +324,7 @@ def _fault(site: _Site, number: int, error: Exception) -> Fault:
     return fault_of(key, error)
 
 
-def fault_of(key: Key, error: Exception) -> Fault:
-    """Return an error as a fault: what it found, what it expected and what to try."""
-    words = " ".join(str(error).split("\n"))
-    parts = MESSAGE.match(words)
-    if parts is None:
-        return Fault(key, words, "values that go together")
-    return Fault(key, parts["found"], parts["expected"], parts["hint"] or "")
-
-
-def _contact(site: _Site, number: int, pair: PairTable) -> Contact | None:
-    default, key = site.case.contact, ("pair", number)
-    ends = [site.point((*key, "between"), place) for place in pair.between]
-    known = [end for end in ends if end is not None]
-    if len(known) < len(ends):
-        return None
-    try:
-        assert pair.region is not None
-        region = pair.region.made()
-    except UserError as error:
-        site.faults.append(fault_of((*key, "region"), error))
-        return None
-    places = [site.places.get(place) for place in pair.between]
-    faults = pair_faults(key, pair, default, known, region, places)
-    owners = [place.partition(".")[0] for place in pair.between]
-    faults = faults or list(meeting_faults(key, pair, places, [site.extents.get(owner) for owner in owners]))
-    site.faults += faults
-    if faults:
-        return None
-    law = pair.law or default.law
-    assert law is not None
-    return Contact(
-        known[0] if len(known) == 1 else (known[0], known[1]),
-        region,
-        law.made(),
-        friction=default.friction if pair.friction is None else pair.friction,
-        sliding=default.sliding if pair.sliding is None else pair.sliding,
-        offset=pair.offset,
-        name=pair.name,
-    )
-
-
-def _snubber(site: _Site, number: int, joint: SnubberJoint) -> Contact | None:
-    ends = [one for place in joint.between if (one := site.point(("joint", number, "between"), place)) is not None]
-    if len(ends) < len(joint.between):
-        return None
-    try:
-        return snubber(
-            ends[0] if len(ends) == 1 else (ends[0], ends[1]),
-            **joint.model_dump(exclude={"type", "between"}),
-        )
-    except UserError as error:
-        site.faults.append(fault_of(("joint", number, "between"), error))
-        return None
-
-
-def _loads(site: _Site, number: int, load: AnyLoad) -> list[Load]:
+def _loads(site: Site, number: int, load: AnyLoad) -> list[Load]:
     key: Key = ("load", number)
     name, value, place = str(vars(load)["name"]), _Signal(load.time_function().value), point_of(load)
     wanted = structure_of(load)
@@ -442,7 +356,7 @@ def _loads(site: _Site, number: int, load: AnyLoad) -> list[Load]:
     ]
 
 
-def _in_motions(site: _Site, number: int, load: AnyLoad, point: StructurePoint) -> Array | None:
+def _in_motions(site: Site, number: int, load: AnyLoad, point: StructurePoint) -> Array | None:
     """Return the direction of a load in the motions of a point, of length 1; None, with a fault, where it has none."""
     along = vars(load)["direction"]
     given = np.eye(len(point.rows))[0] if along is None else np.asarray(along, dtype=float)
@@ -455,7 +369,7 @@ def _in_motions(site: _Site, number: int, load: AnyLoad, point: StructurePoint) 
     return np.asarray(given / np.linalg.norm(given))
 
 
-def _along_beam(site: _Site, number: int, load: LineLoad, body: Structure) -> list[Load]:
+def _along_beam(site: Site, number: int, load: LineLoad, body: Structure) -> list[Load]:
     """Return a load for each pattern of forces along a beam, each with its own noise."""
     points = [body[f"load {number}: {i}"] for i in range(len(load.patterns[0].places))]
     unit = _in_motions(site, number, load, points[0])

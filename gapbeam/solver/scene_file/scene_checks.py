@@ -13,7 +13,7 @@ from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.scene_load_choice import LineLoad, is_along_beam, point_of, structure_of
 from gapbeam.solver.scene_file.feedback_checks import feedback_faults
 from gapbeam.solver.scene_file.mesh_tables import MeshFile, material_faults
-from gapbeam.solver.scene_file.pair_tables import nearest_faults
+from gapbeam.solver.scene_file.pair_tables import PairContact, faces_faults, nearest_faults
 from gapbeam.solver.scene_file.structure_tables import (
     NODAL,
     BodyTable,
@@ -288,7 +288,10 @@ def _pairs(
     default = tables.get("contact")
     for number, pair in tables.get("pair", {}).items():
         key: Key = ("pair", number)
-        if pair.at is not None:
+        if pair.at == "faces":
+            models = {name: one.model for name, one in by_name.items()}
+            yield from faces_faults(key, pair.over(default or PairContact()), models)
+        elif pair.at is not None:
             yield from nearest_faults(key, pair, {name: _is_placed(one) for name, one in by_name.items()})
         elif pair.region is None:
             yield Fault((*key, "region"), "nothing: the key is missing", "a region, a table with the type and its keys",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from math import inf, isfinite
+from pathlib import Path
 
 
 def either(options: Iterable[str]) -> str:
@@ -103,6 +104,14 @@ def near(word: object, known: Iterable[str]) -> str | None:
     """Return the known word that was probably meant, or None."""
     names = list(known)
     return same(word, names) or close_to(word, names)
+
+
+def near_file(name: str, others: Iterable[str]) -> str | None:
+    """Return the file that was probably meant, by names without suffixes; one of the same suffix before others."""
+    suffix = Path(name).suffix
+    stems = {Path(one).stem: one for one in sorted(others, key=lambda one: Path(one).suffix == suffix)}
+    close = near(Path(name).stem, stems)
+    return None if close is None else stems[close]
 
 
 def same(word: object, known: list[str]) -> str | None:

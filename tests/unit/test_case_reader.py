@@ -572,7 +572,11 @@ def test_a_mesh_file_lies_beside_the_case_file(tmp_path: Path, monkeypatch: pyte
 
 def test_missing_files_are_explained(tmp_path: Path) -> None:
     written(tmp_path)
+    (tmp_path / "arm.csv").touch()
     cases = {
+        "nothere.toml": ["no such file", "one of its case files"],
+        "arm.toml": ["no such file", "one of its case files"],
+        "cas.csv": ["no such file", f"did you mean {tmp_path / 'case.toml'}?"],
         "casse.toml": ["no such file", f"did you mean {tmp_path / 'case.toml'}?"],
         "case": ["no such file", f"did you mean {tmp_path / 'case.toml'}?"],
         "zzz.toml": ["no such file", f"one of its case files: {tmp_path / 'case.toml'}"],

@@ -146,6 +146,8 @@ def test_places_without_a_record(case: Path, tmp_path: Path, monkeypatch: pytest
     ):
         (fault,) = faults_of(case, {"load.shaker.file": file})
         assert_says(fault, words)
+    (fault,) = faults_of(case, {"load.shaker.file": "signals/thrust.csv"})
+    assert "did you mean" not in str(fault)  # of a file that has nothing but its suffix in common
     os.mkfifo(tmp_path / "pipe")
     (fault,) = faults_of(case, {"load.shaker.file": "pipe"})
     assert_says(fault, ("a device or pipe",))

@@ -21,7 +21,7 @@ import numpy as np
 
 from gapbeam.solver.errors import Fault, Key, UserError
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted, either, near, printable
+from gapbeam.solver.wording import counted, either, near, near_file, printable
 
 DELIMITERS = (",", ";", "\t", None)
 """Delimiters of columns, None for blanks; in the order in which they are tried."""
@@ -381,7 +381,7 @@ def _here(file: str) -> str:
         return f"{Path(path.name).absolute()} is a file: give that path"
     if not path.parent.is_dir():
         return f"there is no folder {path.parent} either"
-    close = near(path.name, [other.name for other in path.parent.iterdir()][:1000])
+    close = near_file(path.name, [other.name for other in path.parent.iterdir()][:1000])
     return f"did you mean {printable(close)}?" if close else ""
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from gapbeam.solver.errors import CaseError, Fault, Key
 from gapbeam.solver.record_table import KEY_OF_MANY_PARTS
-from gapbeam.solver.wording import either, near, printable
+from gapbeam.solver.wording import either, near_file, printable
 
 LARGEST = 1_000_000
 """The largest case file that is read, bytes."""
@@ -172,7 +172,7 @@ def _similar(path: Path) -> str:
     if not path.parent.is_dir():
         return f"there is no folder {path.parent} either; the current folder is {Path.cwd()}"
     names = [file.name for file in path.parent.glob("*.toml") if file.name not in NO_CASES]
-    close = near(path.name, names) or near(f"{path.name}.toml", names)
+    close = near_file(path.name, names)
     return f"did you mean {path.parent / close}?" if close else _cases_in(path.parent)
 
 

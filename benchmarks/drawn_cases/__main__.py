@@ -2,8 +2,8 @@
 
     environment/run python3 -m benchmarks.drawn_cases 500
 
-A case of a number is always the same. Rows are kept in a file: the command goes on where it ended, and other numbers
-join the table. Status 1: a promise is missed.
+A case of a number is always the same. Rows are kept in a file, each as soon as it is known: the command goes on where
+it ended, however it did, and other numbers join the table. Status 1: a promise is missed.
 """
 
 from __future__ import annotations
@@ -22,10 +22,14 @@ SIGNALS = 128  # a status above: a signal ended a run, and with it the benchmark
 
 
 def kept(file: Path) -> dict[int, Attempt]:
-    """Return the attempts of a file by the number of their case."""
+    """Return the attempts of a file by the number of their case, and drop a last line that is not whole."""
     if not file.exists():
         return {}
-    lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+    text = file.read_text(encoding="utf-8")
+    if not text.endswith("\n"):
+        text = text[: text.rfind("\n") + 1]
+        file.write_text(text, encoding="utf-8")
+    lines = [json.loads(line) for line in text.splitlines()]
     found = [Attempt(**line | {"figures": tuple(Figure(**figure) for figure in line["figures"])}) for line in lines]
     return {one.number: one for one in found}
 

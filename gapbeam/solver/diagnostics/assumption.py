@@ -12,11 +12,14 @@ Frequencies come from recorded velocities. The power spectra of all signals, v v
 overlap by half, are added up. A hundred frequencies, each of which stands for a hundredth of the energy, represent the
 sum. Motion along the beam and across it are waves of different lengths: each kind has the frequency above which it
 carries less than half a hundredth of all.
+
+A slow load leaves little kinetic energy T beside E = T + V + Psi - (work of static loads), which follows it. Then
+sqrt(max T / range of E) is the share of the motion that vibrates, over the second half of the records.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import Any, Protocol
@@ -355,11 +358,13 @@ class FrequencyContent:
         frequencies: Each stands for a hundredth of the energy, rising, (100,), Hz.
         along: Highest frequency of motion along the beam, Hz; 0: it carries next to nothing.
         across: The same of motion across the beam; None: that of all motion.
+        share: Of the motion, which vibrates.
     """
 
     frequencies: Array
     along: float = 0.0
     across: float | None = None
+    share: float = 1.0
 
     @property
     def middle(self) -> float:
@@ -382,6 +387,28 @@ class Recorded(Protocol):
 
     def __getitem__(self, part: slice, /) -> Array:
         """Return part of the records."""
+
+
+def content_of_history(history: Mapping[str, Recorded], static: Sequence[bool]) -> FrequencyContent | None:
+    """Return the energy content of records; None without probes, where nothing moves, or with too few records.
+
+    Args:
+        history: Records by name.
+        static: Of each load, whether it never changes.
+    """
+    if "velocity" not in history:
+        return None
+    content = content_of_motion(history["time"][:], history["velocity"])
+    return None if content is None else replace(content, share=vibrating_share(history, static))
+
+
+def vibrating_share(history: Mapping[str, Recorded], static: Sequence[bool]) -> float:
+    """Return the share of the motion that vibrates, at most 1."""
+    half = slice(len(history["time"][:]) // 2, None)
+    kinetic, strain, contact = (history[f"{name}_energy"][half] for name in ("kinetic", "strain", "contact"))
+    fixed = np.asarray(history["load_work"][half])[:, np.asarray(static, dtype=bool)].sum(axis=1)
+    changed, largest = float(np.ptp(kinetic + strain + contact - fixed)), float(np.max(kinetic))
+    return float(np.sqrt(largest / changed)) if changed > largest else 1.0
 
 
 def content_of_motion(times: Array, velocity: Recorded) -> FrequencyContent | None:

@@ -389,7 +389,7 @@ def describe_march(
     if worn is not None:
         summary["wear"] = worn
         LOG.info("%s", wear_words(worn))
-    findings = assumptions(model, consumers.recorder, accounts, recorded_content(folder, comm))
+    findings = assumptions(model, consumers.recorder, accounts, recorded_content(model, folder, comm))
     summary["assumptions"] = [finding.as_data() for finding in findings]
     noted = [*remarks(model, accounts, findings), *resolution_remarks(model, accounts.tally)]
     summary["warnings"] += noted

@@ -16,7 +16,7 @@ import numpy as np
 from gapbeam.meshes.rank_zero import ONE_RANK
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.diagnostics.assumption import Finding, content_of_motion
+from gapbeam.solver.diagnostics.assumption import Finding, content_of_history
 from gapbeam.solver.diagnostics.energy_gates import remedy_for
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
@@ -181,8 +181,7 @@ def _march(
     if not watched:
         judge(model, accounts.ledger, accounts.gates)
         return
-    moved = response.history
-    content = content_of_motion(moved["time"], moved["velocity"]) if "velocity" in moved else None
+    content = content_of_history(response.history, [load.static for load in model.system.loads])
     findings = assumptions(model, recorder, accounts, content)
     response.findings = [one for one in findings if not (rings and one.assumption.name == RESONANT.name)]
     judge_run(model, accounts, response.findings)

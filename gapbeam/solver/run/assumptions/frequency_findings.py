@@ -17,7 +17,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, longest_element
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, RigidModel
-from gapbeam.solver.diagnostics.assumption import PARTS, Assumption, Finding, FrequencyContent, content_of_motion
+from gapbeam.solver.diagnostics.assumption import PARTS, Assumption, Finding, FrequencyContent, content_of_history
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.integrators.spectral_analysis import carried_error, scheme_error
 from gapbeam.solver.loads.load_choice import forcing_frequencies, load_direction
@@ -74,6 +74,9 @@ RIGID = Assumption(
 def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledger, contacts: int) -> Iterator[Finding]:
     """Yield the findings on a motion with a frequency content; none where nothing moves.
 
+    Where vibrations have less than a hundredth of the energy, no frequency carries any: model, mesh and basis are those
+    of a static answer.
+
     Args:
         model: The model.
         content: Energy content of the probes.
@@ -90,6 +93,8 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
     yield of_step(model, content, error, detail)
     yield Finding(UNDAMPED, damping, estimate=damping, detail=detail)
     yield of_resonance(model, content, ledger, contacts)
+    if content.share**2 <= 1.0 / PARTS:
+        return
     if isinstance(case.model, RigidModel):
         yield of_rigid(case, content)
         return
@@ -155,14 +160,14 @@ def of_scheme(model: Model, content: FrequencyContent) -> tuple[float, float]:
     """Return the share of the amplitude that the scheme takes, and its mean period error, by energy.
 
     Of a motion that structural damping of ratio z_s holds down, numerical damping z takes z / (z + z_s); of one that
-    goes on for T without it, 1 - exp(-z w T). The smaller of both counts.
+    goes on for T without it, 1 - exp(-z w T). The smaller of both counts, and of both the share that vibrates.
     """
     case, omega = model.case, 2.0 * pi * content.frequencies
     weights = np.full(PARTS, 1.0 / PARTS)
     ratios = np.abs(scheme_error(case.time.scheme, omega * model.step).damping_ratio)
     own = rayleigh_ratio(model.system, omega) + (case.damping.ratio or 0.0)
     _, error = carried_error(case.time.scheme, omega * model.step, weights)
-    return float(weights @ _taken(ratios, own, omega * case.time.end)), error
+    return content.share * float(weights @ _taken(ratios, own, omega * case.time.end)), content.share * error
 
 
 def of_step(model: Model, content: FrequencyContent, error: float, detail: str) -> Finding:
@@ -242,10 +247,11 @@ def node_distance(model: Model) -> float:
     return max(longest) / sqrt(mesh.topology.dim) / case.mesh.degree
 
 
-def recorded_content(folder: Path, comm: MPI.Comm) -> FrequencyContent | None:
+def recorded_content(model: Model, folder: Path, comm: MPI.Comm) -> FrequencyContent | None:
     """Return the energy content of the probes; None where no probe has moved, or too few records are there.
 
     Args:
+        model: The model.
         folder: The results folder, its history closed.
         comm: The ranks; rank 0 reads.
 
@@ -255,12 +261,8 @@ def recorded_content(folder: Path, comm: MPI.Comm) -> FrequencyContent | None:
     if comm.rank == 0:
         try:
             with h5py.File(folder / HISTORY_FILE, "r") as file:
-                found = _content(file)
+                found = content_of_history(file, [load.static for load in model.system.loads])
         except (OSError, RuntimeError, KeyError):
             found = None  # a history that cannot be read is reported by what reads it
     shared: FrequencyContent | None = comm.bcast(found)
     return shared
-
-
-def _content(file: h5py.File) -> FrequencyContent | None:
-    return content_of_motion(np.asarray(file["time"]), file["velocity"]) if "velocity" in file else None

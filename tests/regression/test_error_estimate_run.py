@@ -44,21 +44,21 @@ def test_a_run_ends_with_its_errors(tmp_path: Path) -> None:
     assert steps <= 2 * summary["convergence"]["steps"], "whatever the machine did meanwhile"
     assert errors["up_to"] == pytest.approx(0.4)
     figures = {(one["span"], one["name"]): one for one in errors["figures"]}
-    tip = figures["settled part", "tip peak-to-peak displacement"]
+    tip = figures["second half", "tip peak-to-peak displacement"]
     assert 0.0 < tip["relative_error"] < 0.2
     history = gapbeam.open_results(tmp_path / "on").history
     settled = history["displacement"].sel(probe="tip", component="y").values[2000:]
     assert tip["value"] == pytest.approx(float(np.ptp(settled)), rel=0.05)
-    assert "figure, settled part" in done.stdout
+    assert "figure, second half, not settled" in done.stdout
     assert "test peak-to-peak displacement" in done.stdout
     assert {row["figure"]: row["verdict"] for row in summary["closing"]["rows"]}[tip["name"]] == "good"
     assert "+-" in done.stdout
-    peaks = errors["force_peaks"]["settled part"]["base"]
+    peaks = errors["force_peaks"]["second half"]["base"]
     assert set(peaks) == {"largest recorded force", "mean force over the contact", "contact_duration"}
     assert peaks["largest recorded force"] >= peaks["mean force over the contact"] > 0.0
     table = errors_table(summary)
     assert table is not None
-    assert ("tip peak-to-peak displacement", "settled part") in [row[:2] for row in table.rows]
+    assert ("tip peak-to-peak displacement", "second half") in [row[:2] for row in table.rows]
     assert errors_table({"errors": {"status": "not estimated"}}) is None
     off = called("run", DEMO, *settings(*QUIET), "--output", tmp_path / "off", "--error", "none")
     assert off.returncode == 0

@@ -112,6 +112,23 @@ def test_a_file_is_the_scene_that_python_makes(tmp_path: Path) -> None:
     assert "rack.end" in str(described)
 
 
+@pytest.mark.parametrize("reduce", [None, {"modes": 4}])
+def test_the_ratio_of_a_structure_is_that_of_modes_that_move(reduce: Tables | None) -> None:
+    """A tube that carries five times its mass: each mode of the loaded tube has the ratio."""
+    tube = {"name": "tube", "model": beam(0.5), "ratio": 0.02} | ({} if reduce is None else {"reduce": reduce})
+    scene = gb.scene({
+        "structure": [tube],
+        "point": [{"name": "tip", "structure": "tube", "at": 0.5}],
+        "joint": [{"type": "clamped", "structure": "tube", "at": 0.0}],
+        "mass": [{"point": "tube.tip", "mass": 2.0}, {"point": "tube.tip", "mass": 1.0}],
+        "time": {"step": 1e-4, "end": 0.05},
+    })  # fmt: skip
+    values = gb.eigenvalues(scene)
+    stiffness = 3.0 * 2.1e11 * 0.012**4 / 12.0 / 0.5**3
+    assert np.abs(values).min() == pytest.approx(np.sqrt(stiffness / (3.0 + 0.236 * 7850.0 * 0.5 * 0.012**2)), rel=2e-3)
+    assert -values.real / np.abs(values) == pytest.approx(0.02, rel=1e-6)
+
+
 def test_a_velocity_is_that_of_all_points() -> None:
     """A free beam that starts at 2 m/s flies on, and two masses exchange their velocities."""
     given: Tables = {

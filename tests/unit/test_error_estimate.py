@@ -150,10 +150,10 @@ def test_a_settled_cycle_is_judged_by_its_figures(cycle: int, phase: float) -> N
         wave = 1.0e-3 * np.sin(OMEGA * sine().times) + 4.0e-4 * np.sin(OMEGA * sine().times / cycle + late)
         return replace(sine(), displacement=wave[:, None])
 
-    assert repeats(sine(), span, SMOOTHING)
-    assert repeats(orbit(phase), span, SMOOTHING) == (cycle < 3), "three cycles in a row of 10 periods"
+    assert repeats(sine(), [span], SMOOTHING)
+    assert repeats(orbit(phase), [span], SMOOTHING) == (cycle < 3), "three cycles in a row of 10 periods"
     drifting = replace(sine(), displacement=np.sin(OMEGA * sine().times ** 1.5)[:, None])
-    assert not repeats(drifting, span, SMOOTHING)
+    assert not repeats(drifting, [span], SMOOTHING)
     case = gapbeam.read_case(DEMO, {"time.end": 1.0})
     plan = CompanionPlan((), False, ())
     late = {FINEST: CompanionMotion(FINEST, orbit(phase + 1.0))}
@@ -163,10 +163,11 @@ def test_a_settled_cycle_is_judged_by_its_figures(cycle: int, phase: float) -> N
 
 
 def test_spans_are_whole_periods_and_respect_the_horizon() -> None:
-    """The settled part is the second half; beyond the horizon figures are statistics."""
+    """The second half is settled where it repeats; beyond the horizon figures are statistics."""
     case = gapbeam.read_case(DEMO, {"time.end": 4.8})
     start_up, settled = spans_of(case, 4.8, INTERVAL, None)
-    assert (start_up.name, settled.name) == ("start-up", "settled part")
+    assert (start_up.name, settled.name) == ("start-up", "second half")
+    assert spans_of(case, 4.8, INTERVAL, None, repeats=True)[1].name == "settled part"
     assert settled.end == pytest.approx(4.8)
     assert settled.count >= 4
     assert settled.width * FREQUENCY == pytest.approx(round(settled.width * FREQUENCY))
@@ -188,6 +189,23 @@ def test_spans_are_whole_periods_and_respect_the_horizon() -> None:
         assert spans_of(case, 4.8, INTERVAL, records * INTERVAL)[0].name == (*names, "beyond the horizon")[0]
 
 
+@settings(max_examples=30, deadline=None)
+@given(decay=st.floats(0.5, 40.0), size=st.floats(1.0e-3, 0.3))
+def test_a_part_that_still_settles_has_the_rest_in_its_error(decay: float, size: float) -> None:
+    """A (1 + s exp(-d t)) settles to a range of 2 A: E covers what windows miss, where a part is called settled."""
+    times = sine().times
+    fading = replace(sine(), displacement=sine().displacement * (1.0 + size * np.exp(-decay * times))[:, None])
+    case = gapbeam.read_case(DEMO, {"time.end": 1.0})
+    found = errors_of(case, fading, {FINEST: CompanionMotion(FINEST, fading)}, CompanionPlan((), False, ()))
+    tip = next(one for one in found.figures if one.name == "tip peak-to-peak displacement" and one.span != "start-up")
+    missed = abs(tip.value - 2.0e-3)
+    assert (tip.span == "settled part") == found.repeats
+    if found.repeats:
+        assert missed <= 1.01 * (tip.error or 0.0) + 1e-9
+    elif decay > 1.0:
+        assert missed > 1.0e-4 * 2.0e-3, "what settled was not called so"
+
+
 def test_errors_are_the_stated_combination() -> None:
     """max(2 |R - A|, |R - C|, |R - D| / 2, 4/3 |R - H|) + |f - R| + 3.4 |R - K|, of ranges that differ as known."""
     span = Span("settled part", 0.5, 0.25, 2, FREQUENCY)
@@ -203,7 +221,7 @@ def test_errors_are_the_stated_combination() -> None:
     assert found.error == pytest.approx(2.0e-3 * (4.0 / 3.0 * 0.03 + 0.01 + RIGID_FACTOR * 0.002), rel=1e-3)
     assert found.relative == pytest.approx((found.error or 0.0) / 2.0e-3, rel=1e-3)
     assert found.parts[MODEL] == pytest.approx(2.0e-5, rel=1e-3)
-    cut = errors(Span("settled part", 0.5, 0.25, 2, FREQUENCY, cut=True), False)
+    cut = errors(Span("second half", 0.5, 0.25, 2, FREQUENCY, cut=True), False)
     assert cut.error == pytest.approx(2.0 * (found.error or 0.0))
     plane = errors(span, True)
     assert plane.error == pytest.approx(1.1 / 1.01 * 2.0e-3 * (4.0 / 3.0 * 0.03 + RIGID_FACTOR * 0.002), rel=1e-3)

@@ -89,7 +89,7 @@ def built_scene(
     for one in site.bodies.values():
         for name in [name for name in one.points if STATION.match(name)]:
             del one.points[name]
-    joints, masses = [], []
+    joints = []
     for number, joint in enumerate(case.joint):
         if isinstance(joint, SnubberJoint):
             contacts.append(snubber_of(site, number, joint))
@@ -103,15 +103,11 @@ def built_scene(
             elif len(known) == len(ends):
                 between = known[0] if len(known) == 1 else (known[0], known[1])
                 joints.append(Joint(between, joint.stiffness, joint.damping))
-    for number, loaded in enumerate(case.mass):
-        at = site.point(("mass", number, "point"), loaded.point)
-        if at is not None:
-            masses.append((at, loaded.mass))
     if site.faults:
         raise CaseError(source, put(site.faults))
     scene = Scene(
         *site.bodies.values(), contacts=[one for one in contacts if one is not None], loads=loads, joints=joints,
-        masses=masses, feedbacks=[one for one in feedbacks if one is not None],
+        feedbacks=[one for one in feedbacks if one is not None],
     )  # fmt: skip
     return scene, site.spans
 
@@ -219,6 +215,7 @@ def _condensed(site: Site, table: BodyTable) -> Structure:
     one = site.bodies[table.name]
     if table.reduce is not None:
         one = reduced_at_points(one, table.reduce.modes, [name for name in one.points if not SPREAD.match(name)])
+    one = _with_masses(site, table, one)
     if table.damping:
         if one.is_large:
             raise ArgumentError(
@@ -227,6 +224,16 @@ def _condensed(site: Site, table: BodyTable) -> Structure:
             )
         one = one.reduced(one.size, table.damping)
     return one
+
+
+def _with_masses(site: Site, table: BodyTable, one: Structure) -> Structure:
+    """Return a structure with its [[mass]] tables: its ratio is then a ratio of the modes that move."""
+    loaded = dict[str, float]()
+    for number, entry in enumerate(site.case.mass):
+        owner, _, name = entry.point.partition(".")
+        if owner == table.name and site.point(("mass", number, "point"), entry.point) is not None:
+            loaded[name] = loaded.get(name, 0.0) + entry.mass
+    return one.with_masses(loaded) if loaded else one
 
 
 def _along(extent: PlacedBody | None, point: PointTable) -> float:

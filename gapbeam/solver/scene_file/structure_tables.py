@@ -197,7 +197,8 @@ class BodyTable(Table):
         default=None, description="reduction to modes and static responses, a table; default none: all DOFs"
     )
     ratio: Annotated[NonNegative, Field(lt=1)] = Field(
-        default=0.0, description="fraction of critical damping that each mode gets beside its own, no unit"
+        default=0.0,
+        description="fraction of critical damping that each mode, masses included, gets beside its own, no unit",
     )
     two_phase: TwoPhaseDamping | None = Field(
         default=None, description="damping by a two-phase flow, a table with its source; default none"

@@ -15,14 +15,14 @@ from gapbeam.postprocess.signals.figure_names import (
     usable,
 )
 from gapbeam.studies.error_estimate.figure_errors import FigureError
-from gapbeam.studies.error_estimate.force_peaks import BEYOND_HORIZON, SETTLED, UP_TO_HORIZON, WHOLE_RUN
+from gapbeam.studies.error_estimate.force_peaks import BEYOND_HORIZON, SECOND_HALF, SETTLED, UP_TO_HORIZON, WHOLE_RUN
 
 MOST_ROWS, MOST_FORCES, MOST_STATISTICS = 8, 4, 3
 LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
 FORCES = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}")
 SHOWN_FIGURES = (f" {DISPLACEMENT}", f" {AXIAL_STRESS}", f" {VON_MISES_STRESS}", *FORCES)
 SHOWN_STATISTICS = (".rms", ".impact_rate")
-SHOWN_SPANS = (SETTLED, WHOLE_RUN, "first part", BEYOND_HORIZON, UP_TO_HORIZON, "start-up")
+SHOWN_SPANS = (SETTLED, SECOND_HALF, WHOLE_RUN, "first part", BEYOND_HORIZON, UP_TO_HORIZON, "start-up")
 NO_CONTACT = "no contact"
 
 
@@ -71,7 +71,8 @@ def closing_table(
     motions = [one for one in shown if not one.name.endswith(FORCES)]
     room = max(MOST_ROWS - len(rows) - len(largest), 0)
     rows += [_row(one) for one in shown if one in motions[:room] or one in largest]
-    until = "" if whole else f", up to t = {reached:.3g} s"
+    until = ", not settled" if span == SECOND_HALF else ""
+    until += "" if whole else f", up to t = {reached:.3g} s"
     smaller = [one for one in forces if one not in largest and (one.value or one.error)]
     others = len(averaged[MOST_STATISTICS:]) + len(motions[room:]) + len(smaller)
     return ClosingTable(f"{span}{until}" if span else "", tuple(rows), others)

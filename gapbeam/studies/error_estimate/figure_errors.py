@@ -15,13 +15,16 @@ Twice the step shows no error of contacts that it resolves as little as the run.
 horizon of all figures, is at least the share of `lost_in_steps`: (2 d / pi) tan(pi / (2 d)) - 1 for a contact of d
 steps.
 
+What settles still moves. With the figures v_1 ... v_k of the windows of a settled part, |f - v_k| + d is added to E: d
+is the last difference of neighbors or, where all have one sign, what a geometric series of them leaves, d q / (1 - q).
+
 The factor 2 belongs to a mesh of first order. Where coarser and finer mesh show a lower one, q = |R - A| / |R - C|
 above 1/2, as at an edge that carries the contact, the differences of ever finer meshes add up to |R - A| / (1 - q),
 which is taken, q up to 9/10. Differences of harmonics are the amplitudes of the difference of two motions: amplitudes
 of motions that differ by phase agree by chance.
 
 Where plane companions stand for a solid, differences are taken relative to the figures of the plane and enlarged by a
-tenth, and |f - R| falls away. Where the horizon ends a span, be it within the settled part, motions are about to part:
+tenth, and |f - R| falls away. Where the horizon ends a span, be it within the second half, motions are about to part:
 E is twice as large there.
 
 Beyond the horizon figures are means over windows, and so is each term: it differs by chance as much as two means do.
@@ -53,6 +56,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
     FEWEST_WINDOWS,
     HARMONIC,
     OF_MOTION,
+    SETTLED,
     Averages,
     FigureSpan,
     Span,
@@ -64,6 +68,8 @@ FACTORS = {FINEST: 2.0, COARSER: 1.0, FOURFOLD: 0.5, HALF_STEP: 4.0 / 3.0}
 RIGID_FACTOR = 1.0 / (1.0 - 0.5**0.5)
 MODEL = "step and model"  # the difference from the reference
 SHORT = "steps in a contact"
+SETTLING = "settling"
+QUICK, SLOW = 0.5, 0.99  # ratios of neighboring differences of windows
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
 PARTED = 2.0  # E is so much larger where motions are about to part
 CONFIDENCE = 0.95
@@ -178,9 +184,13 @@ def figure_errors(
                 parts[SHORT] = share * abs(figure.mean)
             everyone = [mine[name], *(one[name] for one in theirs.values())]
             known = parts | _later_meshes(parts) if meshed else parts
-            error = (
-                _error(known, span, factors) if span.predictable else _error_of_means(known, everyone, ratio, factors)
-            )
+            if span.name == SETTLED:
+                parts[SETTLING] = left_to_settle(figure.values)
+                error = _error(known, span, factors) + parts[SETTLING]
+            elif span.predictable:
+                error = _error(known, span, factors)
+            else:
+                error = _error_of_means(known, everyone, ratio, factors)
         found.append(
             FigureError(
                 name,
@@ -207,7 +217,7 @@ def figure_spans(
         run: The motion of the run.
         reached: Up to where companions went, s.
         horizon: Up to where the motion is predictable, s; None: up to the end.
-        settled: The settled part, where it is periodic and so predictable; None: it is not.
+        settled: The settled part, which repeats and so is predictable; None: there is none.
     """
     for number, figure in enumerate(run.figures):
         end = run.end if figure.last is None else figure.last
@@ -217,6 +227,21 @@ def figure_spans(
         known = horizon is None or end <= horizon or (settled is not None and begin >= settled.start)
         words = f"t = {end:.6g} s" if figure.statistic == "value" else f"{begin:.6g} s to {end:.6g} s"
         yield FigureSpan(words if known else BEYOND_HORIZON, begin, end - begin, 1, None, figure, number)
+
+
+def left_to_settle(values: Array) -> float:
+    """Return by how much the mean of windows may miss the figure that they settle to; see the module.
+
+    Args:
+        values: Of the windows, one after the other, (windows,).
+    """
+    steps = np.diff(values)
+    if not steps.size:
+        return 0.0
+    last, ratio = abs(float(steps[-1])), QUICK
+    if steps.size > 1 and (np.all(steps > 0.0) or np.all(steps < 0.0)):
+        ratio = min(max(float(abs(steps[-1] / steps[0])) ** (1.0 / (steps.size - 1)), QUICK), SLOW)
+    return float(abs(values.mean() - values[-1])) + last * ratio / (1.0 - ratio)
 
 
 def _rests(moved: float, error: float | None, farthest: float) -> bool:
@@ -338,27 +363,30 @@ def horizon_of(motion: MotionRecord, others: Iterable[tuple[MotionRecord, float]
     return min(found, default=None)
 
 
-def repeats(motion: MotionRecord, settled: Span, smoothing: float) -> bool:
-    """Return whether the settled part of a forced motion is periodic.
+def repeats(motion: MotionRecord, spans: Iterable[Span], smoothing: float) -> bool:
+    """Return whether the second half of a forced motion has settled: whether it is periodic.
 
     That is so where its last displacements are, within 1 % of their range, those of p forcing periods earlier, three
     cycles of p periods in a row; without probes means of the contact forces are compared.
 
     Args:
         motion: The motion.
-        settled: Its settled part, with the forcing frequency.
+        spans: Its parts; without a second half it has not settled.
         smoothing: Width of the means of the forces, s.
     """
-    part = motion.between(settled.start, settled.end)
+    late = next((one for one in spans if one.frequency is not None), None)
+    if late is None:
+        return False
+    part = motion.between(late.start, late.end)
     waves = _waves(part, smoothing)
     times = part.times[: len(waves)] - part.times[0]
-    spans = np.ptp(waves, axis=0)
-    assert settled.frequency is not None
-    period = 1.0 / settled.frequency
+    ranges = np.ptp(waves, axis=0)
+    assert late.frequency is not None
+    period = 1.0 / late.frequency
     for cycle in range(1, int(times[-1] / ((CYCLES + 1) * period) + REPEATED) + 1):
-        late = times >= times[-1] - CYCLES * cycle * period
-        earlier = np.stack([np.interp(times[late] - cycle * period, times, wave) for wave in waves.T], axis=1)
-        if np.all(np.abs(waves[late] - earlier) <= REPEATED * spans):
+        last = times >= times[-1] - CYCLES * cycle * period
+        earlier = np.stack([np.interp(times[last] - cycle * period, times, wave) for wave in waves.T], axis=1)
+        if np.all(np.abs(waves[last] - earlier) <= REPEATED * ranges):
             return True
     return False
 

@@ -39,7 +39,7 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.solver.wording import counted
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 
-WHOLE_RUN, SETTLED = "whole run", "settled part"
+WHOLE_RUN, SETTLED, SECOND_HALF = "whole run", "settled part", "second half"
 UP_TO_HORIZON, BEYOND_HORIZON = "up to the horizon", "beyond the horizon"
 PERIODS = 12  # of the forcing, in a window: whole cycles of 1, 2, 3, 4, 6 and 12 periods
 FEWEST_PERIODS = 4  # in a run, or there is no settled part
@@ -54,7 +54,7 @@ class Span:
     """Part of a motion, in windows of equal length.
 
     Attributes:
-        name: "whole run", "first part", "start-up", "settled part", UP_TO_HORIZON or BEYOND_HORIZON.
+        name: "whole run", "first part", "start-up", SETTLED, SECOND_HALF, UP_TO_HORIZON or BEYOND_HORIZON.
         start: s.
         width: Of a window, s.
         count: Number of windows.
@@ -110,10 +110,10 @@ class FigureSpan(Span):
 def spans_of(case: Case, end: float, interval: float, horizon: float | None, repeats: bool = False) -> list[Span]:
     """Return the spans of a run.
 
-    A run under one forcing frequency, at least four periods long, has a start-up and a settled part, which begins
-    after the smooth start of the loads and in the middle of the run at the earliest; windows of the settled part are
-    12 forcing periods long, or a quarter of it where it is shorter. Other runs are taken as a whole; where the records
-    end before the case does, as those of slow companions, they are the first part. What lies beyond
+    A run under one forcing frequency, at least four periods long, has a start-up and a second half, which begins after
+    the smooth start of the loads and in the middle of the run at the earliest; it is the settled part where it repeats.
+    Its windows are 12 forcing periods long, or a quarter of it where it is shorter. Other runs are taken as a whole;
+    where the records end before the case does, as those of slow companions, they are the first part. What lies beyond
     the horizon is a span of its own; so few windows lie there at times that its figures have no error. What lies before
     it is none where there are fewer than eight records.
 
@@ -122,7 +122,7 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None, rep
         end: Of the records, s.
         interval: Between records, s.
         horizon: Up to where the motion is predictable, s; None: up to the end.
-        repeats: The settled part is periodic: its figures can be predicted, whatever the horizon is.
+        repeats: The second half is periodic: its figures can be predicted, whatever the horizon is.
     """
     frequencies = forcing_frequencies(case.load)
     rise = max((load.rise_time for load in case.load), default=0.0)
@@ -143,7 +143,7 @@ def spans_between(
         rise: Smooth start of the loads, s.
         interval: Between records, s.
         horizon: Up to where the motion is predictable, s; None: up to the end.
-        repeats: The settled part is periodic: its figures can be predicted, whatever the horizon is.
+        repeats: The second half is periodic: its figures can be predicted, whatever the horizon is.
     """
     known = end if horizon is None else horizon
     least = FEWEST if horizon is None else FEWEST_RECORDS
@@ -151,9 +151,9 @@ def spans_between(
         everything = WHOLE_RUN if end > ALL * last - interval else "first part"
         whole = everything if horizon is None else UP_TO_HORIZON
         return [Span(whole, 0.0, known, 1, cut=horizon is not None)] if known > least * interval else []
-    settled = floor((end - max(rise, 0.5 * end)) * frequency + _WHOLE) or 1
-    periods = min(PERIODS, max(1, settled // FEWEST_WINDOWS))
-    count, width = settled // periods, periods / frequency
+    late = floor((end - max(rise, 0.5 * end)) * frequency + _WHOLE) or 1
+    periods = min(PERIODS, max(1, late // FEWEST_WINDOWS))
+    count, width = late // periods, periods / frequency
     begin = end - count * width
     spans = []
     first = min(begin, known)
@@ -162,7 +162,8 @@ def spans_between(
         spans.append(Span(UP_TO_HORIZON if cut else "start-up", 0.0, first, 1, cut=cut))
     predictable = count if repeats else max(0, min(count, floor((known - begin) / width + _WHOLE)))
     if predictable:
-        spans.append(Span(SETTLED, begin, width, predictable, frequency, cut=predictable < count))
+        name = SETTLED if repeats else SECOND_HALF
+        spans.append(Span(name, begin, width, predictable, frequency, cut=predictable < count))
     if predictable < count:
         beyond = begin + predictable * width
         spans.append(Span(BEYOND_HORIZON, beyond, width, count - predictable, frequency))

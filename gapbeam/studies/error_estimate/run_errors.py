@@ -80,7 +80,7 @@ class RunErrors:
         marched: What they did, without their motions: DOFs, step, steps, seconds by name.
         whole: Whether that is the end of the run.
         later: Faces whose largest force came after it.
-        repeats: Whether the settled part is periodic.
+        repeats: Whether the second half is periodic: settled.
         failed: Companions without a motion, and why.
         spans: The parts of the run.
     """
@@ -142,7 +142,7 @@ def _add_peaks(case: Case, outcome: Outcome) -> None:
         outcome.summary["errors"] = {
             "status": "not estimated",
             "reason": f"the run ended early, at t = {run.end:.6g} s",
-            "force_peaks": force_peaks(run, spans_of(case, run.end, run.interval, None) or whole),
+            "force_peaks": force_peaks(run, _whole_spans(case, run) or whole),
         }
         write_summary(outcome.folder, outcome.summary)
     except (ResultsError, OSError):  # the run has said why it ended
@@ -168,7 +168,7 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
         run = MotionRecord.of_history(history, bends_in_two_planes(case), case.figure)
         if len(run.times) < FEWEST_RECORDS:
             raise EstimateError(f"there are {counted(len(run.times), 'record')}, and {FEWEST_RECORDS} are the fewest")
-        errors["force_peaks"] = force_peaks(run, spans_of(case, run.end, run.interval, None))
+        errors["force_peaks"] = force_peaks(run, _whole_spans(case, run))
         warnings += doubtful_peaks(errors["force_peaks"], run.interval)
         found, beyond, noisy = estimate(case, run, summary, outcome.body), beyond_resolution(summary), eaten(summary)
         found = without_errors(found, "" if noisy else ACCELERATION) if beyond or noisy else found
@@ -338,7 +338,7 @@ def _predictability(
     case: Case, run: MotionRecord, motions: Mapping[str, MotionRecord], plan: CompanionPlan, reference: str | None,
     smoothing: float,
 ) -> tuple[float | None, bool]:  # fmt: skip
-    """Return the horizon of a run, s, and whether its settled part is periodic."""
+    """Return the horizon of a run, s, and whether it has settled."""
     thin = run.thinned(plan.records)
     same = thin if reference is None else motions[reference]
     others = [(motion, SHARES.get(name, 1.0)) for name, motion in motions.items() if name not in (reference, STIFFER)]
@@ -346,8 +346,14 @@ def _predictability(
     if reference is not None and not plan.in_plane:
         parted.append(horizon_of(thin, [(same, SHARES.get(reference, 1.0))], smoothing))
     horizon = min((time for time in parted if time is not None), default=None)
-    settled = next((one for one in spans_of(case, run.end, run.interval, None) if one.name == SETTLED), None)
-    return horizon, settled is not None and repeats(run, settled, smoothing)
+    return horizon, any(one.name == SETTLED for one in _whole_spans(case, run))
+
+
+def _whole_spans(case: Case, run: MotionRecord) -> list[Span]:
+    """Return the parts of a motion without a horizon, the settled part among them where it has settled."""
+    spans = spans_of(case, run.end, run.interval, None)
+    again = repeats(run, spans, smoothing_window(case)[0])
+    return spans_of(case, run.end, run.interval, None, again) if again else spans
 
 
 def _time_left(case: Case, summary: Mapping[str, Any]) -> float | None:

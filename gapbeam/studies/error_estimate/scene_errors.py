@@ -150,10 +150,9 @@ def _errors(
     frequency = None if asked.period is None else 1.0 / asked.period
     smoothing = 0.05 * min(run.end, run.end if asked.period is None else asked.period)
     horizon = horizon_of(run, [(motions[HALF_STEP], 1.0)], smoothing)
-    spans = spans_between(run.end, run.end, frequency, 0.0, run.interval, None)
-    settled = next((one for one in spans if one.name == SETTLED), None)
-    again = settled is not None and repeats(run, settled, smoothing)
-    peaks = force_peaks(run, spans)
+    whole = (run.end, run.end, frequency, 0.0, run.interval, None)
+    again = repeats(run, spans_between(*whole), smoothing)
+    peaks = force_peaks(run, spans_between(*whole, again))
     figures = list[FigureError]()
     spans = spans_between(run.end, run.end, frequency, 0.0, run.interval, horizon, again)
     for span in spans:

@@ -33,12 +33,11 @@ def written(folder: Path, changes: dict[str, Any]) -> Path:
 
 
 @pytest.mark.slow(minutes=0.1)
-@pytest.mark.parametrize(("changes", "stops"), [(RUBBING, (60,)), (SMOOTH, (2,))], ids=["rubbing", "smooth"])
+@pytest.mark.parametrize(("changes", "stops"), [(RUBBING, (2,)), (SMOOTH, (2,))], ids=["rubbing", "smooth"])
 def test_a_resumed_run_is_the_same(changes: dict[str, Any], stops: tuple[int, ...], tmp_path: Path) -> None:
-    """Stopped and continued, step by step with friction and compiled without it: no bit differs."""
+    """Stopped and continued, with friction and without it: no bit differs."""
     case = written(tmp_path, changes)
-    reason = why_not_compiled(gapbeam.model(gapbeam.read_case(case)).plan)
-    assert reason == ("contact with friction" if changes is RUBBING else None)
+    assert why_not_compiled(gapbeam.model(gapbeam.read_case(case)).plan) is None
     whole = gapbeam.run(case, (), tmp_path / "whole")
     assert whole.exit_status == 0, whole.message
     assert "accounted for to round-off" in whole.message

@@ -6,17 +6,20 @@ import os
 import resource
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_matrix
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
-from gapbeam.solver.contact.laws.damper import DampedPoint, Damper
+from gapbeam.solver.contact.laws.damper import CoulombFriction, DampedPoint, Damper
 from gapbeam.solver.contact.laws.law_choice import FORMULAS, damping
 from gapbeam.solver.contact.laws.own_spring_law import LawGroup, mixed_law
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.point_contact import friction_by_face
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
 from gapbeam.solver.integrators.time_scheme import kernel_of
@@ -25,6 +28,7 @@ from gapbeam.solver.march.compiled.ledger_kernel import measure_in_modes
 from gapbeam.solver.march.compiled.plan_arrays import arrays_of_state
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Paused, begun, march
 from gapbeam.solver.system.modal_coordinates import modal_system
+from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 from tests.shared.dense_beams import dense_beam, dense_shaft, thrown_start
 
 VALUES = {"hht-alpha": {"alpha": 0.2}}  # less creates energy, which magnifies round-off
@@ -58,10 +62,27 @@ LAWS = {
     ),
     "side by side": side_by_side(12),
     "side by side around": side_by_side(72),
+    "rubs": ContactLaw(HERTZ, Damper("hunt-crossley", 0.4), friction=CoulombFriction(0.3, 1.0e-3)),
+    "rubs and sticks": ContactLaw(
+        Spring(1.0e5), friction=CoulombFriction(np.linspace(0.1, 0.3, 12), 1.0e-3, static_coefficient=0.5)
+    ),
 }
-BODIES = {"beam": dense_beam, "shaft": dense_shaft}
+
+
+def rubbing_beam(seed: int) -> SemiDiscreteSystem:
+    """The beam with two directions along which its points rub."""
+    system, motions = dense_beam(seed=seed), np.random.default_rng(seed + 1).standard_normal((24, 8))
+    return replace(system, contact=replace(system.contact, tangents=csr_matrix(motions)))
+
+
+BODIES = {"beam": dense_beam, "shaft": dense_shaft, "rubbing beam": rubbing_beam}
 ROUND = ("hertz", "kelvin-voigt adhesive", "hunt-crossley by restitution", "side by side around")
-PAIRS = [*(("beam", law) for law in LAWS if "around" not in law), *(("shaft", law) for law in ROUND)]
+RUBS = ("rubs", "rubs and sticks")
+PAIRS = [
+    *(("beam", law) for law in LAWS if "around" not in law and law not in RUBS),
+    *(("shaft", law) for law in ROUND),
+    *(("rubbing beam", law) for law in RUBS),
+]
 STEPS = 200
 TOUCHY = {
     "hunt-crossley by restitution": 1.0e-6,  # chi follows from touch speeds: slow touches magnify round-off
@@ -102,6 +123,12 @@ def test_the_loop_agrees_with_the_march(scheme: str, body: str, law: str) -> Non
     assert close(end.u[0], state.u[0], relative)
     assert close(end.v[0], state.v[0], relative)
     assert close(end.pressure, state.pressure, relative)
+    if state.traction is not None:
+        assert end.traction is not None
+        rubbed = friction_by_face(system.contact, state.traction)
+        assert close(blocks[-1].records.friction[-1], rubbed, relative)
+        assert close(end.traction, state.traction, relative)
+        assert expected.ledger.friction_loss > 0.0
     assert_same_accounts(passed, expected, relative)
 
 
@@ -117,6 +144,7 @@ def assert_same_accounts(found: Accounts, expected: Accounts, relative: float) -
     assert close(found.times.time, expected.times.time, 1.0e-12)
     assert np.array_equal(found.times.closings, expected.times.closings)
     assert close(found.peaks.force, expected.peaks.force, relative)
+    assert close(found.peaks.friction, expected.peaks.friction, relative)
     assert close(found.peaks.deepest, expected.peaks.deepest, relative)
     assert found.peaks.iterations <= expected.peaks.iterations
     assert found.gates.impacts == expected.gates.impacts
@@ -125,7 +153,7 @@ def assert_same_accounts(found: Accounts, expected: Accounts, relative: float) -
     assert found.gates.largest_loss == pytest.approx(expected.gates.largest_loss, rel=1e-6, abs=relative)
     assert found.episodes.figures() == pytest.approx(expected.episodes.figures(), rel=relative)
     assert found.tally.steps == expected.tally.steps
-    assert found.tally.iterations == pytest.approx(expected.tally.iterations, rel=0.02, abs=3)
+    assert found.tally.iterations == pytest.approx(expected.tally.iterations, rel=0.04, abs=3)
 
 
 @pytest.mark.parametrize("body", BODIES)

@@ -81,7 +81,7 @@ def friction(model: Model, step: Step) -> Array:
 def test_a_cylinder_that_slides_ends_rolling() -> None:
     """At 2/3 of its speed (Coriolis): friction mu N takes momentum and spins it up, m v R + I w is kept, to 1 %."""
     model = roll()
-    assert why_not_compiled(Simulation(model).plan) == "contact with friction"
+    assert why_not_compiled(Simulation(model).plan) is None
     whole = Whole(model)
     assert whole.inertias[0] == pytest.approx(MASS)
     assert whole.inertias[2] == pytest.approx(0.5 * MASS * RADIUS**2)

@@ -41,7 +41,9 @@ from gapbeam.solver.march.compiled.march_kernel import (
     NOT_FINITE,
     march_alpha,
     march_alpha_around,
+    march_alpha_rubbing,
     march_around,
+    march_rubbing,
     march_steps,
     record_now,
 )
@@ -82,12 +84,12 @@ def why_not_compiled(plan: March) -> str | None:
         return f"no kernel marches the scheme {plan.scheme.type}"
     if law.why_not_compiled is not None:
         return law.why_not_compiled
-    if law.friction is not None or system.contact.rubbed is not None:
-        return "contact with friction"
     if law.augmented is not None:
         return "augmented Lagrangian: multipliers in every step"
     if not law.stores_energy:
         return "impulses instead of a contact stiffness"
+    if system.contact.turning is not None and law.friction is not None:
+        return "friction at holes that are met as circles"
     if system.contact.turning is not None and law.touch_product is not None:
         return "damping that follows from touch speeds, at holes that are met as circles"
     if system.contact.turning is not None and _others_move(system.contact):
@@ -136,12 +138,15 @@ def taken_up(arrays: Carried, factor: OrderedFactor) -> KernelState:
     return KernelState._make([*lanes, *(array.copy() for array in arrays[IN_LANES:STATE])])
 
 
-def misfit(arrays: Carried, size: int, points: int) -> str:
-    """Return the fault of arrays of n = `size` DOFs and m = `points` points, in words; empty where there is none."""
+def misfit(arrays: Carried, size: int, points: int, memory: int) -> str:
+    """Return the fault of arrays of n = `size` DOFs and m = `points` points, in words; empty where there is none.
+
+    `memory`: columns of what friction remembers.
+    """
     if len(arrays) != STATE + 3:
         return f"{len(arrays)} arrays of a compiled loop, expected {STATE + 3}"
     filled = len(np.atleast_1d(arrays[STATE]))
-    shapes = [(size,)] * 3 + [(points,)] * 3 + [(filled,)] * 2 + [(filled, filled)]
+    shapes = [(size,)] * 3 + [(points,)] * 3 + [(points, memory)] + [(filled,)] * 2 + [(filled, filled)]
     if filled > points or [array.shape for array in arrays] != shapes:
         return f"arrays of a compiled loop of shapes {[array.shape for array in arrays]}, expected {shapes}"
     order = arrays[STATE]
@@ -260,8 +265,10 @@ class CompiledLoop:
         self._table = modal_table(plan, modal)
         self._scheme = scheme_table(plan)
         self._room, self._slides = room_for(self._table), sliding_rows(modal)
-        kernels = (march_alpha, march_alpha_around) if self._scheme.form == ENDPOINT else (march_steps, march_around)
-        self._march_steps = kernels[self._table.around is not None]
+        kernels = (march_steps, march_around, march_rubbing)
+        if self._scheme.form == ENDPOINT:
+            kernels = (march_alpha, march_alpha_around, march_alpha_rubbing)
+        self._march_steps = kernels[2 if plan.law.friction is not None else self._table.around is not None]
 
     @classmethod
     def compile_ahead(cls, plan: March, start: State | Paused, look: Callable[[], None]) -> None:
@@ -414,13 +421,17 @@ class CompiledLoop:
             where a point touches or leaves just at the end of a step.
 
         Raises:
-            ValueError: A scheme that carries accelerations, damping that follows from touch speeds, walls that move.
+            ValueError: A scheme that carries accelerations, damping that follows from touch speeds, friction, walls
+                that move.
             NotConverged: A step did not converge, or only in parts.
         """
         plan, count = self.plan, self.plan.steps if steps is None else steps
         contact = plan.system.contact
-        if self._scheme.form == ENDPOINT or plan.law.touch_product is not None or contact.walls.motions:
-            raise ValueError("the state is not (q, v) alone: take a midpoint rule, given damping, still walls")
+        by_state = plan.law.touch_product is None and plan.law.friction is None
+        if self._scheme.form == ENDPOINT or not by_state or contact.walls.motions:
+            raise ValueError(
+                "the state is not (q, v) alone: take a midpoint rule, given damping, still walls, no friction"
+            )
         accounts = Accounts.opened(plan.system, plan.law, start, plan.dt)
         blocks = list(self.blocks(start, accounts=accounts, steps=count))
         if accounts.tally.halved:
@@ -477,7 +488,7 @@ def instants_of(block: CompiledBlock, count: int) -> Instants:
         closings=kept.over_time[:count, CLOSINGS],
         approach=kept.over_time[:count, APPROACH],
         force_square=kept.over_time[:count, SQUARE],
-        friction_force=None,
+        friction_force=None if block.plan.law.friction is None else kept.friction[:count],
         joint_contact=None if modal.system.reactions is None else kept.joint_contact[:count],
         sliding_work=kept.sliding.rows[:count] if modal.system.contact.measures_sliding else None,
         work_by_mode=kept.sliding.part_rows[:count] if modal.system.contact.measures_sliding else None,

@@ -14,6 +14,7 @@ import numpy as np
 
 from gapbeam.solver.jit import shared
 from gapbeam.solver.march.compiled.contact_kernel import Solution
+from gapbeam.solver.march.compiled.friction_kernel import Rubbing
 from gapbeam.solver.march.compiled.point_motions import AroundPoints
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.slip_modes import SlipModes
@@ -41,6 +42,7 @@ class Modal(NamedTuple):
         delassus: D = Phi A^-1 Phi^T, (m, m), or R A^-1 R^T, (k, k).
         largest: Largest entry of the diagonal of D, m/N.
         around: Points around rigid sections; None: all points move by themselves.
+        friction: Points that rub; None: nothing does.
     """
 
     squares: Array
@@ -61,6 +63,7 @@ class Modal(NamedTuple):
     delassus: Array
     largest: float
     around: AroundPoints | None
+    friction: Rubbing | None
 
 
 class Scheme(NamedTuple):
@@ -84,6 +87,8 @@ class KernelState(NamedTuple):
         depth: (m,), m.
         pressure: (m,), Pa.
         touch_speed: (m,), m/s; of no meaning to laws that do not ask.
+        rubbed: Memory of friction: traction, Pa, slip velocity of the step before, m/s, along k directions each, and 1
+            where a point slides, (m, 2k + 1); (m, 0) without friction.
     """
 
     q: Array
@@ -92,6 +97,7 @@ class KernelState(NamedTuple):
     depth: Array
     pressure: Array
     touch_speed: Array
+    rubbed: Array
 
 
 class WallRows(NamedTuple):
@@ -140,6 +146,7 @@ class Room(NamedTuple):
     pressed: Array
     closed: Array
     deepest: Array
+    friction: Array
     works: Array
     solution: Solution
 
@@ -198,10 +205,11 @@ class SnapshotRoom(NamedTuple):
 class Records(NamedTuple):
     """Records, one row each; `energies` and `over_time` as in `LedgerArrays`, `iterations` since the last row.
 
-    `levers`, (m, r), is what a force at each point adds to the forces of joints, and `turning_levers`, (t, 2, r), what
-    forces along y and z at each station in a round hole do. In `Modal`, of which every step passes
-    copies on, one array more costs every step half of its time again. `impacts` that ended are `listed` in the order of
-    time, (k, 5): face, closing time since the start of the march, approach speed, impulse, duration.
+    `levers`, (m, r), is what a force at each point adds to the forces of joints, `turning_levers`, (t, 2, r), what
+    forces along y and z at each station in a round hole do, and `friction_levers`, (m k, r), what friction does. In
+    `Modal`, of which every step passes copies on, one array more costs every step half of its time again. `impacts`
+    that ended are `listed` in the order of time, (k, 5): face, closing time since the start of the march, approach
+    speed, impulse, duration.
     """
 
     steps: Indices
@@ -210,9 +218,11 @@ class Records(NamedTuple):
     force: Array
     moment: Array
     resultant: Array
+    friction: Array
     joint_contact: Array
     levers: Array
     turning_levers: Array
+    friction_levers: Array
     area: Array
     active: Array
     penetration: Array

@@ -57,6 +57,7 @@ class LedgerArrays(NamedTuple):
             `RunningImpact`, (10, faces).
         deepest: Largest penetration so far of each face, (faces,), m.
         peak_force: Largest contact force so far of each face, (faces,), N.
+        peak_friction: Largest friction force so far of each face, (faces,), N.
         face: Whether each face is UNKNOWN, CLOSED or OPEN to the gates, (faces,).
         entry: Energy created, and kinetic and strain energy, when each face closed; NaN: not known, (2, faces), J.
         impacts: Impacts that ended, and how many of them broke the gates, (2,).
@@ -73,6 +74,7 @@ class LedgerArrays(NamedTuple):
     over_time: Array
     deepest: Array
     peak_force: Array
+    peak_friction: Array
     face: Indices
     entry: Array
     impacts: Indices
@@ -157,14 +159,18 @@ def enter_energies(ledgers: LedgerArrays, contact: float, hidden: float, squares
 
 
 @compiled
-def enter_forces(ledgers: LedgerArrays, force: Array, pressed: Array, deepest: Array, dt: float) -> None:
-    """Enter contact forces of a step, whether faces were pressed, and the penetration at its end, by face."""
+def enter_forces(
+    ledgers: LedgerArrays, force: Array, friction: Array, pressed: Array, deepest: Array, dt: float
+) -> None:
+    """Enter contact and friction of a step, whether faces were pressed, and the penetration at its end, by face."""
     for face in range(len(force)):
         sums = ledgers.over_time
-        before = Peak(sums[IMPULSE, face], sums[SQUARE, face], ledgers.peak_force[face], 0.0, ledgers.deepest[face])
-        peak = after_forces(before, dt, force[face], 0.0, deepest[face])
+        peaks = ledgers.peak_force[face], ledgers.peak_friction[face], ledgers.deepest[face]
+        before = Peak(sums[IMPULSE, face], sums[SQUARE, face], peaks[0], peaks[1], peaks[2])
+        peak = after_forces(before, dt, force[face], friction[face], deepest[face])
         sums[IMPULSE, face], sums[SQUARE, face] = peak.impulse, peak.square
-        ledgers.peak_force[face], ledgers.deepest[face] = peak.force, peak.depth
+        ledgers.peak_force[face], ledgers.peak_friction[face] = peak.force, peak.friction
+        ledgers.deepest[face] = peak.depth
         contact, impulse = pressed[face] > 0.0, ledgers.episode_impulse[face]
         added = dt * force[face] if contact else 0.0
         steps, running, ended, short = after_contact(ledgers.episode_steps[face], impulse, contact, added)
@@ -272,6 +278,7 @@ def ledger_arrays_of(accounts: Accounts) -> LedgerArrays:
         ),
         deepest=peaks.deepest.copy(),
         peak_force=peaks.force.copy(),
+        peak_friction=peaks.friction.copy(),
         face=np.array([one.face for one in watched]),
         entry=np.array([(one.created, one.energy) for one in watched]).T.copy(),
         impacts=np.array([gates.impacts, gates.violations]),
@@ -321,6 +328,7 @@ def enter_arrays(
         impacts.depth, impacts.begun, impacts.speed, impacts.duration,
     ) = (sums.copy() for sums in ledgers.over_time)  # fmt: skip
     peaks.deepest, peaks.force = ledgers.deepest.copy(), ledgers.peak_force.copy()
+    peaks.friction = ledgers.peak_friction.copy()
     peaks.iterations, tally.iterations, tally.most_iterations = (int(count) for count in ledgers.solves)
     tally.steps += steps
     tally.shortest = min(tally.shortest, tally.dt) if steps else tally.shortest

@@ -19,6 +19,7 @@ from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.diagnostics.energy_ledger import StepEnergies, total_energy
 from gapbeam.solver.jit import compiled, compiled_apart, entry, long_entry, twin
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
+from gapbeam.solver.march.compiled.friction_kernel import enter_friction, record_friction
 from gapbeam.solver.march.compiled.kernel_tables import (
     KernelState,
     Modal,
@@ -257,6 +258,7 @@ def _enter(
     moves = room.right  # room until the next step
     for j in range(len(motion.q)):
         moves[j] = room.new_q[j] - motion.q[j]
+    rubbed_away = enter_friction(modal.friction, modal.faces, moves, room.friction)
     set_products(modal.loads, moves, room.works)
     driven = 0.0
     for load in range(len(factors)):
@@ -273,10 +275,19 @@ def _enter(
             room.closed[modal.faces[i]] = 1.0
     unresolved = UNRESOLVED * largest * forces
     measured = StepEnergies(
-        0.5 * kinetic, 0.5 * strain, contact, structural, inner, elastic_work, contact_loss, 0.0, driven, unresolved
+        0.5 * kinetic,
+        0.5 * strain,
+        contact,
+        structural,
+        inner,
+        elastic_work,
+        contact_loss,
+        rubbed_away,
+        driven,
+        unresolved,
     )
     accounts.enter_step(ledgers, measured, room.works)
-    accounts.enter_forces(ledgers, room.force, room.pressed, room.deepest, scheme.dt)
+    accounts.enter_forces(ledgers, room.force, room.friction, room.pressed, room.deepest, scheme.dt)
 
 
 @compiled_apart
@@ -318,6 +329,10 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
     record_turning(
         modal.around, records.turning_levers, modal.across, modal.weights, motion.pressure, records.joint_contact[row]
     )
+    record_friction(
+        motion.rubbed, modal.weights, modal.faces, records.friction_levers, records.friction[row],
+        records.joint_contact[row],
+    )  # fmt: skip
     record_sliding(records.sliding, modal.faces, row)
     for kind in range(accounts.RECORDED):
         copy_into(records.over_time[row, kind], ledgers.over_time[kind])
@@ -352,3 +367,7 @@ march_around = twin(march_steps, "march_around")
 """March as `march_steps` does, with points around rigid sections: machine code of its own, kept apart."""
 march_alpha_around = twin(march_steps, "march_alpha_around", advance=alpha_step)
 """Both."""
+march_rubbing = twin(march_steps, "march_rubbing")
+"""March as `march_steps` does, with friction."""
+march_alpha_rubbing = twin(march_steps, "march_alpha_rubbing", advance=alpha_step)
+"""March as `march_alpha` does, with friction."""

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT, IMPLICIT, MEAN
+from gapbeam.solver.contact.laws.springs import at_points
 from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.compiled.contact_kernel import room_for_solution
+from gapbeam.solver.march.compiled.friction_kernel import Rubbing, room_for_friction
 from gapbeam.solver.march.compiled.kernel_tables import (
     KernelState,
     Modal,
@@ -28,7 +31,7 @@ from gapbeam.solver.march.stepwise_march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, RankOnes
 from gapbeam.solver.system.rank_one_update import inner_inverse
-from gapbeam.solver.system.semi_discrete import VALUE, Imaged, State, imaged
+from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, Imaged, State, imaged
 
 
 def modal_table(plan: March, modal: ModalSystem) -> Modal:
@@ -37,9 +40,17 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
     mass, stiffness, dashpots = plan.scheme.coefficients(system, plan.dt)
     inverse: Array = np.asarray(1.0 / (mass + stiffness * modal.squares + dashpots * modal.modal_damping))
     updates, update_factors = inverse_updates(inverse, modal.dashpots.times(dashpots))
-    gaps, around = around_points(modal.gaps, contact, None if contact.turning is None else modal.planes)
-    updated = gaps @ updates.T
-    delassus = (gaps * inverse) @ gaps.T - (updated * update_factors) @ updated.T
+    rubs = plan.law.friction is not None
+    gaps, around = modal.gaps, None
+    if not rubs:
+        gaps, around = around_points(modal.gaps, contact, None if contact.turning is None else modal.planes)
+
+    def condensed(rows: Array) -> Array:
+        updated = rows @ updates.T
+        found = (rows * inverse) @ rows.T - (updated * update_factors) @ updated.T
+        return _packed(0.5 * (found + found.T))
+
+    delassus = condensed(gaps)
     return Modal(
         squares=widened(modal.squares),
         damping=widened(modal.damping),
@@ -56,9 +67,27 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
         across=np.array(contact.across, order="C"),
         loads=widened(modal.loads),
         driven=np.array([0.0 if load.static else 1.0 for load in system.loads]),
-        delassus=_packed(0.5 * (delassus + delassus.T)),
+        delassus=delassus,
         largest=_largest(delassus, around),
         around=None if around is None else around._replace(rows=widened(around.rows)),
+        friction=_friction(plan, modal, condensed) if rubs else None,
+    )
+
+
+def _friction(plan: March, modal: ModalSystem, condensed: Callable[[Array], Array]) -> Rubbing:
+    """Return the friction of a plan; `condensed` gives R A^-1 R^T of rows R."""
+    law, points = plan.law.friction, plan.system.contact.size
+    assert law is not None
+    tangents = modal.tangents.reshape(-1, len(modal.squares))
+    coefficients = (at_points(one.coefficient, points) for one in (law, law.of_points(np.zeros(points))))
+    sliding, sticking = (np.array(one, dtype=float) for one in coefficients)
+    return room_for_friction(
+        widened(tangents),
+        condensed(np.concatenate([modal.gaps, tangents])),
+        (sliding, sticking),
+        law.slip_velocity,
+        law.static_coefficient is not None,
+        len(plan.system.contact.face_names),
     )
 
 
@@ -126,7 +155,7 @@ def wall_rows(plan: March, first: int, steps: int) -> WallRows:
 def room_for(table: Modal) -> Room:
     """Return the room of a step."""
     n, m, faces = len(table.squares), len(table.weights), _faces(table)
-    vectors = [*np.zeros((8, n)), *np.zeros((7, m)), *np.zeros((4, faces)), np.zeros(len(table.loads))]
+    vectors = [*np.zeros((8, n)), *np.zeros((7, m)), *np.zeros((5, faces)), np.zeros(len(table.loads))]
     return Room._make([*vectors, room_for_solution(m)])
 
 
@@ -154,6 +183,8 @@ def room_for_records(
     contact, reactions = modal.system.contact, modal.system.reactions
     rows, n, faces = steps // every + 2, len(modal.squares), int(contact.faces.max()) + 1
     levers = np.zeros((contact.size, 0)) if reactions is None else reactions.pressure.T
+    rubbing = np.zeros((0, levers.shape[1])) if reactions is None else reactions.friction.T
+    along = 0 if accounts.law.friction is None else modal.tangents.shape[1]
     return Records(
         steps=np.zeros(rows, dtype=np.int64),
         q=np.zeros((rows, n)),
@@ -161,9 +192,11 @@ def room_for_records(
         force=np.zeros((rows, faces)),
         moment=np.zeros((rows, faces)),
         resultant=np.zeros((rows, faces, 2)),
+        friction=np.zeros((rows, faces, along)),
         joint_contact=np.zeros((rows, levers.shape[1])),
         levers=_packed(levers),
         turning_levers=_turning_levers(modal),
+        friction_levers=_packed(rubbing),
         area=np.zeros((rows, faces)),
         active=np.zeros((rows, faces)),
         penetration=np.zeros((rows, faces)),
@@ -221,7 +254,25 @@ def arrays_of_state(modal: ModalSystem, state: State) -> KernelState:
         contact.depth(contact.interface.trace(modal.dofs(q), modal.system.operators), state.time),
         np.array(state.pressure),
         np.zeros_like(state.depth) if state.touch_speed is None else np.array(state.touch_speed),
+        _rubbed(contact, state),
     )
+
+
+def memory_of_friction(contact: ContactOperator) -> int:
+    """Return the columns of `KernelState.rubbed`."""
+    return 0 if contact.rubbed is None else 2 * (contact.rubbed.shape[0] // contact.size) + 1
+
+
+def _rubbed(contact: ContactOperator, state: State) -> Array:
+    """Return the memory of friction in a state, as in `KernelState`."""
+    found: Array = np.zeros((contact.size, memory_of_friction(contact)))
+    along = found.shape[1] // 2
+    for part, first in ((state.traction, 0), (state.slip, along)):
+        if part is not None:
+            found[:, first : first + along] = part
+    if state.slides is not None:
+        found[:, -1] = state.slides
+    return found
 
 
 def state_of(plan: March, modal: ModalSystem, motion: KernelState, time: float) -> State:
@@ -235,6 +286,11 @@ def state_of(plan: March, modal: ModalSystem, motion: KernelState, time: float) 
         state = replace(state, a=full(motion.a))
     if plan.law.touch_product is not None:
         state = replace(state, touch_speed=motion.touch_speed.copy())
+    if plan.law.friction is not None:
+        along, memory = motion.rubbed.shape[1] // 2, motion.rubbed.copy()
+        state = replace(state, traction=memory[:, :along])
+        if plan.law.friction.static_coefficient is not None:
+            state = replace(state, slip=memory[:, along : 2 * along], slides=memory[:, -1])
     return state
 
 

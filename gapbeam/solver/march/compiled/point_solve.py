@@ -27,6 +27,7 @@ from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, stage_pr
 from gapbeam.solver.jit import compiled, compiled_apart
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, point_at, solve_contact
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room
+from gapbeam.solver.march.compiled.ordered_cholesky import eliminate
 from gapbeam.solver.march.compiled.point_motions import (
     AroundPoints,
     add_rows,
@@ -200,36 +201,7 @@ def _solve_updates(around: AroundPoints, balance: Balance, found: Solution, coun
                 matrix[2 * k + 1, 2 * m + b] = -(found.deeper[2 * k] * one + found.deeper[2 * k + 1] * two)
         matrix[2 * k, 2 * k] += 1.0
         matrix[2 * k + 1, 2 * k + 1] += 1.0
-    for row in range(size):
-        _pivot(matrix, right, row, size)
-        pivot = matrix[row, row]
-        if not abs(pivot) > 0.0:
-            return False
-        for below in range(row + 1, size):
-            share = matrix[below, row] / pivot
-            if share != 0.0:
-                for column in range(row + 1, size):
-                    matrix[below, column] -= share * matrix[row, column]
-                right[below] -= share * right[row]
-    for row in range(size - 1, -1, -1):
-        total = right[row]
-        for column in range(row + 1, size):
-            total -= matrix[row, column] * right[column]
-        right[row] = total / matrix[row, row]
-    return True
-
-
-@compiled
-def _pivot(matrix: Array, right: Array, row: int, size: int) -> None:
-    """Swap a row with the one below it that has the largest entry in its column."""
-    best = row
-    for below in range(row + 1, size):
-        if abs(matrix[below, row]) > abs(matrix[best, row]):
-            best = below
-    if best != row:
-        for column in range(row, size):
-            matrix[row, column], matrix[best, column] = matrix[best, column], matrix[row, column]
-        right[row], right[best] = right[best], right[row]
+    return eliminate(matrix, right, size)
 
 
 class Touch(NamedTuple):

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from gapbeam.solver.contact.laws.point_law import LawTable, StepNumbers
 from gapbeam.solver.jit import compiled
-from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints
+from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints
+from gapbeam.solver.march.compiled.friction_kernel import Rubbing, keep_friction, solve_with_friction
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, Scheme, WallRows
 from gapbeam.solver.march.compiled.point_motions import (
     AroundPoints,
     add_all_rows,
     add_forces,
+    add_rows,
     copy_into,
     count_in_play,
     in_play,
     inner_product,
+    set_products,
     turns,
 )
 from gapbeam.solver.march.compiled.point_solve import (
@@ -47,10 +50,12 @@ def midpoint_step(
     numbers = StepNumbers(scheme.form, dt, 0.0, 0.0)
     step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
     touch = Touch(v, motion.touch_speed)
-    iterations = solve_points(modal.around, modal.initial_gap, balance, step, law, touch, room.solution, most)
+    iterations = _solve_points(
+        modal.friction, modal, balance, step, law, touch, motion.rubbed, free, 1.0, room.solution, most
+    )
     if iterations < 0:
         return -1
-    add_forces(modal.gaps, modal.around, room.solution.change, right)
+    _add_changes(modal.friction, modal, room.solution.change, right)
     _solve(modal, right, free)
     for j in range(n):
         middle = free[j]
@@ -94,10 +99,15 @@ def alpha_step(
     numbers = StepNumbers(scheme.form, dt, old_share, rate_slope)
     step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
     touch = Touch(v, motion.touch_speed)
-    iterations = solve_points(modal.around, modal.initial_gap, balance, step, law, touch, room.solution, most)
+    slip_weight = new_share * scheme.gamma * dt
+    for j in range(n):
+        room.new_v[j] = room.stage_velocity[j] + slip_weight * free[j]
+    iterations = _solve_points(
+        modal.friction, modal, balance, step, law, touch, motion.rubbed, room.new_v, slip_weight, room.solution, most
+    )
     if iterations < 0:
         return -1
-    add_forces(modal.gaps, modal.around, room.solution.change, right)
+    _add_changes(modal.friction, modal, room.solution.change, right)
     _solve(modal, right, free)
     for j in range(n):
         new_a = free[j]
@@ -108,6 +118,29 @@ def alpha_step(
         room.new_q[j], room.new_v[j], a[j] = new_q, new_v, new_a
     end_points(modal.around, modal.initial_gap, room)
     return iterations
+
+
+@compiled
+def _solve_points(
+    friction: Rubbing | None, modal: Modal, balance: Balance, step: StepPoints, law: LawTable, touch: Touch,
+    rubbed: Array, velocity: Array, weight: float, found: Solution, most: int,
+) -> int:  # fmt: skip
+    """Solve the contact problem of a step; return the iterations, or -1 where that fails.
+
+    As `solve_points` and `solve_with_friction` do; `velocity`: that of the balance as long as the forces stay.
+    """
+    if friction is None:
+        return solve_points(modal.around, modal.initial_gap, balance, step, law, touch, found, most)
+    set_products(friction.tangents, velocity, friction.free)
+    return solve_with_friction(friction, balance, step, law, rubbed, weight, found, most)
+
+
+@compiled
+def _add_changes(friction: Rubbing | None, modal: Modal, change: Array, right: Array) -> None:
+    """Add the change of the contact forces, and friction, to the right side."""
+    add_forces(modal.gaps, modal.around, change, right)
+    if friction is not None:
+        add_rows(friction.tangents, friction.forces[len(change) :], 1.0, right)
 
 
 @compiled
@@ -153,6 +186,9 @@ def accept(modal: Modal, scheme: Scheme, motion: KernelState, room: Room) -> Non
         motion.depth[i] = found.depth[i]
     copy_into(motion.q, room.new_q)
     copy_into(motion.v, room.new_v)
+    keep_friction(
+        modal.friction, scheme.form, modal.weights, motion.pressure, motion.v, room.stage_velocity, motion.rubbed
+    )
     accept_points(modal.around)
 
 

@@ -26,6 +26,7 @@ from gapbeam.solver.diagnostics.energy_ledger import open_ledger
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.compiled.compiled_march import misfit
+from gapbeam.solver.march.compiled.plan_arrays import memory_of_friction
 from gapbeam.solver.march.stepwise_march import Paused
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.checkpoint.checkpoint_files import BrokenCheckpoint, Contents
@@ -174,13 +175,15 @@ def _of_modes(paused: Paused, model: Model) -> Iterator[str]:
     modal = modal_system(model.system) if paused.modal and isinstance(operators, DenseOperators) else None
     if modal is None or paused.modal is None:
         return
-    q, v, a, depth, pressure, touched = paused.modal[:6]
+    q, v, a, depth, pressure, touched, rubbed = paused.modal[:7]
     pairs = [(modal.dofs(q), state.u[VALUE]), (modal.dofs(v), state.v[VALUE]), (depth, state.depth)]
     pairs.append((pressure, state.pressure))
     if state.a is not None:
         pairs.append((modal.dofs(a), state.a[VALUE]))
     if state.touch_speed is not None:
         pairs.append((touched, state.touch_speed))
+    if state.traction is not None:
+        pairs.append((rubbed[:, : rubbed.shape[1] // 2], state.traction))
     for one, other in pairs:
         if not _largest(one - other) <= SAME * max(_largest(other), _largest(one)):
             yield "the state of the compiled loop is another one"
@@ -388,7 +391,7 @@ def _check(small: Stored, large: dict[str, tuple[int, ...]], layout: DofLayout) 
         if name not in small and name not in large:
             raise ValueError(f"{name} is missing")
     modal = _modal(small)
-    if modal and (wrong := misfit(modal, size, points)):
+    if modal and (wrong := misfit(modal, size, points, memory_of_friction(layout.model.system.contact))):
         raise ValueError(wrong)
     nodes, components = layout.rows.count, layout.components
     shapes: dict[str, tuple[int, ...]] = dict.fromkeys(AT_NODES, (3, size)) | {"lagged": (size,)}

@@ -81,6 +81,23 @@ def test_soft_contacts_get_twenty_steps(ratio: float, share: float) -> None:
 
 
 @pytest.mark.parametrize(
+    ("ratio", "force", "share"),
+    [(0.1, 1.0, 1 / 40 / 0.1), (0.1, 20.0, SECOND / 5000), (1.0, 1.0, 1 / 40), (2.0, 1.0, 1 / 80)],
+    ids=["contact", "load", "near its bending", "stiff contact"],
+)
+def test_rigid_bodies_do_not_bend(ratio: float, force: float, share: float) -> None:
+    """T_c/20 = 1/(40 ratio SECOND) where that is longer than their bending asks for, or 1/50 of five times a load."""
+    case = beam_case(
+        {"time": {"step": "auto", "end": 1000.0}, "mesh": COARSE, "model": {"type": "rigid"}},
+        (GRAVITY, shaker(force)),
+    )
+    chosen = time_step(case, MASS * (2.0 * pi * ratio * SECOND) ** 2)
+    assert chosen.value == pytest.approx(share / SECOND, rel=0.03)
+    assert chosen.value <= share / SECOND * (1.0 + 1e-9)
+    assert ("does not bend" in chosen.reason) == (ratio < 1.25)
+
+
+@pytest.mark.parametrize(
     ("case", "step"),
     [
         (case_of(20.0), 0.05 / 740),

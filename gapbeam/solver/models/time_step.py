@@ -14,6 +14,7 @@ from operator import itemgetter
 from gapbeam.solver.case.case import Case, Wear
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import Default, bending_words, lightest_supported, overhang_frequency
+from gapbeam.solver.case.solution_tables import RigidModel
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.integrators.stable_step import SAFETY, StableStep
@@ -91,7 +92,6 @@ def contact_duration(case: Case, stiffness: float) -> float:
 
 
 STEPS_PER_PERIOD = 50  # of the highest frequency of interest
-PERIOD_ERROR = (2.0 * pi / STEPS_PER_PERIOD) ** 2 / 12.0  # of the midpoint rule at the frequency of interest
 STEPS_PER_CONTACT = 20  # for peak forces
 RIGID_RATIO = 10.0  # of contact frequency to frequency of interest; a stiffer contact is rigid on that time scale
 MODAL_SHARE = 0.25  # of the mass of a beam, that its bending modes have at its tip
@@ -108,15 +108,21 @@ def frequency_of_interest(case: Case) -> tuple[float, str]:
     cantilever at its tip. That of a support body on its spring counts where it is below `RIGID_RATIO` times all of
     these: a stiffer one is rigid.
     """
+    bending = overhang_frequency(case, 2), f"the second bending frequency of the {bending_words(case)}"
+    return _highest_with(case, [bending])
+
+
+def _highest_with(case: Case, candidates: list[tuple[float, str]]) -> tuple[float, str]:
+    """Return the highest of some frequencies and of those of loads and bodies of supports, Hz; 0 without any."""
     if case.time.frequency is not None:
         return case.time.frequency, "time.frequency"
-    candidates = [(overhang_frequency(case, 2), f"the second bending frequency of the {bending_words(case)}")]
+    found = [*candidates, (0.0, "")]
     for load in case.load:
         if (added := load.attachment) is not None:
             origin = f"a quarter of the beam on the spring of the load {load.name}"
-            candidates.append((_attached_frequency(case, added), origin))
-    candidates += [found for load in case.load if (found := load.frequency_of_interest) is not None]
-    highest = max(candidates, key=itemgetter(0))
+            found.append((_attached_frequency(case, added), origin))
+    found += [one for load in case.load if (one := load.frequency_of_interest) is not None]
+    highest = max(found, key=itemgetter(0))
     bodies = [(one.body.frequency, f"the support {one.name} on its spring") for one in case.layout.supports if one.body]
     return max([highest, *(one for one in bodies if one[0] < RIGID_RATIO * highest[0])], key=itemgetter(0))
 
@@ -132,7 +138,8 @@ def time_step(case: Case, stiffness: float) -> Default:
         dt = 1 / (50 f),    and at most T_c / 20 where 1 / (2 T_c) < 10 f
 
     f is the highest frequency of interest, T_c the duration of an impact. A contact whose frequency is ten times f is
-    rigid on the time scale of interest: its own duration is then left to `time.adaptive`. The step is rounded down so
+    rigid on the time scale of interest: its own duration is then left to `time.adaptive`. A rigid body does not bend:
+    where T_c / 20 is longer than its bending asks for, loads and T_c alone decide. The step is rounded down so
     that output intervals, where none is given the forcing periods, and the end are whole numbers of steps; a period
     or an end that would ask for less than a quarter of the step is left between steps.
 
@@ -146,21 +153,29 @@ def time_step(case: Case, stiffness: float) -> Default:
     frequency, origin = frequency_of_interest(case)
     longest, duration = 1.0 / (STEPS_PER_PERIOD * frequency), contact_duration(case, stiffness)
     reason = f"{STEPS_PER_PERIOD} steps in a period of {frequency:.4g} Hz, {origin}"
-    rigid = 0.5 / duration >= RIGID_RATIO * frequency
-    if rigid:
+    slowest = duration / STEPS_PER_CONTACT
+    if isinstance(case.model, RigidModel) and case.time.frequency is None and slowest > longest:
+        frequency, origin = _highest_with(case, [])
+        longest = min(slowest, 1.0 / (STEPS_PER_PERIOD * frequency)) if frequency > 0.0 else slowest
+        reason = f"{STEPS_PER_PERIOD} steps in a period of {frequency:.4g} Hz, {origin}; the rigid body does not bend"
+        if longest == slowest:
+            frequency = 0.5 / duration
+            reason = f"{STEPS_PER_CONTACT} steps in a contact of {duration:.3g} s; the rigid body does not bend"
+    elif 0.5 / duration >= RIGID_RATIO * frequency:
         reason += (
             f"; contacts of {duration:.2g} s are rigid on that time scale and not resolved, "
             "for which there is time.adaptive"
         )
-    elif duration / STEPS_PER_CONTACT < longest:
-        longest = duration / STEPS_PER_CONTACT
+    elif slowest < longest:
+        longest = slowest
         reason = f"{STEPS_PER_CONTACT} steps in a contact of {duration:.3g} s, in reach of {frequency:.4g} Hz, {origin}"
     value, whole = rounded_down(case, longest)
     if whole:
         reason += f"; whole steps in {', '.join(whole)}"
+    error = (2.0 * pi * frequency * longest) ** 2 / 12.0  # of the midpoint rule in a period
     consequence = (
-        f"half: twice the time, periods at {frequency:.4g} Hz {PERIOD_ERROR / 4:.2%} too long; "
-        f"double: half the time, {PERIOD_ERROR * 4:.1%} too long"
+        f"half: twice the time, periods at {frequency:.4g} Hz {error / 4:.2%} too long; "
+        f"double: half the time, {error * 4:.1%} too long"
     )
     return Default("time.step", value, "s", reason, consequence)
 

@@ -49,6 +49,7 @@ UNRESOLVED_MEANING = (
     "do not use figures that such modes decide, as accelerations and forces of single steps; impulses, durations and "
     "displacements of slower motion do not depend on them. A smaller time.step resolves more modes"
 )
+RESONATES = 0.5  # of the frequency of a resonance: slower loads do not drive it
 RATTLING = 0.1  # contacts that end in a cycle; with more, contact bends and moves the resonance as well
 STORED = 0.5  # of the largest kinetic energy: a cycle that exchanges less feeds a resonance
 ON_MESH = Assumption(
@@ -199,12 +200,12 @@ def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger, contac
     z and e are damping ratio and period error of the scheme at the frequency w below which half of the energy lies, z_o
     the damping ratio without the scheme: that of Rayleigh damping or, where it is larger, of what was lost in a cycle,
     over 4 pi times the largest kinetic energy. A run is at a resonance where loads have brought the energy that is
-    stored, and a cycle exchanges little of it. Free motion, such as what rings after a step of force, and motion that
-    round-off hides are at none. Where faces open and close, the formula is no more than a hint, and ends no run:
-    contact limits the amplitude, too.
+    stored, and a cycle exchanges little of it. Free motion, such as what rings after a step of force or a contact, where
+    loads are slower and the step does not resolve it, and motion that round-off hides are at none. Where faces open and
+    close in cycles of the loads, the formula is no more than a hint, and ends no run: contact limits the amplitude, too.
     """
     case, omega = model.case, 2.0 * pi * content.middle
-    cycles = max(content.middle * case.time.end, 1.0)
+    cycles, driven = max(content.middle * case.time.end, 1.0), forcing_frequencies(case.load)
     stored = ledger.largest_kinetic
     exchanged = ledger.absolute_work / cycles / stored if stored > 0.0 else np.inf
     detail = f"{content.middle:.4g} Hz; a cycle exchanges {100.0 * exchanged:.2g} % of the largest kinetic energy"
@@ -215,11 +216,13 @@ def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger, contac
         return Finding(RESONANT, 0.0, detail=f"no resonance: {detail}")
     found = scheme_error(case.time.scheme, np.array([omega * model.step]))
     ratio, error = abs(float(found.damping_ratio[0])), abs(float(found.period_error[0]))
+    if error > UNRESOLVED and driven and max(driven) < RESONATES * content.middle:
+        return Finding(RESONANT, 0.0, detail=f"no resonance: loads are slower than {content.middle:.4g} Hz")
     ratio_of_beam = rayleigh_ratio(model.system, omega) + (case.damping.ratio or 0.0)
     own = max(ratio_of_beam, ledger.lost / cycles / (4.0 * pi * stored))
     share = 1.0 - own / hypot(own + ratio, error) if isfinite(ratio + error) and ratio + error > 0.0 else 1.0
     share = min(share, omega * case.time.end * (ratio + error)) if isfinite(ratio + error) else 1.0
-    if contacts > RATTLING * cycles:
+    if contacts > RATTLING * min([cycles, *(one * case.time.end for one in driven)]):
         hint = replace(RESONANT, failure=None)
         return Finding(hint, share, detail=f"{detail}; damping ratio {own:.2g}; contact limits the amplitude, too")
     return Finding(RESONANT, share, estimate=share, detail=f"{detail}; damping ratio {own:.2g}")

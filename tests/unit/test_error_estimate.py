@@ -728,6 +728,13 @@ def test_round_off_aside_does_not_end_what_can_be_predicted() -> None:
     still = in_space(0.0)
     assert horizon_of(still, [(in_space(0.0, 1.0e-12), 1.0)], SMOOTHING) is None
     assert horizon_of(still, [(in_space(0.0, 1.0e-4), 1.0)], SMOOTHING) is not None
+    for noise, known in ((1.0e-12, False), (1.0e-5, True)):  # across the motion: of the mesh, or a motion of its own
+        found = figure_errors(
+            in_space(0.0, noise), {FINEST: in_space(0.0, 2.0 * noise)}, None, Span("whole run", 0.0, 1.0, 1), False,
+            SMOOTHED,
+        )  # fmt: skip
+        assert {one.error is not None for one in found if one.name.startswith("tip lateral")} == {known}
+        assert all(one.error is not None for one in found if not one.name.startswith("tip lateral"))
 
 
 def test_the_closing_table_has_what_matters_of_many_faces() -> None:

@@ -24,8 +24,9 @@ which is taken, q up to 9/10. Differences of harmonics are the amplitudes of the
 of motions that differ by phase agree by chance.
 
 Where plane companions stand for a solid, differences are taken relative to the figures of the plane and enlarged by a
-tenth, and |f - R| falls away. Where the horizon ends a span, be it within the second half, motions are about to part:
-E is twice as large there.
+tenth, and |f - R| falls away. A motion across another one that is a million times as large is made by the asymmetry of
+the mesh, and its figures have no error. Where the horizon ends a span, be it within the second half, motions are about
+to part: E is twice as large there.
 
 Beyond the horizon figures are means over windows, and so is each term: it differs by chance as much as two means do.
 With the variance v of a mean, c = t sqrt(2 v) and Student's t (95 %, two-sided),
@@ -163,6 +164,8 @@ def figure_errors(
     if not in_plane:
         apart[MODEL] = _harmonics_apart(run.thinned(records), usual_motion, span, averages)
     farthest = run.farthest or float(np.abs(run.displacement).max(initial=0.0))
+    moves = run.ranges >= STILL * run.spans
+    still = {probe for probe, moving in zip(run.probes, moves, strict=True) if not moving}
     found = []
     for name, figure in reported.items():
         if any(name not in one for one in (mine, same, *theirs.values())):
@@ -179,7 +182,7 @@ def figure_errors(
             parts[MODEL] = apart[MODEL].get(name, abs(mine[name].mean - usual))
         share = _lost_of(name, run.faces, lost, span)
         error = None
-        if parts:
+        if parts and _probe_of(name, run.probes) not in still:
             if share:
                 parts[SHORT] = share * abs(figure.mean)
             everyone = [mine[name], *(one[name] for one in theirs.values())]
@@ -242,6 +245,11 @@ def left_to_settle(values: Array) -> float:
     if steps.size > 1 and (np.all(steps > 0.0) or np.all(steps < 0.0)):
         ratio = min(max(float(abs(steps[-1] / steps[0])) ** (1.0 / (steps.size - 1)), QUICK), SLOW)
     return float(abs(values.mean() - values[-1])) + last * ratio / (1.0 - ratio)
+
+
+def _probe_of(name: str, probes: Iterable[str]) -> str:
+    """Return the probe of a figure, "tip lateral" rather than "tip"; empty: it has none."""
+    return max((probe for probe in probes if name.startswith(f"{probe} ")), key=len, default="")
 
 
 def _rests(moved: float, error: float | None, farthest: float) -> bool:

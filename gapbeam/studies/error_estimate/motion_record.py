@@ -99,12 +99,14 @@ class MotionRecord:
         )  # fmt: skip
 
     @property
+    def ranges(self) -> Array:
+        """Range of each displacement, (probes,), m."""
+        return np.asarray(np.ptp(self.displacement, axis=0))
+
+    @property
     def spans(self) -> Array:
         """Range of each displacement, (probes,), m; in space the larger one of both directions."""
-        ranges = np.ptp(self.displacement, axis=0)
-        if not self.in_space:
-            return np.asarray(ranges)
-        return np.tile(ranges.reshape(2, -1).max(axis=0), 2)
+        return np.tile(self.ranges.reshape(2, -1).max(axis=0), 2) if self.in_space else self.ranges
 
     @property
     def interval(self) -> float:

@@ -200,9 +200,10 @@ def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger, contac
     z and e are damping ratio and period error of the scheme at the frequency w below which half of the energy lies, z_o
     the damping ratio without the scheme: that of Rayleigh damping or, where it is larger, of what was lost in a cycle,
     over 4 pi times the largest kinetic energy. A run is at a resonance where loads have brought the energy that is
-    stored, and a cycle exchanges little of it. Free motion, such as what rings after a step of force or a contact, where
-    loads are slower and the step does not resolve it, and motion that round-off hides are at none. Where faces open and
-    close in cycles of the loads, the formula is no more than a hint, and ends no run: contact limits the amplitude, too.
+    stored, and a cycle exchanges little of it. Free motion is at none, such as what rings after a step of force, or
+    after contacts where loads are slower and the step does not resolve it, nor is motion that round-off hides. Where
+    faces open and close in cycles of the loads, the formula is no more than a hint, and ends no run: contact limits the
+    amplitude, too.
     """
     case, omega = model.case, 2.0 * pi * content.middle
     cycles, driven = max(content.middle * case.time.end, 1.0), forcing_frequencies(case.load)

@@ -16,7 +16,7 @@ import numpy as np
 
 import gapbeam as gb
 from benchmarks.table import Table, machine_words, options, seconds
-from gapbeam.solver.scene.scene_march import Marcher
+from gapbeam.solver.scene.marcher import Marcher
 
 STEP, BLOCK, TURNS = 1e-5, 4000, 60
 BARE = "no flow"

@@ -68,9 +68,10 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.linear_stability import critical_velocity, eigenvalues, idle_supports, root_locus
     from gapbeam.solver.scene.mesh_structure import from_mesh
     from gapbeam.solver.scene.modal_files import read_modes
+    from gapbeam.solver.scene.moving_point import moving_force, moving_point
     from gapbeam.solver.scene.orbit_tangents import tangents
     from gapbeam.solver.scene.scene import Scene
-    from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, moving_force, sine, weight
+    from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, sine, weight
     from gapbeam.solver.scene.scene_march import history, march
     from gapbeam.solver.scene.scene_seat import NoSeat, seat
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, ElastoGap, HuntCrossley, KelvinVoigt
@@ -116,7 +117,8 @@ _MODULES = {
     "solver.scene.modal_files": ("read_modes",),
     "solver.scene.orbit_tangents": ("tangents",),
     "solver.scene.scene": ("Scene",),
-    "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "moving_force", "sine", "weight"),
+    "solver.scene.moving_point": ("moving_force", "moving_point"),
+    "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "sine", "weight"),
     "solver.scene.scene_march": ("history", "march"),
     "solver.case.figure_table": ("figure",),
     "solver.scene.scene_seat": ("NoSeat", "seat"),
@@ -229,6 +231,7 @@ __all__ = [
     "model",
     "modes",
     "moving_force",
+    "moving_point",
     "newmark",
     "open_results",
     "optimize",

@@ -7,7 +7,7 @@ import pytest
 
 import gapbeam
 from gapbeam.interface.case_scene import scene_of_model
-from gapbeam.solver.scene.scene_march import Marcher
+from gapbeam.solver.scene.marcher import Marcher
 from tests.shared.command import PROJECT
 
 CASES = PROJECT / "cases"

@@ -15,8 +15,8 @@ import gapbeam as gb
 from gapbeam.solver.scene.flow_force import pade_error
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.linear_stability import state_matrix
+from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.scene import SceneState
-from gapbeam.solver.scene.scene_march import Marcher
 
 
 def transfer(flow: Any, s: complex) -> Any:

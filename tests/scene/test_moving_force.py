@@ -1,14 +1,17 @@
-"""A force that moves along a beam, against the series of Fryba."""
+"""Forces, masses and cars that move along a beam, against the series of Fryba and SciPy."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import scipy
 
 import gapbeam as gb
 from gapbeam.solver.system.operators import Array
+from tests.shared.slips import Change, Tables, check_refused, put
 
 LENGTH, SPEED, WHEEL = 10.0, 30.0, 1000.0  # m, m/s, N
 SECTION = gb.section("rectangle", 0.1)._replace(shear_area=float("inf"))  # Euler and Bernoulli
@@ -68,3 +71,156 @@ def test_nonsense_is_refused(places: Any, words: str) -> None:
     beam = gb.beam(1.0, SECTION, STEEL, {"a": 0.0, "b": 1.0})
     with pytest.raises(gb.UserError, match=words):
         gb.moving_force([beam["a"], beam["b"]], places, 1.0, 1.0)
+
+
+MODES = np.arange(1, 7) * np.pi / LENGTH
+LINE = STEEL.density * SECTION.area  # kg/m
+SQUARES = MODES**4 * STEEL.young_modulus * SECTION.second_moment / LINE
+CAR, AXLE, SPRING, DAMPER, TREAD, GRAVITY = 2000.0, 400.0, 1e5, 2e3, 4e6, 9.81
+
+
+def shapes(x: float) -> Array:
+    """Return the mass-normalized modes of the beam at x."""
+    return np.sqrt(2.0 / (LINE * LENGTH)) * np.sin(MODES * x)
+
+
+def crossed(tread: float, axle: float, car: float, times: Array) -> tuple[Array, Array]:
+    """Return the motions of the beam at 0.4 of its length and of the wheel, downward, by SciPy: free to lift off."""
+    n, spring, damper = len(MODES), SPRING * (car > 0.0), DAMPER * (car > 0.0)
+
+    def slopes(t: float, s: Array) -> Array:
+        q, v, (z, u, y, w) = s[:n], s[n : 2 * n], s[2 * n :]
+        b = shapes(SPEED * t) * (SPEED * t <= LENGTH)
+        force, inner = tread * max(0.0, z - b @ q), spring * (z - y) + damper * (u - w)
+        rest = [u, GRAVITY - (force + inner) / axle, w, GRAVITY + inner / (car or 1.0)]
+        return np.concatenate([v, b * force - SQUARES * q, rest])
+
+    start, weight = np.zeros(2 * n + 4), (axle + car) * GRAVITY
+    start[2 * n], start[2 * n + 2] = weight / tread, weight / tread + (car * GRAVITY / SPRING if car else 0.0)
+    found = scipy.integrate.solve_ivp(slopes, (0.0, times[-1]), start, "DOP853", times, rtol=1e-8, atol=1e-11,
+                                      max_step=2e-3)  # fmt: skip
+    return shapes(0.4 * LENGTH) @ found.y[:n], found.y[2 * n]
+
+
+def marched(h: float, tread: float, axle: float, car: float) -> gb.History:
+    """March the same."""
+    x = np.linspace(0.0, LENGTH, 41)
+    points = {f"p{i}": shapes(at) for i, at in enumerate(x)} | {"middle": shapes(0.4 * LENGTH)}
+    bridge, wheel, body = gb.from_modes(np.sqrt(SQUARES), 0.0, points), gb.mass(axle, name="wheel"), gb.mass(car or 1.0)
+    road = gb.moving_point([bridge[f"p{i}"] for i in range(41)], x, SPEED, "road")
+    contact = gb.Contact((wheel["at"], road), gb.HalfPlane(0.0), gb.KelvinVoigt(stiffness=tread), name="tread")
+    bodies, joints = [bridge, wheel], []
+    if car:
+        bodies.append(body)
+        joints = [gb.Joint((body["at"], wheel["at"]), SPRING, DAMPER)]
+    loads = [gb.weight(one, GRAVITY, [1.0]) for one in bodies[1:]]
+    scene = gb.Scene(*bodies, contacts=[contact], loads=loads, joints=joints)
+    return gb.history(scene, h, 0.4, gb.seat(scene))
+
+
+@pytest.mark.parametrize("car", [0.0, CAR])
+def test_a_mass_and_a_car_cross_a_bridge(car: float) -> None:
+    """About order 2 in the step against SciPy, and energy to round-off; the wheel lifts off late."""
+    errors = []
+    for h in (6e-4, 3e-4):
+        found = marched(h, TREAD, AXLE, car)
+        middle, wheel = crossed(TREAD, AXLE, car, found.t)
+        at = found.displacement["wheel.at" if car else "at"]
+        pairs = ((found.displacement["middle"], middle), (at, wheel))
+        errors.append([np.abs(a - b).max() / np.abs(b).max() for a, b in pairs])
+    assert np.max(errors[-1]) < 2e-3, errors
+    assert np.min(np.log2(np.array(errors[0]) / errors[-1])) > 1.5, errors
+    energy = found.last.energy
+    started = (AXLE + car) ** 2 * GRAVITY**2 / (2.0 * TREAD)  # in the tread; what the spring had is not counted
+    assert found.last.balance == pytest.approx(started, abs=1e-11 * energy["walls"])
+
+
+def test_a_mass_that_stays_on_a_bridge() -> None:
+    """On a stiff tread it moves with the beam, as the equations of a mass that never parts say: Fryba, ch. 8."""
+    n, mass = len(MODES), 600.0
+
+    def slopes(t: float, s: Array) -> Array:
+        q, v, x = s[:n], s[n:], SPEED * t
+        b, k = shapes(x), np.sqrt(2.0 / (LINE * LENGTH)) * MODES * np.cos(MODES * x)
+        moved = GRAVITY - 2.0 * SPEED * k @ v + SPEED**2 * MODES**2 * b @ q
+        return np.concatenate([v, np.linalg.solve(np.eye(n) + mass * np.outer(b, b), mass * b * moved - SQUARES * q)])
+
+    found = marched(2e-4, 1e9, mass, 0.0)
+    on = found.t < 0.6 * LENGTH / SPEED
+    wanted = scipy.integrate.solve_ivp(slopes, (0.0, 0.4), np.zeros(2 * n), "DOP853", found.t[on], rtol=1e-10)
+    middle = shapes(0.4 * LENGTH) @ wanted.y[:n]
+    assert np.abs(found.displacement["middle"][on] - middle).max() < 1e-3 * np.abs(middle).max()
+
+
+def crossing() -> Tables:
+    """Return the tables of a wheel on a beam, and of a force that moves beside it."""
+    model = {"type": "beam", "length": LENGTH, "thickness": 0.1,
+             "material": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}}  # fmt: skip
+    return {
+        "structure": [{"name": "bridge", "model": model, "reduce": {"modes": 10}},
+                      {"name": "wheel", "model": {"type": "mass", "mass": AXLE}}],
+        "joint": [{"type": "pinned", "structure": "bridge", "at": at} for at in (0.0, LENGTH)],
+        "point": [{"name": "middle", "structure": "bridge", "at": 0.4 * LENGTH},
+                  {"name": "road", "structure": "bridge", "at": 0.0, "speed": SPEED}],
+        "pair": [{"name": "tread", "between": ["wheel.at", "bridge.road"],
+                  "region": {"type": "half-plane", "clearance": 0.0},
+                  "law": {"type": "kelvin-voigt", "stiffness": TREAD}}],
+        "load": [{"type": "constant_force", "name": "push", "point": "wheel.at", "amplitude": AXLE * GRAVITY}],
+        "time": {"step": 4e-4, "end": 0.4},
+        "start": {"state": "seat"},
+    }  # fmt: skip
+
+
+def test_files_have_points_that_move() -> None:
+    """A wheel as from SciPy, within what shear and more modes change, and a force by the series."""
+    tables = crossing()
+    scene = gb.scene(tables)
+    found = gb.history(scene, 4e-4, 0.4, gb.seat(scene))
+    middle, _ = crossed(TREAD, AXLE, 0.0, found.t)
+    assert np.abs(found.displacement["middle"] - middle).max() < 1e-2 * np.abs(middle).max()
+    tables["pair"] = []
+    tables["load"][0] |= {"point": "bridge.road", "amplitude": WHEEL, "direction": [-1.0]}
+    pushed = gb.history(gb.scene(tables), 4e-4, 0.3)
+    wanted = -series(pushed.t, 0.4 * LENGTH)
+    assert np.abs(pushed.displacement["middle"] - wanted).max() < 1e-2 * np.abs(wanted).max()
+
+
+ROAD = ("point", 1)
+SLIPS: dict[str, tuple[Change, str, str]] = {
+    "at its end": (put(*ROAD, "at", value=LENGTH), "road.*speed", "a speed along the beam from there"),
+    "no speed": (put(*ROAD, "speed", value=0.0), "road.*speed", "where the point stays"),
+    "along a mass": (put(*ROAD, value={"name": "road", "structure": "wheel", "speed": 1.0}), "road.*speed",
+                     "model beam or rigid"),
+    "a spring to it": (put("joint", 1, value={"type": "elastic", "between": ["wheel.at", "bridge.road"],
+                                              "stiffness": 1.0}), "joint", "which moves"),
+    "noise": (put("load", 0, value={"type": "random", "name": "noise", "point": "bridge.road", "seed": 1,
+                                    "spectrum": {"type": "white", "density": 1.0, "low": 1.0, "high": 50.0}}),
+              "noise.*point", "which moves"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_slips_of_points_that_move_are_refused(slip: str, tmp_path: Path) -> None:
+    """Status 2, at the key that is wrong, in words that name it."""
+    given = crossing()
+    change, where, words = SLIPS[slip]
+    change(given, tmp_path)
+    check_refused(given, where, words)
+
+
+def test_what_takes_no_points_that_move_says_so(tmp_path: Path) -> None:
+    """Forces, joints, masses, other schemes, and all that condenses a scene once."""
+    scene = gb.scene(crossing())
+    road, wheel = scene.contacts[0].between[1], scene.structures[1]
+    refused = [
+        lambda: gb.Force(road, 1.0),
+        lambda: gb.Joint(road, 1.0),
+        lambda: gb.Scene(wheel, road.structure, masses=[(road, 1.0)]),
+        lambda: gb.history(scene, 1e-3, 0.1, scheme=gb.newmark()),
+        lambda: gb.ensemble(scene, {"tread.stiffness": [1e6, 2e6]}, step=1e-3, end=0.1),
+        lambda: gb.periodic(scene, 0.1, 100),
+        lambda: gb.fmu(scene.with_parts(scene.contacts, []), tmp_path / "a.fmu", step=1e-3),
+    ]
+    for call in refused:
+        with pytest.raises(gb.UserError, match="move"):
+            call()

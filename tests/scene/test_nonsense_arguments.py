@@ -80,6 +80,10 @@ def calls() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
             gb.moving_force,
             {"points": [one["at"], one["at"]], "places": [0.0, 1.0], "force": 10.0, "position": 2.0, "name": "w"},
         ),
+        "moving_point": (
+            gb.moving_point,
+            {"points": [one["at"], one["at"]], "places": [0.0, 1.0], "position": 2.0, "name": "w"},
+        ),
         "mass": (gb.mass, {"value": 1.0, "motions": 2, "stiffness": 1e4, "name": "m"}),
         "Contact": (
             gb.Contact,

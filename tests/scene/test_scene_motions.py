@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import gapbeam as gb
 from benchmarks.stiff_marches import march
-from gapbeam.solver.scene.scene_march import Marcher
+from gapbeam.solver.scene.marcher import Marcher
 
 SQUARE = np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
 

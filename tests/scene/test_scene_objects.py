@@ -17,8 +17,8 @@ from scipy.integrate import quad
 
 import gapbeam as gb
 from gapbeam.solver.scene import object_code
+from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.object_code import address
-from gapbeam.solver.scene.scene_march import Marcher
 from gapbeam.solver.scene.shipped_laws import check_law
 from gapbeam.solver.scene.touch_kernel import SIGNATURE
 from tests.shared.command import PROJECT

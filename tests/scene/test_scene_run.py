@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import gapbeam as gb
-from gapbeam.solver.scene.scene_march import Marcher
+from gapbeam.solver.scene.marcher import Marcher
 
 GRAVITY, HEIGHT, STIFFNESS = 9.81, 0.1, 1e6
 

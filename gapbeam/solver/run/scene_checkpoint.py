@@ -22,7 +22,7 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
     write_checkpoint,
 )
 from gapbeam.solver.run.scene_records import SceneAccounts, SceneRecords
-from gapbeam.solver.scene.scene_march import Marcher
+from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.system.operators import Array
 
 SAMPLES = 65  # times at which loads and walls of two scenes are compared
@@ -38,7 +38,7 @@ def fingerprint(marcher: Marcher, end: float, every: int) -> str:
     arrays: list[Array] = [*marcher.linear[:-1], feed.law.value, feed.rows.value, feed.acted]
     arrays += [marcher.slabs.work, marcher.q, marcher.v, marcher.z, scene.offsets]
     arrays += [load.table(times) for load in scene.loads]
-    arrays.append(scene.walls(times))
+    arrays += [scene.walls(times), marcher.rows(times)]
     for one in arrays:
         total.update(np.ascontiguousarray(one).tobytes())
     for contact in scene.contacts:

@@ -23,9 +23,9 @@ from gapbeam.solver.record_table import HISTORY
 from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
 from gapbeam.solver.scene.linear_stability import eigenvalues
+from gapbeam.solver.scene.marcher import TOLERANCE, Marcher
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
-from gapbeam.solver.scene.scene_march import TOLERANCE, Marcher
 from gapbeam.solver.scene.step_kernel import DAMPED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.slip_modes import closed_part

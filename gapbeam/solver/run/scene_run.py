@@ -44,8 +44,9 @@ from gapbeam.solver.run.scene_summary import describe_scene, figures_of, finding
 from gapbeam.solver.scene.argument_checks import check_fields
 from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecords
+from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_march import BLOCK, Marcher, SceneStep, marcher_of, steps_to
+from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
 from gapbeam.solver.table import faults_in
 from gapbeam.solver.wording import counted
 

@@ -78,6 +78,8 @@ class Feedback:
     ) -> None:  # fmt: skip
         self.sense, self.act, self.name = sense, act, name
         inputs, outputs, where = 2 * motions_of(sense), motions_of(act), f"feedback {name or '?'}"
+        for one in self.points:
+            one.refuse_moving(where, "points that stay, or a contact")
         self.A: Array = np.atleast_2d(finite(A, where)) if np.size(np.asarray(A)) else np.zeros((0, 0))
         n = len(self.A)
         shapes = {"A": (self.A, (n, n)), "B": (B, (n, inputs)), "C": (C, (outputs, n))}

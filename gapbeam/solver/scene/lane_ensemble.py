@@ -22,8 +22,8 @@ from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.scene.ensemble_members import SAMPLES, EnsembleFolder, Members, ensemble_key, joined, untrusted
 from gapbeam.solver.scene.lane_figures import LaneFigures, lane_figure_faults
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, Linear, LinearScheme, Slabs, StepRecords
+from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_march import BLOCK, Marcher
 from gapbeam.solver.scene.touch_kernel import WIDTH
 from gapbeam.solver.system.operators import Array
 

@@ -22,8 +22,8 @@ from gapbeam.solver.scene.feedback_loop import aligned
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest
 from gapbeam.solver.scene.linear_stability import state_matrix
+from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_march import Marcher
 from gapbeam.solver.system.operators import Array
 
 TOLERANCE = 1e-10

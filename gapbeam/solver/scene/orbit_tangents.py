@@ -30,9 +30,9 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.limit_cycle import change_of_orbit, state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest
+from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.orbit_figures import OrbitFigure, figure_of
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_march import Marcher
 from gapbeam.solver.scene.touch_kernel import WIDTH
 from gapbeam.solver.system.operators import Array
 

@@ -328,8 +328,23 @@ class Scene:
         columns = [self.rows_of(one.structure, pattern[None])[0] for one, pattern in pairs]
         return np.column_stack(columns or [np.zeros(self.size)])
 
+    @cached_property
+    def is_moving(self) -> bool:
+        """True where contacts are at points that move along structures."""
+        return any(point.is_moving for one in self.contacts for point in one.points)
+
     def condensed(self, h: float, scheme: LinearScheme) -> Linear:
-        """Return the arrays of the scene, in its modes, for a step of h."""
+        """Return the arrays of the scene, in its modes, for a step of h.
+
+        Raises:
+            UserError: Points move along structures: their rows change from step to step.
+        """
+        if self.is_moving:
+            moved = next(one.name or "?" for one in self.contacts for point in one.points if point.is_moving)
+            raise UserError(
+                f"scene: found contact {moved} at a point that moves along a structure, expected points that stay; "
+                "such scenes are marched one by one: gapbeam.march, history and run"
+            )
         w, C, i0, d0 = self.squares, self.damping, scheme.inertia[0] / h * np.ones(self.size), scheme.drag[0]
         root: Array = np.ones(self.size)
         if scheme.exact:

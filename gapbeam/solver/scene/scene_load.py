@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
@@ -157,6 +156,7 @@ class Force(Load):
     ) -> None:
         if not isinstance(point, StructurePoint):
             raise UserError(f'force {name or "?"}: found {point!r}, expected a point, such as beam["tip"]')
+        point.refuse_moving(f"force {name or '?'}", "gapbeam.moving_force")
         along = np.eye(len(point.rows))[0] if direction is None else np.atleast_1d(finite(direction, "direction"))
         if along.shape != (len(point.rows),):
             raise UserError(
@@ -276,55 +276,3 @@ def unit_direction(direction: ArrayLike | None, where: str) -> Array:
         raise UserError(f"{where}: found {found}, expected (x, y, z), as its frame moves in space")
     along = given / np.max(np.abs(given))  # squares of very small or large numbers leave the range of floats
     return np.asarray(along / np.linalg.norm(along))
-
-
-@checked
-def moving_force(
-    points: Sequence[StructurePoint],
-    places: Sequence[float],
-    force: Value,
-    position: float | Callable[..., Any],
-    name: str = "",
-) -> list[Force]:
-    """Return the loads of a force that moves along a structure, such as a wheel on a beam: those of a scene.
-
-    Between points along its way the row b(s) of the place s is a cubic spline of their rows,
-
-        f(t) = F(t) sum_i N_i(s(t)) b_i,     N_i(s_j) = 1 for i = j, else 0,
-
-    of order 4 in the distance of the points where the structure is smooth; 0 before the first and beyond the last.
-
-    Args:
-        points: Along its way, two or more; the force acts along the first motion of each.
-        places: Of the points along its way, m, growing.
-        force: F, N; see `Load`.
-        position: s, m, a function of time; or a speed, m/s, at which it starts from 0.
-        name: "wheel" makes loads "wheel-0", "wheel-1", ...
-
-    Raises:
-        UserError: Points and places do not fit.
-    """
-    s = finite(places, f"moving force {name or '?'}: places")
-    wrong = next((one for one in points if not isinstance(one, StructurePoint)), None)
-    if wrong is not None or s.shape != (len(points),) or len(s) < 2 or not np.all(np.diff(s) > 0.0):
-        raise UserError(
-            f"moving force {name or '?'}: found {counted(len(points), 'point')} and places {s.tolist()}, expected "
-            "two points of "
-            "structures or more, and a place for each that is beyond the one before"
-        )
-    speed = 0.0 if callable(position) else float(finite(position, f"moving force {name or '?'}: position"))
-    moved = np.vectorize(position if callable(position) else lambda t: speed * t, otypes=[float])
-    shapes = scipy.interpolate.make_interp_spline(s, np.eye(len(s)), k=min(3, len(s) - 1))
-    given = Load(points[0].structure, points[0].rows[0], force, name)
-
-    def share(i: int) -> Callable[[Any], Any]:
-        def value(t: Any) -> Any:
-            times = np.atleast_1d(np.asarray(t, dtype=float))
-            at = moved(times)
-            inside = (s[0] <= at) & (at <= s[-1])
-            size = given.table(times.ravel())[:, 0].reshape(times.shape)
-            return np.reshape(size * inside * shapes(np.clip(at, s[0], s[-1]))[..., i], np.shape(t))
-
-        return value
-
-    return [Force(one, share(i), name=f"{name}-{i}" if name else "") for i, one in enumerate(points)]

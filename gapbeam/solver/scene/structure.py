@@ -55,6 +55,20 @@ class StructurePoint:
     rows: Array
     name: str = ""
 
+    @property
+    def is_moving(self) -> bool:
+        """True where it moves along the structure: of `moving_point`, for contacts only."""
+        return False
+
+    def refuse_moving(self, where: str, instead: str) -> None:
+        """Refuse a point that moves along its structure.
+
+        Raises:
+            UserError: It is one.
+        """
+        if self.is_moving:
+            raise UserError(f"{where}: found point {self.name or '?'}, which moves, expected {instead}")
+
     def __repr__(self) -> str:
         return f"<point {self.name or '?'} of structure {self.structure.name or '?'}>"
 
@@ -199,6 +213,7 @@ class Structure:
         M, inertia, where = self.M, self.inertia, f"structure {self.name or '?'}"
         for key, value in masses.items():
             point = key if isinstance(key, StructurePoint) else self[key]
+            point.refuse_moving(f"{where}: mass", "a contact of a structure of that mass with it")
             kg, rows = float(positive(value, f"{where}: mass at {point.name or '?'}", zero=True)), point.rows
             M = M + kg * (sp.csr_matrix(rows).T @ sp.csr_matrix(rows) if sp.issparse(M) else rows.T @ rows)
             if inertia is not None:

@@ -37,7 +37,7 @@ def at_points(site: Site, number: int, pair: PairTable) -> PairTable:
 def point_contact(site: Site, number: int, pair: PairTable) -> Contact | None:
     """Return the contact of a pair of points; None, with faults, where it cannot be meant."""
     key: Key = ("pair", number)
-    ends = [site.point((*key, "between"), place) for place in pair.between]
+    ends = [site.point((*key, "between"), place, may_move=True) for place in pair.between]
     known = [end for end in ends if end is not None]
     if len(known) < len(ends):
         return None

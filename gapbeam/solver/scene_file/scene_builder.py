@@ -17,6 +17,7 @@ from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.modal_files import read_modes
+from gapbeam.solver.scene.moving_point import MovingPoint, moving_force, moving_point
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
 from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, reduced_at_points
@@ -45,6 +46,8 @@ from gapbeam.solver.scene_file.structure_tables import (
 )
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.wording import counted
+
+WAY = 41  # points along the way of one that moves
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,10 @@ def built_scene(
     touching = {} if site.faults else {number: one for number, one in enumerate(pairs) if one.at == "faces"}
     faces = {number: face_pair(site, number, one) for number, one in touching.items()}
     _make(site, _condensed)
+    if not site.faults:
+        site.moving = {
+            f"{one.structure}.{one.name}": _moving(site, i, one) for i, one in enumerate(case.point) if one.speed
+        }
     feedbacks = [_feedback(site, number, one) for number, one in enumerate(case.feedback)]
     contacts = [point_contact(site, number, pair) for number, pair in enumerate(pairs) if pair.at != "faces"]
     contacts += [condensed_face(site, key, one) for key, some in faces.items() for one in some if not site.faults]
@@ -174,7 +181,7 @@ def _body(site: Site, table: BodyTable) -> Structure:
     Raises:
         UserError: It cannot be made.
     """
-    model, points = table.model, [one for one in site.case.point if one.structure == table.name]
+    model, points = table.model, [one for one in site.case.point if one.structure == table.name and not one.speed]
     held = [one for one in site.case.joint if getattr(one, "structure", None) == table.name]
     extent, nearest = site.extents.get(table.name), site.nearest.get(table.name, {})
     if isinstance(model, LumpedMass):
@@ -259,14 +266,32 @@ def _straight(table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, flo
 
 
 def _stations(site: Site, table: BodyTable) -> dict[str, float]:
-    """Return the stations of all spans and loads along a beam."""
+    """Return the stations of all spans, loads and ways of points along a beam."""
     found = dict[str, float]()
     for number, load in enumerate(site.case.load):
         if is_along_beam(load) and structure_of(load) == table.name:
             found |= {f"load {number}: {i}": x for i, x in enumerate(load.patterns[0].places)}
     for number, one in enumerate(site.case.feedback):
         found |= stations(number, one, table)
+    for number, point in enumerate(site.case.point):
+        if point.speed and point.structure == table.name:
+            found |= {f"point {number}: {i}": x for i, x in enumerate(_way(table, point))}
     return found
+
+
+def _way(table: BodyTable, point: PointTable) -> list[float]:
+    """Return places along the way of a point that moves along a beam, m, growing."""
+    assert isinstance(table.model, ElementBeam | RigidBar)
+    first, last = sorted([point.at or 0.0, table.model.length if (point.speed or 0.0) > 0.0 else 0.0])
+    return [first + (last - first) * i / (WAY - 1) for i in range(WAY)]
+
+
+def _moving(site: Site, number: int, point: PointTable) -> MovingPoint:
+    """Return a point that moves along a beam."""
+    table = next(one for one in site.case.structure if one.name == point.structure)
+    first, speed, body = point.at or 0.0, point.speed or 0.0, site.bodies[point.structure]
+    stays = [body[f"point {number}: {i}"] for i in range(WAY)]
+    return moving_point(stays, _way(table, point), lambda t: first + speed * t, point.name)
 
 
 def _feedback(site: Site, number: int, table: AnyFeedback) -> Feedback | None:
@@ -339,8 +364,11 @@ def _loads(site: Site, number: int, load: AnyLoad) -> list[Load]:
         body = site.bodies.get(wanted or "")
         return [] if body is None else _along_beam(site, number, load, body)
     if place is not None:
-        point = site.point((*key, "point"), place)
+        point = site.point((*key, "point"), place, may_move=not load.noise)
         unit = None if point is None else _in_motions(site, number, load, point)
+        if isinstance(point, MovingPoint) and unit is not None:
+            way = point.track
+            return [*moving_force(way.points, list(way.places), value, way.position, name, unit)]
         return [] if point is None or unit is None else [Force(point, value, unit, name)]
     bodies = {one: body for one, body in site.bodies.items() if wanted in (None, one)}
     bare = [one for one, body in bodies.items() if body.inertia is None]

@@ -184,6 +184,9 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
         return
     model = by_name[point.structure].model
     given = [one for one in OF_MATRICES if getattr(point, one) is not None]
+    if point.speed is not None and not isinstance(model, ElementBeam | RigidBar):
+        yield Fault((*key, "speed"), f"a point that moves along a model {model.type}", "a model beam or rigid",
+                    "gapbeam.moving_point takes points of other models")  # fmt: skip
     if isinstance(model, ModesOfFile | LumpedMass):
         has = "the columns of its file" if isinstance(model, ModesOfFile) else f'"{point.structure}.at"'
         yield Fault(key, f"a point of a model {model.type}", f"no point: its points are {has}", "leave it out")
@@ -207,6 +210,9 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
                 yield Fault((*key, "at"), "nothing: the key is missing", "x from the start of the beam, m")
         elif point.at > model.length:
             yield Fault((*key, "at"), f"{point.at:g} m, beyond the end", f"0 to {model.length:g} m")
+        elif point.speed is not None and (not point.speed or point.at == (model.length if point.speed > 0.0 else 0.0)):
+            yield Fault((*key, "speed"), f"{point.speed:g} m/s at {point.at:g} m", "a speed along the beam from there",
+                        "leave speed out where the point stays")  # fmt: skip
     else:
         if point.at is not None:
             yield Fault((*key, "at"), f"{point.at:g} m of a model {model.type}", f"one of {', '.join(OF_MATRICES)}")

@@ -8,14 +8,15 @@ from typing import Any
 
 from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.scene.flow_force import FlowSpan
+from gapbeam.solver.scene.moving_point import MovingPoint
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.structure_tables import BodyTable, MemberTable
 
-STATION = re.compile(r"(feedback|load|pair) \d+: ")  # no name of a point in a file has a blank
-SPREAD = re.compile(r"(feedback|load) \d+: ")  # these get no static responses
+STATION = re.compile(r"(feedback|load|pair|point) \d+: ")  # no name of a point in a file has a blank
+SPREAD = re.compile(r"(feedback|load|point) \d+: ")  # these get no static responses
 MESSAGE = re.compile(r"(?:.*?: )?found (?P<found>.*?),? expected (?P<expected>.*?)(?:; (?P<hint>.*))?$", re.DOTALL)
 
 
@@ -29,6 +30,7 @@ class Site:
     extents: dict[str, PlacedBody] = field(default_factory=dict)
     nearest: dict[str, dict[str, Any]] = field(default_factory=dict)
     places: dict[str, PlacedPoint] = field(default_factory=dict)
+    moving: dict[str, MovingPoint] = field(default_factory=dict)
     spans: dict[str, FlowSpan] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
 
@@ -36,8 +38,13 @@ class Site:
         """Return the branches of a frame."""
         return [one for one in self.case.member if one.structure == table.name]
 
-    def point(self, key: Key, place: str) -> StructurePoint | None:
-        """Return a point; None, with a fault, where its structure has none of that name."""
+    def point(self, key: Key, place: str, may_move: bool = False) -> StructurePoint | None:
+        """Return a point; None, with a fault, where its structure has none of that name, or it moves and may not."""
+        if may_move and place in self.moving:
+            return self.moving[place]
+        if place in self.moving:
+            self.faults.append(Fault(key, f'"{place}", which moves', "a point that stays: pairs and forces may move"))
+            return None
         owner, _, name = place.partition(".")
         structure = self.bodies.get(owner)
         if structure is None:

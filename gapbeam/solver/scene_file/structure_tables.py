@@ -257,6 +257,12 @@ class PointTable(Table):
         description="direction of its motion, or two at right angles for a section plane, no unit",
         examples=[[0.0, 0.0, 1.0]],
     )
+    speed: Number | None = Field(
+        default=None,
+        description="of a point that moves along a beam or bar from `at` at t = 0 to its end, or below 0 to its start, "
+        "for pairs and forces, m/s; default it stays",
+        examples=[20.0],
+    )
 
 
 AT: Any = Field(default=None, description="x of a beam, length along the axis of a frame, m", examples=[0.0])

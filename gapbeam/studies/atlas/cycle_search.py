@@ -23,8 +23,8 @@ from gapbeam.solver.scene.limit_cycle import VANISHED, LimitCycle, check_autonom
 from gapbeam.solver.scene.linear_scheme import MIDPOINT
 from gapbeam.solver.scene.linear_scheme import rest as touched
 from gapbeam.solver.scene.linear_stability import state_matrix
+from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_march import Marcher
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, share_of
 from gapbeam.studies.atlas.response_search import BATCHES, CHAOTIC, FAILED, UNSETTLED, StrobeMap, growth

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import gmsh
 import meshio
 import numpy as np
 import pytest
@@ -140,6 +141,51 @@ def test_a_bush_in_a_housing_is_as_stiff_as_one_mesh(tmp_path: Path, kind: str, 
     assert all(a < 2.0 * b for a, b in zip(two, one, strict=True)), (two, one)
 
 
+def shell(folder: Path, name: str, radii: tuple[float, float], size: float) -> Any:
+    """Return an eighth of a hollow sphere in tetrahedra of degree 2, its mesh, and the nodes of its inner face."""
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        inside, outside = ((3, gmsh.model.occ.addSphere(0, 0, 0, r, -1, 0.0, np.pi / 2, np.pi / 2)) for r in radii)
+        gmsh.model.occ.cut([outside], [inside])
+        gmsh.model.occ.synchronize()
+        for key in ("MeshSizeMin", "MeshSizeMax"):
+            gmsh.option.setNumber(f"Mesh.{key}", size)
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+        tags, x, _ = gmsh.model.mesh.getNodes()
+        cells = gmsh.model.mesh.getElementsByType(11)[1].reshape(-1, 10)[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]]
+    finally:
+        gmsh.finalize()
+    used, cells = np.unique(cells, return_inverse=True)
+    x = x.reshape(-1, 3)[np.argsort(tags)[np.searchsorted(np.sort(tags), used)]]
+    inner, outer = (np.abs(np.linalg.norm(x, axis=1) - r) < 1e-9 for r in radii)
+    mesh = meshio.Mesh(x, [("tetra10", cells.reshape(-1, 10))])
+    mesh.point_sets = {"INNER": np.flatnonzero(inner), "OUTER": np.flatnonzero(outer)}
+    write(mesh, folder / f"{name}.vtk")
+    held = [f"{i + 1}.{k + 1}" for k in range(3) for i in np.flatnonzero(np.abs(x[:, k]) < 1e-9)]
+    return gb.from_mesh(folder / f"{name}.vtk", STEEL, units="m", clamped=held, name=name), mesh, inner
+
+
+@pytest.mark.slow(minutes=0.3)
+def test_a_sphere_in_a_sphere_is_as_stiff_as_one(tmp_path: Path) -> None:
+    """Faces curved both ways, whose facets do not match, against Lame's hollow sphere: 0.6 %, and order 2."""
+    a, c, b, errors = 0.05, 0.07, 0.1, []
+    lame = PRESSURE * a**3 / (YOUNG * (b**3 - a**3)) * ((1 - 2 * POISSON) * a + (1 + POISSON) * b**3 / (2 * a**2))
+    for size in (0.024, 0.013):
+        bush, mesh, inner = shell(tmp_path, "bush", (a, c), 0.8 * size)
+        house = shell(tmp_path, "house", (c, b), size)[0]
+        nodal: dict[int, Array] = {}
+        pressed(mesh, "tetra10", inner, nodal, PRESSURE)
+        pairs = gb.face_contacts((bush, "OUTER:1"), (house, "INNER:1"), 1e4 * YOUNG / a, clearance=0.0)
+        state = gb.seat(gb.Scene(bush, house, contacts=pairs, loads=[loads(bush, nodal)]))
+        assert bush.geometry is not None
+        u = bush.geometry.displacements(state.q[: bush.size, 0])
+        errors.append(np.abs((u[inner] * mesh.points[inner]).sum(axis=1) / a / lame - 1.0).max())
+    assert errors[1] < 6e-3, errors
+    assert np.log(errors[0] / errors[1]) / np.log(0.024 / 0.013) > 1.5, errors
+
+
 def test_faces_that_do_not_meet_are_refused(tmp_path: Path) -> None:
     """Unknown faces, faces that look away, and faces that lie in each other."""
     write(with_sets(grid("quad", (2, 2), (0.1, 0.1)), TOP=lambda *x: x[1] > 0.0999, LOW=lambda *x: x[1] < 1e-9),
@@ -232,6 +278,8 @@ SLIPS: dict[str, tuple[Change, str, str]] = {
     "an offset": (put(*PAIR, "offset", value=1e-3), "under.*offset", "of the meshes"),
     "a force of Hertz": (put("contact", "law", value={"type": "cubic", "stiffness": 1e9, "scale": 1e-3}), "under",
                          "per area"),
+    "Nitsche": (put("contact", "formulation", value="nitsche"), "contact.*formulation", "have no stress"),
+    "multipliers": (put("contact", "formulation", value="augmented-lagrangian"), "formulation", "a law so stiff"),
     "friction in space": (put("structure", value=[
         {"name": name, "model": {"type": "mesh", "file": __file__, "units": "m", "materials": [MATERIAL]}}
         for name in ("sled", "base")]), "under.*friction", "slip in two directions"),

@@ -295,6 +295,7 @@ def test_the_nearest_place_of_a_route_is_exact() -> None:
     assert route.nearest(np.array([0.7 + 0.1, 0.3 - 0.1, 7.0])) == pytest.approx(0.7 + 0.075 * pi, rel=1e-14)
     assert route.nearest(np.array([1.1, 3.0, 0.0])) == route.length
     assert route.at(0.7 + 0.075 * pi) == pytest.approx([0.7 + 0.3 * 0.5**0.5, 0.3 - 0.3 * 0.5**0.5, 0.0], rel=1e-14)
+    assert route.parts[1].direction(0.7 + 0.075 * pi) == pytest.approx([0.5**0.5, 0.5**0.5, 0.0], rel=1e-14)
 
 
 def route_file() -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Hertz between two cylinders, and of a sphere on a flat, each a mesh of solids: pressure for a force, and its order.
+"""Hertz between two cylinders, two spheres, and of a sphere on a flat, each a mesh of solids: pressure and its order.
 
 Cylinders are quarters in plane strain: centers stay on their planes of symmetry, so that the approach is that of a
 cylinder that is compressed along its diameter. The sphere is an eighth, held at its planes of symmetry; a stiff block
@@ -126,7 +126,7 @@ HIGHEST = 3.0 * LOAD / (2.0 * np.pi * SPOT**2)
 SWAPPED = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]  # the last two nodes of tetrahedra of gmsh in meshio
 
 
-def octant(cells: int) -> tuple[Array, Array]:
+def octant(cells: float) -> tuple[Array, Array]:
     """Return nodes and tetrahedra of degree 2 of an eighth of a sphere, with so many cells in the radius of contact."""
     gmsh.initialize(interruptible=False)
     try:
@@ -174,3 +174,38 @@ def test_a_sphere_on_a_flat(tmp_path: Path) -> None:
     assert errors[1] < 0.025
     assert errors[2] < 0.01
     assert np.log(errors[0] / errors[2]) / np.log(3.0) > 2.0
+
+
+@pytest.mark.slow(minutes=0.3)
+def test_two_spheres(tmp_path: Path) -> None:
+    """Pressure at the pole within 3 % with 4 cells in the radius of contact; cells of one are 1.4 times larger.
+
+    Two spheres as stiff as each other, each pressed by the other, take the force of one twice as stiff on a flat.
+    """
+    errors = []
+    for cells in (2.0, 4.0):
+        bodies = []
+        for name, sign, share in (("lower", -1.0, 1.0), ("upper", 1.0, 0.7)):
+            x, tetrahedra = octant(share * cells)
+            if sign < 0.0:  # upside down, so that its cells turn round
+                x, tetrahedra = x * [1.0, 1.0, sign], tetrahedra[:, [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]]
+            pole = (np.linalg.norm(x, axis=1) > 0.999999 * RADIUS) & (np.hypot(*x[:, :2].T) < 1.6 * SPOT)
+            marks = {"pole": pole.astype(int), "middle": (np.abs(x[:, 2]) < 1e-9).astype(int)}
+            meshio.Mesh(x, [("tetra10", tetrahedra)], point_data=marks).write(tmp_path / f"{name}.vtk")
+            lower = name == "lower"
+            bodies.append(
+                gb.from_mesh(
+                    tmp_path / f"{name}.vtk", gb.material(YOUNG, 7800.0, POISSON), units="m", name=name,
+                    clamped=held(x, 3 if lower else 2), place=gb.Pose((0.0, 0.0, 0.0 if lower else 2.0 * RADIUS)),
+                    points={} if lower else {"middle": {"set": "MIDDLE:1", "direction": (0.0, 0.0, -1.0)}},
+                )
+            )  # fmt: skip
+        hard = 30.0 * YOUNG * cells / SPOT
+        pairs = gb.face_contacts((bodies[0], "POLE:1"), (bodies[1], "POLE:1"), hard)
+        push = gb.Force(bodies[1]["middle"], LOAD / 4.0, name="push")
+        force = np.abs(gb.seat(gb.Scene(*bodies, contacts=pairs, loads=[push])).F[:, 0])
+        areas = np.array([one.law.values[0] for one in pairs]) / hard
+        assert force.sum() == pytest.approx(LOAD / 4.0, rel=5e-3)
+        errors.append(abs((force / areas).max() / HIGHEST - 1.0))
+    assert errors[1] < 0.03
+    assert np.log2(errors[0] / errors[1]) > 2.0

@@ -48,6 +48,13 @@ class RoutePart:
         moved = np.sin(angle) * self.along + (1.0 - np.cos(angle)) * self.inward
         return np.asarray(self.start + self.radius * moved)
 
+    def direction(self, s: float) -> Array:
+        """Return the direction at a length along the axis of the whole route."""
+        if self.inward is None:
+            return self.along
+        angle = (s - self.begin) / self.radius
+        return np.asarray(np.cos(angle) * self.along + np.sin(angle) * self.inward)
+
     def nearest(self, place: Array) -> float:
         """Return the length along the axis of the whole route that is nearest to a place within the part, m."""
         if self.inward is None:

@@ -248,9 +248,7 @@ def _hinges(
                                 f"members.{k - 1}.hinged")  # fmt: skip
         for end in dict.fromkeys(member.hinged):
             place, s = (0, 0.0) if end == "start" else (-1, axis.length)
-            step = 1e-6 * axis.length
-            along = axis.at(s + step) - axis.at(s) if end == "start" else axis.at(s) - axis.at(s - step)
-            along = along / np.linalg.norm(along)
+            along = axis.parts[place].direction(s)
             found.append(_Hinge(int(nodes[k][place]), along, directions_across(along)))
             own[k][place] = count + len(found) - 1
     bare = [one for one in found if not any(one.node in some for some in own)]

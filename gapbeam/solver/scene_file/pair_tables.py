@@ -126,6 +126,9 @@ LawOfPair = Annotated[LinearLaw | PowerLaw | CubicLaw, Field(discriminator="type
 class PairContact(Table):
     """Default law and friction of pairs."""
 
+    formulation: Literal["penalty", "nitsche", "unilateral", "augmented-lagrangian"] = Field(
+        default="penalty", description="penalty: by a law; others are refused"
+    )
     law: LawOfPair | None = Field(default=None, description="law of forces, a table; default none: each pair has one")
     friction: NonNegative = Field(default=0.0, description="coefficient of friction, no unit")
     sliding: NonNegative = Field(
@@ -138,14 +141,14 @@ class PairTable(Table):
 
     name: Name = Field(description="unique name, in results; of faces name-0, name-1, ...", examples=["gap"])
     between: tuple[PointName] | tuple[PointName, PointName] = Field(
-        description="the point that stays in the region, and the point that carries the region, else the frame; two "
-        'structures, or two faces "structure.SET", where at says so',
+        description="the point that stays in the region, and the point, else the frame, that carries the region; two "
+        'structures, or faces "structure.SET", where at says so',
         examples=[["tube.tip", "bar.edge"]],
     )
     at: Literal["nearest", "faces"] | None = Field(
         default=None,
-        description="nearest: two structures touch at their nearest places; faces: sets of nodes of two meshes touch, "
-        "the finer one first, and stiffness and damping are per area, Pa/m and Pa s/m",
+        description="nearest: structures touch at their nearest places; faces: sets of nodes of meshes touch, the "
+        "finer first, by stiffness and damping per area, Pa/m and Pa s/m",
     )
     region: RegionOfPair | None = Field(
         default=None,

@@ -292,6 +292,13 @@ def _pairs(
     tables: Mapping[str, Any], known: Mapping[str, set[str] | None], by_name: Mapping[str, BodyTable]
 ) -> Iterator[Fault]:
     default = tables.get("contact")
+    if default is not None and default.formulation != "penalty":
+        yield Fault(
+            ("contact", "formulation"),
+            f'"{default.formulation}" between structures'
+            + (", whose points and matrices have no stress" if default.formulation == "nitsche" else ""),
+            '"penalty"', "a law so stiff that results stay the same is exact contact: steps need not be smaller",
+        )  # fmt: skip
     for number, pair in tables.get("pair", {}).items():
         key: Key = ("pair", number)
         if pair.at == "faces":

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gapbeam.meshes.rank_zero import ONE_RANK
 from gapbeam.meshes.reference_cells import LagrangeCell
 from gapbeam.meshes.serial_mesh import FacetTags, SerialMesh, SerialSpace
-from gapbeam.meshes.versions.mesh_geometry import geometry_order
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.integer]
@@ -94,6 +95,15 @@ def vector_space(mesh: Any, degree: int) -> Any:
 
     element = basix.ufl.element("Lagrange", mesh.basix_cell(), degree, shape=(mesh.geometry.dim,))
     return fem.functionspace(mesh, element)
+
+
+def as_arrays(space: Any) -> SerialSpace:
+    """Copy a space and its mesh, which are all on this rank; nodes and cells keep their numbers."""
+    mesh = space.mesh
+    cells, order = np.array(coordinate_dofs(mesh)), geometry_order(mesh)
+    copied = SerialMesh(ONE_RANK, mesh.topology.cell_name(), order, np.array(mesh.geometry.x), cells)
+    nodes = np.array(space.tabulate_dof_coordinates()), np.array(space.dofmap.list)
+    return SerialSpace(copied, degree_of(space), nodes)
 
 
 def _connect(mesh: Any) -> None:

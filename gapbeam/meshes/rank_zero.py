@@ -85,6 +85,9 @@ class OneRank:
 
     rank, size = 0, 1
 
+    def __reduce__(self) -> str:
+        return "ONE_RANK"
+
     def Dup(self) -> OneRank:  # noqa: N802 - as mpi4py calls it
         """Return the communicator itself."""
         return self

@@ -1,4 +1,4 @@
-"""Meshes in layers and spaces on them as arrays, where nothing is assembled: what beam and rigid models read.
+"""Meshes and spaces on them as arrays, where nothing is assembled (any more): beam, rigid and reduced models read them.
 
 Attributes have the names that DOLFINx gives them, so that contact points, probes, stresses, fields and figures of both
 meshes are read by the same code. Rank 0 owns all cells and nodes; other ranks own none. DOLFINx is not needed.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from types import SimpleNamespace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,10 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
+Indices = npt.NDArray[np.integer]
+DIMENSIONS = {"triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
+CORNERS = {"triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "hexahedron": 8}
+NONE = 1.0e-9  # of a shape at a node: round-off
 
 
 @dataclass(frozen=True)
@@ -48,35 +51,46 @@ class SerialMap:
 
 
 class SerialMesh:
-    """Quadrilaterals or hexahedra of a beam, of order 1 or 2.
+    """Cells of a beam, of order 1 or 2, with all nodes.
 
     Args:
         comm: The ranks.
-        layers: Nodes and cells on rank 0; empty elsewhere.
+        cell: Type of the cells, such as "hexahedron".
+        order: Of their shapes.
+        x: Nodes, (n, 3), m; (0, 3) on ranks but the first one.
+        cells: Nodes of each cell in the order of basix, (cells, k).
 
     Attributes:
         comm: As given.
-        geometry: `x`, nodes (n, 3), m; `dim`; `dofmap`, nodes of each cell, (cells, k); `cmap`, its shapes.
+        geometry: `x`, `dim`, `dofmap` for the cells, and `cmap` for their shapes.
         topology: `dim`, `cell_name()`, `index_map(dimension)` of cells and corners.
 
     Collective to make.
     """
 
-    def __init__(self, comm: MPI.Comm, layers: LayeredMesh) -> None:
-        self.comm, order = comm, layers.order
-        dimension = layers.points.shape[1]
-        cell = ("quadrilateral", "hexahedron")[dimension - 2]
-        shapes, axes = LagrangeCell(cell, order), np.arange(dimension)
-        places = np.rint(order * shapes.places).astype(int) @ (order + 1) ** axes[::-1]
-        cells = np.ascontiguousarray(layers.cells[:, places])
-        x = np.zeros((len(layers.points), 3))
-        x[:, :dimension] = layers.points
-        self.geometry = SimpleNamespace(x=x, dim=dimension, dofmap=cells, cmap=shapes)
+    def __init__(self, comm: MPI.Comm, cell: str, order: int, x: Array, cells: Indices) -> None:
+        self.comm, dimension = comm, DIMENSIONS[cell]
+        self._made_of = (comm, cell, order, x, cells)
+        self.geometry = SimpleNamespace(x=x, dim=dimension, dofmap=cells, cmap=LagrangeCell(cell, order))
         maps = {
             dimension: _numbers(comm, len(cells)),
-            0: _numbers(comm, len(np.unique(cells[:, : 2**dimension]))),
+            0: _numbers(comm, len(np.unique(cells[:, : CORNERS[cell]]))),
         }
         self.topology = SimpleNamespace(dim=dimension, cell_name=lambda: cell, index_map=maps.__getitem__)
+
+    @classmethod
+    def of_layers(cls, comm: MPI.Comm, layers: LayeredMesh) -> SerialMesh:
+        """Return the mesh of layers on rank 0, empty elsewhere. Collective."""
+        order, dimension = layers.order, layers.points.shape[1]
+        cell = ("quadrilateral", "hexahedron")[dimension - 2]
+        places = np.rint(order * LagrangeCell(cell, order).places).astype(int)
+        numbers = places @ (order + 1) ** np.arange(dimension)[::-1]
+        x = np.zeros((len(layers.points), 3))
+        x[:, :dimension] = layers.points
+        return cls(comm, cell, order, x, np.ascontiguousarray(layers.cells[:, numbers]))
+
+    def __reduce__(self) -> tuple[type[SerialMesh], tuple[Any, ...]]:
+        return type(self), self._made_of
 
     @cached_property
     def facets(self) -> tuple[Indices, Indices]:
@@ -88,6 +102,19 @@ class SerialMesh:
         alone = np.sort(first[count == 1])
         return alone // len(sides), alone % len(sides)
 
+    def facets_at(self, cells: Indices, places: Indices) -> Indices:
+        """Return the numbers of exterior facets, given the cell of each and its place in that cell.
+
+        Raises:
+            ValueError: One lies between two cells.
+        """
+        sides = len(facets(self.topology.cell_name()))
+        known, asked = self.facets[0] * sides + self.facets[1], cells * sides + places
+        found = np.minimum(np.searchsorted(known, asked), len(known) - 1)
+        if not np.array_equal(known[found], asked):
+            raise ValueError("a facet between two cells")
+        return found
+
     @cached_property
     def facet_corners(self) -> Array:
         """Corners of the exterior facets, (facets, c, d), m."""
@@ -98,7 +125,7 @@ class SerialMesh:
 
     def h(self, _dimension: int, cells: npt.NDArray[np.int32]) -> Array:
         """Return the largest distance between two corners of cells, m."""
-        places = self.geometry.x[self.geometry.dofmap[cells, : 2**self.geometry.dim]]
+        places = self.geometry.x[self.geometry.dofmap[cells, : CORNERS[self.topology.cell_name()]]]
         return np.asarray(np.linalg.norm(places[:, :, None] - places[:, None], axis=3).max(axis=(1, 2)))
 
     def cells_near(self, point: Array, padding: float) -> Indices:
@@ -119,6 +146,7 @@ class SerialSpace:
     Args:
         mesh: The mesh.
         degree: Of the shapes, 1 or 2.
+        nodes: Places of the nodes, (n, 3), m, and nodes of each cell, (cells, k); None: numbered here.
 
     Attributes:
         mesh: As given.
@@ -128,20 +156,18 @@ class SerialSpace:
     Collective to make.
     """
 
-    def __init__(self, mesh: SerialMesh, degree: int) -> None:
+    def __init__(self, mesh: SerialMesh, degree: int, nodes: tuple[Array, Indices] | None = None) -> None:
         self.mesh, self.degree = mesh, degree
-        cells, cell, order = mesh.geometry.dofmap, mesh.topology.cell_name(), mesh.geometry.cmap.degree
-        if degree == order:
-            self._places, listed = mesh.geometry.x, cells
-        else:
-            shapes = LagrangeCell(cell, order).tabulate(LagrangeCell(cell, degree).places)[0]
-            places = np.einsum("kc,ncx->nkx", shapes, mesh.geometry.x[cells]).reshape(-1, 3)
-            _, first, listed = np.unique(_names(cells, cell, degree), axis=0, return_index=True, return_inverse=True)
-            self._places, listed = places[first], listed.reshape(len(cells), shapes.shape[0])
-        index_map = _numbers(mesh.comm, len(self._places))
+        self._places, listed = self._nodes = nodes or _nodes_of(mesh, degree)
         self.dofmap = SimpleNamespace(
-            list=listed, cell_dofs=listed.__getitem__, index_map=index_map, index_map_bs=mesh.geometry.dim
+            list=listed,
+            cell_dofs=listed.__getitem__,
+            index_map=_numbers(mesh.comm, len(self._places)),
+            index_map_bs=mesh.geometry.dim,
         )
+
+    def __reduce__(self) -> tuple[type[SerialSpace], tuple[Any, ...]]:
+        return type(self), (self.mesh, self.degree, self._nodes)
 
     def tabulate_dof_coordinates(self) -> Array:
         """Return the places of the nodes of this rank, (n, 3), m."""
@@ -152,10 +178,21 @@ def _numbers(comm: MPI.Comm, count: int) -> SerialMap:
     return SerialMap(count, comm.bcast(count))
 
 
+def _nodes_of(mesh: SerialMesh, degree: int) -> tuple[Array, Indices]:
+    """Return the places of the nodes of a degree, (n, 3), m, and those of each cell, (cells, k)."""
+    cells, cell, order = mesh.geometry.dofmap, mesh.topology.cell_name(), mesh.geometry.cmap.degree
+    if degree == order:
+        return mesh.geometry.x, cells
+    shapes = LagrangeCell(cell, order).tabulate(LagrangeCell(cell, degree).places)[0]
+    places = np.einsum("kc,ncx->nkx", shapes, mesh.geometry.x[cells]).reshape(-1, 3)
+    _, first, listed = np.unique(_names(cells, cell, degree), axis=0, return_index=True, return_inverse=True)
+    return places[first], listed.reshape(len(cells), shapes.shape[0])
+
+
 def _names(cells: Indices, cell: str, degree: int) -> Indices:
     """Return the corners between which each node of a degree lies, ascending, -1 for none, (cells k, corners)."""
     values = LagrangeCell(cell, 1).tabulate(LagrangeCell(cell, degree).places)[0]  # of the corners at the nodes
-    taken = np.where(values > 0.0, cells[:, None, : len(corners(cell))], -1)
+    taken = np.where(values > NONE, cells[:, None, : len(corners(cell))], -1)
     return np.sort(taken, axis=2).reshape(-1, values.shape[1])
 
 

@@ -133,7 +133,7 @@ def _layered(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing, assembl
     order, dimension = 2 if geometry.section is not None and geometry.section.curved else 1, geometry.dimension
     layers = made[0] if made else LayeredMesh.empty(dimension, order)
     if not assembled:
-        return SerialMesh(comm, layers)
+        return SerialMesh.of_layers(comm, layers)
     from gapbeam.meshes.distributed_mesh import slices
     from gapbeam.meshes.versions.mesh_maker import made_mesh
 

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
 from scipy.sparse import csr_matrix
 
 from gapbeam.meshes.cell_curvature import refuse_curved
-from gapbeam.meshes.mesh_readings import vector_space
+from gapbeam.meshes.mesh_readings import as_arrays, facet_cells, vector_space
+from gapbeam.meshes.serial_mesh import FacetTags
 from gapbeam.meshes.tagged_mesh import Section, TaggedMesh, describe, mean_section
 from gapbeam.solver.assembly.case_mesh import mesh_of_case
 from gapbeam.solver.assembly.face_quadrature import PointRule
@@ -60,6 +62,17 @@ class MeshedBeam:
     section: Section
     seconds: float
 
+    def as_arrays(self) -> MeshedBeam:
+        """Copy a mesh that is all on this rank, for models that assemble nothing on it any more."""
+        mesh, space, old = self.space.mesh, as_arrays(self.space), self.tagged
+
+        def moved(facets: Indices) -> Indices:
+            return space.mesh.facets_at(*facet_cells(mesh, facets))
+
+        tags = FacetTags(moved(old.facets.indices), np.array(old.facets.values))
+        faces = {name: moved(facets) for name, facets in self.faces.items()}
+        return replace(self, tagged=TaggedMesh(space.mesh, tags, old.groups), space=space, faces=faces)
+
 
 TURNED = " rotation"
 """Ending of the names of rows of rotations, behind the name of the probe, which has no space."""
@@ -85,6 +98,7 @@ class Body:
         holding: What gives the forces of joints that hold motions the basis has not; None: there are none.
         bending: Accuracy of the bending stiffness of a mesh.
         seconds: Wall time of each part of the set-up.
+        made_by: Versions of what an earlier process made it with; empty: this process made it.
     """
 
     case: Case
@@ -101,6 +115,7 @@ class Body:
     holding: HoldingShapes | None = None
     bending: BendingStiffness = field(default_factory=BendingStiffness)
     seconds: dict[str, float] = field(default_factory=dict)
+    made_by: dict[str, str] = field(default_factory=dict)
 
 
 def point_rule(case: Case) -> PointRule:

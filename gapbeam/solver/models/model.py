@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, assert_never
 
 import numpy as np
 
 from gapbeam.meshes.tagged_mesh import Section, TaggedMesh
+from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.assembly.assembled_system import assembled_system
 from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.case.beam_motions import motions_in_words
@@ -30,6 +33,7 @@ from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_larg
 from gapbeam.solver.models.beam_body import beam_body, rigid_body
 from gapbeam.solver.models.bending_stiffness import refuse_poor_bending
 from gapbeam.solver.models.body import TURNED, Body, ProbeRow, mesh_beam, mesh_dofs, point_rule
+from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.contact_setting import (
     contact_setting,
     friction_of,
@@ -39,6 +43,7 @@ from gapbeam.solver.models.contact_setting import (
     station_reactions,
     with_moving_holes,
 )
+from gapbeam.solver.models.kept_files import kept_or_found
 from gapbeam.solver.models.support_bodies import with_support_bodies
 from gapbeam.solver.models.time_step import (
     compared_depth,
@@ -185,6 +190,27 @@ def _log_choices(model: Model) -> None:
 def build_body(case: Case, comm: MPI.Comm) -> Body:
     """Return the body of a case for `model_of`; errors as in `build_model`. Collective."""
     refuse_too_large_before_meshing(case, comm)
+    if not isinstance(case.model, ReducedModel) or comm.size > 1:
+        return _made_body(case, comm)
+    clock, file = time.perf_counter(), case.mesh.file
+    read = None if file is None else np.frombuffer(Path(file).read_bytes(), dtype=np.uint8)
+    inputs = (body_key(case), case.support, *([] if read is None else [read]))
+
+    def made() -> Body:
+        return replace(_made_body(case, comm), made_by=versions())
+
+    body = kept_or_found(comm, Body, inputs, made)
+    if body.case is case:
+        return replace(body, made_by={})
+    if file is not None:
+        LOG.info("%s", _filled(case, body.meshed.section))
+    refuse_poor_bending(case, body.bending)
+    LOG.debug("%s", basis_words(body))
+    return replace(body, case=case, seconds={"mesh": 0.0, "assembly": 0.0, "reduction": time.perf_counter() - clock})
+
+
+def _made_body(case: Case, comm: MPI.Comm) -> Body:
+    """Mesh, assemble and reduce a case. Collective."""
     meshed = mesh_beam(case, comm)
     LOG.debug("meshed: %d cells in %.2g s", meshed.tagged.cell_count, meshed.seconds)
     if case.mesh.file is not None:

@@ -200,7 +200,7 @@ def _opening(model: Model) -> dict[str, Any]:
         "reason": None,
         "message": "",
         "warnings": [*warnings(case), *accepted_energy_creators(model), *remarks_on_model(model), *crowding],
-        "versions": versions(),
+        "versions": versions() | model.body.made_by,
         "forcing": _forcing(case),
         "smoothing": summaries.describe_smoothing(case),
         "model": summaries.describe_model(model),

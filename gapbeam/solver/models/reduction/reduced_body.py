@@ -16,6 +16,7 @@ motions are those of the interface DOFs that follow these shapes best.
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
@@ -32,9 +33,9 @@ from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.solution_tables import ReducedModel
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.body import Body
+from gapbeam.solver.models.kept_files import kept_or_found
 from gapbeam.solver.models.reduction.basis_report import BasisReport
 from gapbeam.solver.models.reduction.contact_lines import face_shapes, neglected_shares, random_pressures, within_reach
-from gapbeam.solver.models.reduction.kept_basis import FoundBasis, images, kept_or_found
 from gapbeam.solver.models.reduction.line_points import REACH, gathered_points
 from gapbeam.solver.models.reduction.modal_basis import Basis, modal_basis
 from gapbeam.solver.models.reduction.projection import Kept, held, holding_shapes, moved, projected
@@ -172,6 +173,25 @@ class DeformableSections:
 RIGID_MODES = {2: 3, 3: 6}
 
 
+@dataclass(frozen=True)
+class FoundBasis:
+    """A basis of a body that floats, and what was learned as it was found.
+
+    Attributes:
+        floating: The basis on this rank.
+        modes: Vibration modes in it, rigid ones included.
+        highest_mode: The highest of their frequencies, Hz.
+        left: The largest error of the modes that round-off left.
+        neglected: Static flexibility that the basis neglects.
+    """
+
+    floating: Basis
+    modes: int
+    highest_mode: float
+    left: float
+    neglected: Neglected
+
+
 def reduced_body(body: Body, settings: ReducedModel) -> Body:
     """Reduce a finite element body.
 
@@ -204,8 +224,9 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     solver = (operators.solver.iterative, operators.solver.basis_tolerance)
     given = (settings.model_dump_json(), case.mesh.dimension, shift, solver, operators.has_massless)
     rows = (points.gap_matrix, points.weights, points.faces, points.interface.owned, points.interface.slots)
-    inputs = (*given, *rows, *acting, *contact.inputs, *images(operators))
-    found = kept_or_found(body.meshed.tagged.mesh.comm, inputs, find)
+    inputs = (*given, *rows, *acting, *contact.inputs, *_images(operators))
+    comm = body.meshed.tagged.mesh.comm
+    found = kept_or_found(comm, FoundBasis, inputs, find)
     floating = found.floating
     basis = held(body, floating, shift)
     kept: Kept = np.ones(len(basis.squares), dtype=bool)
@@ -227,10 +248,19 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     basis = basis.kept(kept)
     return replace(
         projected(body, contact.points, basis),
+        meshed=body.meshed.as_arrays() if comm.size == 1 else body.meshed,
         basis=report,
         holding=holding_shapes(body, contact.points, floating.respond(operators, shift), basis.columns),
         seconds=body.seconds | {"reduction": time.perf_counter() - started},
     )
+
+
+def _images(operators: PetscOperators) -> Iterator[Array]:
+    """Yield M x and K x of two pseudo-random vectors: inputs that change when any entry does. Collective."""
+    draw = np.random.default_rng(operators.size)
+    for x in draw.standard_normal((2, operators.size)):
+        yield operators.apply_mass(x)
+        yield operators.apply_stiffness(x)
 
 
 def _kept_contact(body: Body, settings: ReducedModel) -> KeptContact:

@@ -1,4 +1,4 @@
-"""Reduced bases that an earlier process kept: the bits of the basis that was found, for what it follows from alone."""
+"""Reduced bodies and bases that an earlier process kept: the bits of what was found, for what it follows from alone."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 import gapbeam
+from gapbeam.solver.models import kept_files
+from gapbeam.solver.models import model as models
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.models.reduction import kept_basis, reduced_body
+from gapbeam.solver.models.reduction import reduced_body
 from tests.shared.command import PROJECT, alone, on_ranks, settings
 
 STABILITY, TUBE = PROJECT / "cases" / "stability.toml", PROJECT / "cases" / "tube-holes.toml"
@@ -28,7 +30,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "fenics").symlink_to(usual / "fenics")
     monkeypatch.delenv("GAPBEAM_KEEP")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(kept_basis, "WORTH", 0.0)
+    monkeypatch.setattr(kept_files, "WORTH", 0.0)
     return tmp_path / "gapbeam" / "bases"
 
 
@@ -44,19 +46,24 @@ def arrays(one: Model) -> list[Any]:
 
 
 @pytest.mark.parametrize(("case", "overrides"), [(STABILITY, REDUCED), (TUBE, RIGID)], ids=["slice", "tube"])
-def test_a_basis_that_is_read_has_the_bits_of_the_one_that_was_found(
+def test_a_body_or_basis_that_is_read_has_the_bits_of_the_one_that_was_found(
     case: Path, overrides: dict[str, Any], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """A body is read without a mesh, a basis without a search for modes."""
     found = model(case, overrides)
-    assert len(list(folder.iterdir())) == 1
+    basis, body = sorted(folder.iterdir(), key=lambda one: one.stat().st_mtime_ns)
 
     def never(*_: Any) -> None:
-        raise AssertionError("modes were searched for")
+        raise AssertionError("a mesh was made, or modes were searched for")
 
-    monkeypatch.setattr(reduced_body, "lowest_modes", never)
-    read = model(case, overrides)
-    assert read.body.basis == found.body.basis
-    assert all(np.array_equal(a, b) for a, b in zip(arrays(read), arrays(found), strict=True))
+    for lacking, place, name in ((basis, models, "mesh_beam"), (body, reduced_body, "lowest_modes")):
+        with monkeypatch.context() as patch:
+            patch.setattr(place, name, never)
+            lacking.rename(lacking.with_suffix(".aside"))
+            read = model(case, overrides)
+            lacking.with_suffix(".aside").rename(lacking)
+        assert read.body.basis == found.body.basis
+        assert all(np.array_equal(a, b) for a, b in zip(arrays(read), arrays(found), strict=True))
 
 
 SAME = {
@@ -82,11 +89,14 @@ OTHER = {
 
 @pytest.mark.parametrize("name", [*SAME, *OTHER])
 def test_what_a_basis_follows_from_names_it(name: str, folder: Path) -> None:
-    """One file for what is cheap to change, another for what is not; the model is the one of an empty folder."""
+    """No new files for what is cheap to change, a new body for other gaps, a basis as well for all else.
+
+    The model is the one of an empty folder.
+    """
     model(STABILITY, REDUCED)
     changed = REDUCED | (SAME.get(name) or OTHER[name])
     mine = arrays(model(STABILITY, changed))
-    assert len(list(folder.iterdir())) == (1 if name in SAME else 2)
+    assert len(list(folder.iterdir())) == (3 if name == "clearance" else 2 if name in SAME else 4)
     for file in folder.iterdir():
         file.unlink()
     assert all(np.array_equal(a, b) for a, b in zip(mine, arrays(model(STABILITY, changed)), strict=True))
@@ -95,24 +105,25 @@ def test_what_a_basis_follows_from_names_it(name: str, folder: Path) -> None:
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 def test_a_damaged_file_is_found_anew(share: float, folder: Path) -> None:
     found = arrays(model(STABILITY, REDUCED))
-    (file,) = folder.iterdir()
-    whole = file.read_bytes()
-    file.write_bytes(whole[: int(share * len(whole))])
+    whole = {file: file.read_bytes() for file in folder.iterdir()}
+    for file, content in whole.items():
+        file.write_bytes(content[: int(share * len(content))])
     assert all(np.array_equal(a, b) for a, b in zip(found, arrays(model(STABILITY, REDUCED)), strict=True))
-    assert file.stat().st_size == len(whole)
+    assert {file: file.stat().st_size for file in folder.iterdir()} == {file: len(whole[file]) for file in whole}
 
 
 def test_the_bases_that_were_used_longest_ago_make_room(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     model(STABILITY, REDUCED)
-    (first,) = folder.iterdir()
-    free = kept_basis.shutil.disk_usage(folder).free
-    monkeypatch.setattr(kept_basis, "SHARE", 1.5 * first.stat().st_size / free)
+    first = set(folder.iterdir())
+    free = kept_files.shutil.disk_usage(folder).free
+    monkeypatch.setattr(kept_files, "SHARE", 1.2 * sum(one.stat().st_size for one in first) / free)
     model(STABILITY, REDUCED | {"model.modes": 7})
-    (second,) = folder.iterdir()
-    assert second != first
-    monkeypatch.setattr(kept_basis, "SHARE", 0.0)
+    second = set(folder.iterdir())
+    assert len(second) == 2
+    assert not first & second
+    monkeypatch.setattr(kept_files, "SHARE", 0.0)
     model(STABILITY, REDUCED | {"model.modes": 6})
-    assert list(folder.iterdir()) == [second]
+    assert set(folder.iterdir()) == second
 
 
 def test_nothing_is_kept_where_that_was_asked_for(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,7 +26,7 @@ import gapbeam
 from benchmarks.drawn_cases.scenes import Scene, drawn_scene
 from benchmarks.table import Cell, Table, machine_words
 from benchmarks.true_errors import true_errors
-from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.results.results import records_in
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
@@ -145,7 +145,7 @@ def attempted(number: int, folder: Path) -> Attempt:
 
 
 def _motion(folder: Path, case: Case) -> MotionRecord:
-    return MotionRecord.of_history(open_results(folder).history, bends_in_two_planes(case))
+    return MotionRecord.of_records(*records_in(folder), bends_in_two_planes(case))
 
 
 def _off(folder: Path, case: Case, exact: MotionRecord) -> float | None:

@@ -26,7 +26,7 @@ from benchmarks.drawn_schema.ways import (
 from benchmarks.fuzz.sandbox import Limits, Outcome, attempt, command
 from benchmarks.table import Cell, Table
 from benchmarks.true_errors import true_errors
-from gapbeam.postprocess.results.results import Results, open_results
+from gapbeam.postprocess.results.results import Results, open_results, records_in
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case, case_to_toml, own_law
@@ -57,7 +57,7 @@ def compared(way: Way, case: Case, folder: Any) -> dict[str, Any]:
     if way.name == "long march":
         found = _periodic(way, case, results, step, computed)
         return found if curve_of(case) is None else _added(found, _comparison_curve(way, case, results, step, computed))
-    run = MotionRecord.of_history(results.history, bends_in_two_planes(case))
+    run = MotionRecord.of_records(*records_in(results.folder), bends_in_two_planes(case))
     other = motion_by(way, case, run, step, computed)
     if way.exact is not None:
         return _exactly(run, other, way.exact, way.forces)
@@ -106,7 +106,7 @@ def _within(summary: dict[str, Any], other: MotionRecord) -> dict[str, Any]:
 def _periodic(way: Way, case: Case, results: Results, step: float, computed: dict[str, float]) -> dict[str, Any]:
     """Look whether the marched period closes, and compare a stable response with the end of a march that settles."""
     found = results.summary["periodic"]
-    run = MotionRecord.of_history(results.history, bends_in_two_planes(case))
+    run = MotionRecord.of_records(*records_in(results.folder), bends_in_two_planes(case))
     if not run.probes:
         return {"figures": 0, "above": 0, "worst": None, "what": "no probe"}
     if abs(run.times[-1] - run.times[0] - found["period"]) > ENDS * found["period"]:

@@ -17,7 +17,6 @@ import numpy as np
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
@@ -308,7 +307,7 @@ def motion_by(way: Way, case: Case, run: MotionRecord, step: float, computed: di
     end = run.end if way.exact is None else min(run.end, max(FIRST_PART * run.end, FEWEST * run.interval))
     with _step_by_step(way.step_by_step):
         response = respond(model, begun(model, way.in_memory), round(end / model.step), run.interval)
-    return MotionRecord.of_history(as_history(_passed(response).history, response.labels), bends_in_two_planes(case))
+    return MotionRecord.of_records(_passed(response).history, response.labels, bends_in_two_planes(case))
 
 
 def long_march(
@@ -354,7 +353,7 @@ def long_march(
     needed = ceil(log(SETTLES) / log(multiplier)) * periods if 0.0 < multiplier < 1.0 else PERIODS
     most = PERIODS if isinstance(case.model, FullModel) else MOST_PERIODS
     response = respond(model, seated(model).state, (min(max(PERIODS, needed), most) + rises) * whole, step)
-    motion = MotionRecord.of_history(as_history(_passed(response).history, response.labels), bends_in_two_planes(case))
+    motion = MotionRecord.of_records(_passed(response).history, response.labels, bends_in_two_planes(case))
     length = periods / frequency
     last = motion.between(motion.end - length, motion.end)
     before = motion.between(motion.end - 2.0 * length, motion.end - length)

@@ -13,6 +13,7 @@ import pytest
 
 import gapbeam
 from gapbeam.postprocess.report.sections.verdict_tables import errors_table
+from gapbeam.postprocess.results.results import records_in
 from gapbeam.studies.error_estimate.companion_marches import companion_motions
 from gapbeam.studies.error_estimate.companions import COARSER, HALF_STEP, Companion
 from gapbeam.studies.error_estimate.force_peaks import Span, force_peaks
@@ -155,7 +156,7 @@ def test_a_run_that_ends_early_has_the_same_peaks(
     """By a signal or by a limit: largest records and means over contacts, those of the whole run up to there."""
     keys = (*RATTLE, "model.type=rigid", "time.end=0.06", "output.fields_interval=1e-3")
     assert gapbeam.run(DEMO, keys, tmp_path / "whole").exit_status == 0
-    whole = MotionRecord.of_history(gapbeam.open_results(tmp_path / "whole").history, False)
+    whole = MotionRecord.of_records(*records_in(tmp_path / "whole"))
     with caplog.at_level("INFO", logger="gapbeam"), nullcontext() if limit else stopped_after(30):
         early = gapbeam.run(DEMO, (*keys, limit) if limit else keys, tmp_path / "early")
     assert early.exit_status == status, early.message

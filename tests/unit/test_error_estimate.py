@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
@@ -699,17 +698,15 @@ def in_space(lateral: float, noise: float = 0.0) -> MotionRecord:
     waves[:, 0, 2] = 1.0e-3 * np.sin(OMEGA * times)
     waves[:, 0, 1] = lateral * np.cos(OMEGA * times) + noise * np.sin(7.3 * OMEGA * times)
     force = np.ones((len(times), 1))
-    history = xr.Dataset(
-        {
-            "displacement": (("time", "probe", "component"), waves),
-            "acceleration_absolute": (("time", "probe", "component"), -(OMEGA**2) * waves),
-            "contact_force": (("time", "face"), force),
-            "active_points": (("time", "face"), np.arange(len(times))[:, None]),
-            "impulse": (("time", "face"), np.cumsum(force, axis=0) * INTERVAL),
-        },
-        {"time": times, "probe": ["tip"], "face": ["hole"], "component": ["x", "y", "z"]},
-    )
-    return MotionRecord.of_history(history, in_space=True)
+    records = {
+        "time": times,
+        "displacement": waves,
+        "acceleration_absolute": -(OMEGA**2) * waves,
+        "contact_force": force,
+        "active_points": np.arange(len(times))[:, None],
+        "impulse": np.cumsum(force, axis=0) * INTERVAL,
+    }
+    return MotionRecord.of_records(records, {"probe": ["tip"], "face": ["hole"]}, in_space=True)
 
 
 def test_motion_in_space_has_figures_in_both_directions() -> None:

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
-import xarray as xr
 
 from gapbeam.postprocess.results.bounded_files import check_hdf5, printable, read_json, read_plain
-from gapbeam.postprocess.results.field_reader import Fields
 from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.solver.case.figure_table import labels_of
 from gapbeam.solver.record_table import (
     CASE_FILE,
     FIELDS_DATA_FILE,
@@ -28,6 +27,11 @@ from gapbeam.solver.record_table import (
     SUMMARY_FILE,
     history_pieces,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gapbeam.postprocess.results.field_reader import Fields
 
 __all__ = ["Results", "ResultsError", "open_results"]
 
@@ -159,6 +163,8 @@ class Results:
                 expected="a run of a case with a mesh, for pictures and fields",
                 remedy="draw its records by `gapbeam plot`",
             )
+        from gapbeam.postprocess.results.field_reader import Fields
+
         self._existing(FIELDS_DATA_FILE)
         return Fields(self._existing(FIELDS_FILE))
 
@@ -205,6 +211,25 @@ def open_results(folder: str | Path) -> Results:
     return results
 
 
+def records_in(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, list[str]]]:
+    """Return the records that a run has just left, by name, and the names along their dimensions, without xarray.
+
+    Raises:
+        ResultsError: There are none, or none that can be read.
+    """
+    if len(history_pieces(folder)) > 1:  # it was stopped
+        history = Results(folder).history
+        return {str(name): history[name].values for name in history.variables}, labels_of(history)
+    path = Results(folder)._existing(HISTORY_FILE)
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            found = {name: data[()] for name, data in file.items()}
+    except OSError as fault:
+        raise ResultsError(path, printable(fault)[:200], "a closed HDF5 file", "repeat the run") from fault
+    names = {dimension for record in HISTORY for dimension in record.dims[1:]}
+    return found, {name: [one.decode() for one in found[name]] for name in names if name in found}
+
+
 def _history_of(folder: Path) -> xr.Dataset:
     """Return the records of all files of a history."""
     return _joined([(first, _history_in(piece)) for first, piece in history_pieces(folder)], folder / HISTORY_FILE)
@@ -224,6 +249,8 @@ def _marks(folder: Path) -> list[tuple[Path, int, int] | None]:
 
 def _history_in(path: Path) -> xr.Dataset:
     """Return the records of one file."""
+    import xarray as xr
+
     try:
         with h5py.File(path, "r", locking=False) as file:
             check_hdf5(path, file)
@@ -256,6 +283,8 @@ def _joined(parts: list[tuple[int, xr.Dataset]], path: Path) -> xr.Dataset:
                 remedy="resume or repeat the run",
             )
         taken.append(history.isel(time=slice(following - first)))
+    import xarray as xr
+
     try:
         return xr.concat([*taken, parts[-1][1]], dim="time", data_vars="minimal", coords="minimal", compat="identical")
     except ValueError as fault:

@@ -14,13 +14,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from rainflow import extract_cycles
 
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.signal import record_columns
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STRESS = "Pa"
 

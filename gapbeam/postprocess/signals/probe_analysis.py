@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import xarray as xr
 
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.results.results import Results
@@ -45,6 +44,9 @@ from gapbeam.postprocess.signals.spectra import (
     spectrum,
     window_of,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Acceleration = Literal["absolute", "relative"]
 

@@ -20,14 +20,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, exp, pi, sin, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
-import xarray as xr
 
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.signal import INTERVAL_MEANS, SignalError, record_columns
 from gapbeam.solver.wording import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DAMPING = 0.05  # of critical: Q = 10
 PER_OCTAVE = 12

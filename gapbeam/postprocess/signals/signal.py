@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from gapbeam.solver.record_table import HISTORY
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FloatArray = np.ndarray
 

@@ -13,15 +13,17 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import scipy
-import xarray as xr
 
 from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning
 from gapbeam.solver.record_table import SMOOTHING_WINDOW
 from gapbeam.solver.wording import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Window = Literal["rectangular", "hann", "flattop", "blackman"]
 FloatArray = np.ndarray

@@ -11,15 +11,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from gapbeam.postprocess.signals.figure_names import ACCELERATION, DISPLACEMENT, LARGEST_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.periodicity import TOLERANCE, Periodicity, last_periods, left_to_change, periodicity
 from gapbeam.postprocess.signals.signal import Signal, SignalError, face_signal, probe_signal
 from gapbeam.postprocess.signals.spectra import CYCLE, smooth_over, whole_periods, window_of
 from gapbeam.solver.wording import counted
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FEWEST = 4  # forcing periods of a record: a cycle of one has to repeat three times
 _EDGE = 1.0e-6

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from math import floor
 
-from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.process.extra_packages import MissingExtraError
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case, case_to_toml
@@ -96,8 +95,8 @@ def companion_motions(
             failure = response.message or f"too slow for the {limit or 0.0:.3g} s that it may take"
             yield CompanionMotion(companion.name, None, *costs, failure)
             continue
-        history = as_history(response.history, response.labels)
-        motion = MotionRecord.of_history(history, bends_in_two_planes(case), case.figure)
+        in_space = bends_in_two_planes(case)
+        motion = MotionRecord.of_records(response.history, response.labels, in_space, case.figure)
         reached = min(reached, motion.end)
         yield CompanionMotion(companion.name, motion, *costs)
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import xarray as xr
 
-from gapbeam.solver.case.figure_table import Figure, labels_of
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
 
@@ -53,49 +52,48 @@ class MotionRecord:
     own: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @classmethod
-    def of_history(cls, history: xr.Dataset, in_space: bool = False, figures: Sequence[Figure] = ()) -> MotionRecord:
+    def of_records(
+        cls, records: Mapping[str, Array], labels: Mapping[str, Sequence[str]], in_space: bool = False,
+        figures: Sequence[Figure] = (),
+    ) -> MotionRecord:  # fmt: skip
         """Return the motion in the records of a run, up to the last whole interval.
 
         Args:
-            history: The records.
+            records: By name, (times, ...), and "time".
+            labels: Names along their dimensions.
             in_space: Whether the motion across the bending plane counts, too.
             figures: Figures of one's own.
         """
-        times = np.asarray(history["time"].values, dtype=float)
+        times = np.asarray(records["time"], dtype=float)
         even = len(times)
         if even > 2 and abs((times[-1] - times[-2]) - (times[1] - times[0])) > 1.0e-6 * times[1]:
             even -= 1  # the end of a run is recorded whatever its interval
-        probes = tuple(str(name) for name in history["probe"].values) if "probe" in history.coords else ()
+        probes = tuple(labels.get("probe", ()))
         count, still = len(times), np.zeros((len(times), 0))
-        displacement = gained = still
+        displacement: Array = still
+        gained: Array = still
         farthest = None
         if probes:
             steps = np.diff(times, prepend=times[0])[:, None]
             axes = (-1, -2) if in_space else (-1,)
             displacement, acceleration = (
-                np.concatenate([np.asarray(history[name].values)[:, :, axis] for axis in axes], axis=1)
-                for name in ("displacement", _acceleration_in(history))
+                np.concatenate([records[name][:, :, axis] for axis in axes], axis=1)
+                for name in ("displacement", _acceleration_in(records))
             )
-            farthest = float(np.abs(history["displacement"].values).max())
+            farthest = float(np.abs(records["displacement"]).max())
             gained = np.cumsum(acceleration * steps, axis=0)
             probes = (*probes, *(f"{name} lateral" for name in probes)) if in_space else probes
-        faces, force, impulse = tuple[str, ...](), still, still
-        if "face" in history.coords:
-            faces = tuple(str(name) for name in history["face"].values)
-            force, impulse = (
-                np.asarray(history[name].values).reshape(count, -1) for name in ("contact_force", "impulse")
-            )
-        gauges = tuple(str(name) for name in history["gauge"].values) if "gauge" in history.coords else ()
-        stress = np.zeros((count, 2, 0))
-        if gauges:
-            stress = np.stack(
-                [np.asarray(history[name].values) for name in ("axial_stress", "von_mises_stress")], axis=1
-            )
-        active = history["active_points"].values if "active_points" in history else np.zeros((count, 0))
+        force = impulse = still
+        faces = tuple(labels.get("face", ()))
+        if faces:
+            force, impulse = (records[name].reshape(count, -1) for name in ("contact_force", "impulse"))
+        gauges = tuple(labels.get("gauge", ()))
+        stress = np.stack([records[name] for name in STRESSES], axis=1) if gauges else np.zeros((count, 2, 0))
+        active = np.asarray(records.get("active_points", still), dtype=float)
         return cls(
             times[:even], probes, displacement[:even], gained[:even], faces, force[:even], impulse[:even], in_space,
-            gauges, stress[:even], np.asarray(active, dtype=float).reshape(count, -1)[:even],
-            farthest, tuple(figures), _own(history, figures, count)[:even],
+            gauges, stress[:even], active.reshape(count, -1)[:even],
+            farthest, tuple(figures), _own(records, labels, figures)[:even],
         )  # fmt: skip
 
     @property
@@ -142,20 +140,19 @@ class MotionRecord:
         return replace(self, **{name: getattr(self, name)[part] for name in series})
 
 
-def _own(history: xr.Dataset, figures: Sequence[Figure], count: int) -> Array:
+def _own(records: Mapping[str, Array], labels: Mapping[str, Sequence[str]], figures: Sequence[Figure]) -> Array:
     """Return the quantity of each figure, (n, figures)."""
-    found = np.full((count, len(figures)), np.nan)
+    found = np.full((len(records["time"]), len(figures)), np.nan)
     for number, figure in enumerate(figures):
-        if figure.quantity in history:
-            records = {figure.quantity: history[figure.quantity].values}
+        if figure.quantity in records:
             with suppress(UserError):  # a companion in the plane has no motion across it
-                found[:, number] = figure.series(records, labels_of(history))
+                found[:, number] = figure.series({figure.quantity: records[figure.quantity]}, labels)
     return found
 
 
-def _acceleration_in(history: xr.Dataset) -> str:
+def _acceleration_in(records: Mapping[str, Array]) -> str:
     """Return the record of accelerations: relative ones where nothing says how the frame moves."""
-    return "acceleration_absolute" if "acceleration_absolute" in history else "acceleration_relative"
+    return "acceleration_absolute" if "acceleration_absolute" in records else "acceleration_relative"
 
 
 def window_means(integral: Array, interval: float, width: float) -> Array:

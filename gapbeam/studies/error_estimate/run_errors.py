@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gapbeam.meshes.rank_zero import on_rank_zero
-from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.results.results import records_in
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.solver.case.analysis_table import Transient
@@ -135,7 +135,7 @@ def _add_peaks(case: Case, outcome: Outcome) -> None:
     if "errors" in outcome.summary or not isinstance(case.analysis, Transient):
         return
     try:
-        run = MotionRecord.of_history(open_results(outcome.folder).history, bends_in_two_planes(case))
+        run = MotionRecord.of_records(*records_in(outcome.folder), bends_in_two_planes(case))
         if len(run.times) < FEWEST_RECORDS:
             return
         whole = [Span("first part", 0.0, run.end, 1)]
@@ -164,8 +164,7 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
             raise EstimateError("a periodic response has its residual")
         if case.analysis.state is not None:
             raise EstimateError("companions cannot start from the state of another run, which is one of its model")
-        history = open_results(outcome.folder).history
-        run = MotionRecord.of_history(history, bends_in_two_planes(case), case.figure)
+        run = MotionRecord.of_records(*records_in(outcome.folder), bends_in_two_planes(case), case.figure)
         if len(run.times) < FEWEST_RECORDS:
             raise EstimateError(f"there are {counted(len(run.times), 'record')}, and {FEWEST_RECORDS} are the fewest")
         errors["force_peaks"] = force_peaks(run, _whole_spans(case, run))

@@ -21,8 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.results.columns_of_run import as_history
-from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.results.results import records_in
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.errors import Interrupted, RunError, in_one_line
@@ -32,6 +31,7 @@ from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun
 from gapbeam.solver.scene.scene_march import marcher_of, steps_to
+from gapbeam.solver.system.operators import Array
 from gapbeam.solver.wording import counted
 from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table
 from gapbeam.studies.error_estimate.companions import HALF_STEP, STIFFER
@@ -99,9 +99,9 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
 
     if asked.observers:
         return none("observers may set loads, and are not called again")
-    history = open_results(outcome.folder).history
-    begin = float(history["time"][0])
-    run = _motion(history, asked.figures)
+    records, labels = records_in(outcome.folder)
+    begin = float(records["time"][0])
+    run = _motion(records, labels, asked.figures)
     if len(run.times) < FEWEST_RECORDS:
         return none(f"there are {counted(len(run.times), 'record')}, and {FEWEST_RECORDS} are the fewest")
     motions, failed = dict[str, MotionRecord](), dict[str, str]()
@@ -131,15 +131,16 @@ def marched(asked: SceneRun, signals: Signals) -> MotionRecord:
     march = SceneMarch(asked, marcher, steps_to(asked.end, marcher.t, marcher.h), limits, signals)
     parts = [rows for rows in march.rows() if rows is not None]
     records = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return _motion(as_history(records, march.records.labels), asked.figures)
+    return _motion(records, march.records.labels, asked.figures)
 
 
-def _motion(history: Any, figures: Sequence[Figure]) -> MotionRecord:
+def _motion(
+    records: Mapping[str, Array], labels: Mapping[str, Sequence[str]], figures: Sequence[Figure]
+) -> MotionRecord:
     """Return the motion in records, with times from 0 on, also those of figures of one's own."""
-    begin = float(history["time"][0])
-    moved = history.assign_coords(time=history["time"] - begin)
-    in_space = "component" in history.coords and history.sizes["component"] > 1
-    return MotionRecord.of_history(moved, in_space, [one.earlier(begin) for one in figures])
+    begin, in_space = float(records["time"][0]), len(labels.get("component", ())) > 1
+    moved = {**records, "time": records["time"] - begin}
+    return MotionRecord.of_records(moved, labels, in_space, [one.earlier(begin) for one in figures])
 
 
 def _errors(

@@ -14,6 +14,7 @@ from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Flags, compile_extra
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
+from numba.core.runtime import rtsys
 
 Report = Callable[[object, Exception], None]
 
@@ -89,9 +90,13 @@ class _DispensableCache(FunctionCache):  # type: ignore[misc]  # numba has no ty
     report: Report
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return machine code; None where there is none, or none that can be read."""
+        """Return machine code; None where there is none, or none that can be read.
+
+        Linking it takes the functions of numba's runtime alone: what compiles loads all others by itself, for longer.
+        """
         try:
-            return super().load_overload(sig, target_context)
+            rtsys.initialize(target_context)
+            return self._load_overload(sig, target_context)
         except Exception as error:
             self._forget(error)
             return None

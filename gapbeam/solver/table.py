@@ -28,7 +28,7 @@ class Table(BaseModel):
     case file that a run leaves behind and docs/reference/case-files.md are made from them.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
 
 class AlongBeam(Table):

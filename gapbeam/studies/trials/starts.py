@@ -22,7 +22,7 @@ from math import ceil, floor, pi
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy
 
 from gapbeam.meshes.rank_zero import ONE_RANK
 from gapbeam.solver.case.case import Case
@@ -106,7 +106,7 @@ def _least(deeper: Array, room: Array) -> Array | None:
     """Return a of the least sum |a_i| + 1000 t with deeper a <= room + t, a = a+ - a-; None: not found."""
     count = deeper.shape[1]
     cost = np.concatenate([np.ones(2 * count), [LEFT_OVER]])
-    found = linprog(cost, np.hstack([deeper, -deeper, -np.ones((len(room), 1))]), room, method="highs")
+    found = scipy.optimize.linprog(cost, np.hstack([deeper, -deeper, -np.ones((len(room), 1))]), room, method="highs")
     return None if found.x is None else np.asarray(found.x[:count] - found.x[count : 2 * count])
 
 

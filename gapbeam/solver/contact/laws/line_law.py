@@ -23,8 +23,7 @@ from dataclasses import replace
 from functools import lru_cache
 from math import gamma, pi, sqrt
 
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+import scipy
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import per_area
@@ -78,12 +77,12 @@ def slower_return(restitution: float) -> float:
             return float(state[0] + (1.5 if whole else 1.0) * ratio * state[1])
 
         leaves.terminal, leaves.direction = True, -1.0  # type: ignore[attr-defined]
-        found = solve_ivp(
+        found = scipy.integrate.solve_ivp(
             lambda _, state: (state[1], -force(state)), (0.0, LONG), (0.0, 1.0), events=leaves, rtol=1e-8, atol=1e-12
         )
         return -float(found.y[1, -1])
 
-    ratio = brentq(lambda one: returned(one, whole=False) - restitution, 0.0, LONG, rtol=1e-8)
+    ratio = scipy.optimize.brentq(lambda one: returned(one, whole=False) - restitution, 0.0, LONG, rtol=1e-8)
     return 1.0 - returned(ratio, whole=True) / restitution
 
 

@@ -19,7 +19,7 @@ from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import Default, bending_words, overhang_frequency, stiffness_unit
 from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.march.stepwise_march import RESOLVING_SHARE
-from gapbeam.solver.memory.memory_check import lack_of_memory, refuse_too_large_before_meshing
+from gapbeam.solver.memory.memory_check import expected_dofs, lack_of_memory, refuse_too_large_before_meshing
 from gapbeam.solver.models.body import MeshedBeam, mesh_beam, mesh_dofs
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
@@ -35,6 +35,7 @@ Row = tuple[str, str, str]
 
 SOFT_ENOUGH = 1.0 / 3.0
 GIGABYTE = 1.0e9
+PERHAPS = 0.5  # of the DOFs of a model that is tried out: with more expected, the mesh is made and counted
 
 
 @dataclass(frozen=True, repr=False)
@@ -77,19 +78,19 @@ def describe_case(case: Case, comm: MPI.Comm) -> CaseDescription:
     Collective.
     """
     refuse_too_large_before_meshing(case, comm, mesh_alone=True)
-    meshed = mesh_beam(case, comm)
-    if mesh_dofs(meshed) > LARGEST and not isinstance(case.model, BeamModel):  # whose DOFs are others
-        cost = predict_large(case, mesh_dofs(meshed), comm)
-        sections = {"Model": tuple(_mesh_rows(case, meshed)), "Run": tuple(_cost_rows(cost))}
-        return CaseDescription(
-            case.title, sections, (*warnings(case), *_memory_warnings(case, meshed, comm)), cost
-        )  # fmt: skip
-    started = time.perf_counter()
+    started, dofs = time.perf_counter(), comm.bcast(expected_dofs(case))
+    if not isinstance(case.model, BeamModel) and (dofs is None or dofs > PERHAPS * LARGEST):
+        meshed = mesh_beam(case, comm)
+        if mesh_dofs(meshed) > LARGEST:
+            cost = predict_large(case, mesh_dofs(meshed), comm)
+            sections = {"Model": tuple(_mesh_rows(case, meshed)), "Run": tuple(_cost_rows(cost))}
+            return CaseDescription(
+                case.title, sections, (*warnings(case), *_memory_warnings(case, meshed, comm)), cost
+            )  # fmt: skip
+        started += meshed.seconds
     model = build_model(case, comm)
-    # the first meshing is what a run pays for, also gmsh's start
-    spent = time.perf_counter() - started + meshed.seconds - model.seconds["mesh"]
     refuse_energy_creators(model)
-    prediction = predict(model, spent, comm)
+    prediction = predict(model, time.perf_counter() - started, comm)
     case, step = model.case, model.step
     sections = {
         "Model": tuple(_model_rows(model)),

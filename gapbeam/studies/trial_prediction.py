@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("gapbeam")
 FIELDS = 3  # written for the time that one takes
 WARM_UP = 2  # steps, in which everything happens for the first time
-TRIAL_TIME, ENOUGH = 3.0, 0.3  # s of a trial, and the share of it below which a longer one follows
+TRIAL_TIME, ENOUGH = 1.0, 0.3  # s of a trial, and the share of it below which a longer one follows
 LONGEST = 30.0  # s of a trial that follows the first steps: where steps cost more, these have to do
 GROWTH, MOST = 4, 100_000  # steps of a trial: at least times those of the one before, and at all
 LOADED = 2.0  # s, to load compiled loops; what was compiled in the first steps is kept for the run

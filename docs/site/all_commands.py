@@ -23,9 +23,14 @@ def cell(text: str | None) -> str:
 def option_row(option: Any) -> str:
     """Return the row of an option: its names, what it takes, what it does."""
     names = ", ".join(f"`{name}`" for name in [*option.opts, *option.secondary_opts])
-    kind = option.type
-    takes = "" if option.is_flag else f"`{option.metavar or ' / '.join(getattr(kind, 'choices', [kind.name.upper()]))}`"
+    takes = "" if option.is_flag else f"`{option.metavar or ' / '.join(_values(option))}`"
     return f"| {names} | {takes} | {cell(option.help)} |"
+
+
+def _values(option: Any) -> list[str]:
+    """Return the choices of an option, or the type of its value; typer has new names for both from 0.29."""
+    kind = getattr(option, "type", None) or option.type_descriptor
+    return list(getattr(kind, "choices", None) or [getattr(kind, "name", "text").upper()])
 
 
 def command_section(name: str, command: click.Command) -> str:

@@ -20,6 +20,7 @@ from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.march.stepwise_march import march
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.system.semi_discrete import VALUE
+from tests.shared.forms import needs_gcc
 from tests.shared.models import SOLID, beam_case, thrown
 
 alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="the textbook knows one rank")
@@ -38,6 +39,7 @@ def shaken(dimension: int = 3, steps: int = 40) -> Case:
 
 
 @alone
+@needs_gcc
 @pytest.mark.parametrize("factorization", ["lu", "cholesky"])
 def test_textbook_agrees(factorization: str) -> None:
     """A solid beam that rattles: the same displacements to 1e-8 of the largest, and a table that says so."""
@@ -48,6 +50,7 @@ def test_textbook_agrees(factorization: str) -> None:
 
 
 @alone
+@needs_gcc
 def test_textbook_agrees_on_a_slice_that_strikes_both_faces() -> None:
     """The slice in plane stress thrown through its gap: points of both faces close and open; the motions agree."""
     model = build_model(shaken(2, 60), MPI.COMM_SELF)

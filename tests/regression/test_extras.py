@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -77,8 +78,8 @@ def test_commands_on_beams_need_no_extra(words: tuple[str, ...], tmp_path: Path)
 @pytest.mark.parametrize(
     ("words", "package", "extra"),
     [
-        (("check", "cases/demo.toml"), "dolfinx", "fem"),
-        (("run", "cases/demo.toml", "--output", "{out}"), "dolfinx", "fem"),
+        (("check", "cases/demo.toml"), "(dolfinx|mpi4py)", "fem"),
+        (("run", "cases/demo.toml", "--output", "{out}"), "(dolfinx|mpi4py)", "fem"),
         (("report", "{run}"), "plotly", "pictures"),
     ],
 )
@@ -92,7 +93,7 @@ def test_the_extra_that_a_command_needs_is_named(
         gb.run(CLIP, [BRIEF], run)
     done = bare(*(word.format(run=run, out=tmp_path / "out") for word in words))
     assert done.returncode == 2
-    assert f"{package} is not installed" in done.stderr
+    assert re.search(f"{package} is not installed", done.stderr)
     assert f"pip install 'gapbeam[{extra}]'" in done.stderr
     assert len(done.stderr.splitlines()) == 1
 

@@ -88,7 +88,8 @@ def on_ranks_in_turn(
 
 def ranks(count: int) -> list[str]:
     """Return the words that start a command on several ranks."""
-    return ["mpirun", "--oversubscribe", "-n", str(count)]
+    options = ["--oversubscribe"] if "Open MPI" in MPI.Get_library_version() else []
+    return ["mpirun", *options, "-n", str(count)]
 
 
 def process_environment() -> dict[str, str]:

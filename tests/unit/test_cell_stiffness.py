@@ -32,7 +32,8 @@ def curved(cell, order):
     cells = straight.topology.index_map(straight.topology.dim).size_local
     x = places.tabulate_dof_coordinates()[:, :dimension].copy()
     x[:, 1] += 0.1 * x[:, 0] ** 2
-    return mesh.create_mesh(MPI.COMM_SELF, places.dofmap.list[:cells].astype(np.int64), x, shape)
+    listed = places.dofmap.list[:cells].astype(np.int64)
+    return mesh.create_mesh(comm=MPI.COMM_SELF, cells=listed, x=x, e=shape)
 
 
 @pytest.mark.parametrize("order", [1, 2])

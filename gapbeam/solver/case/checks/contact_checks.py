@@ -44,14 +44,15 @@ def contact_is_shallow(support: AnySupports, contact: Contact) -> Iterator[Fault
             )
 
 
-def law_fits_the_formulation(support: AnySupports, contact: Contact) -> Iterator[Fault]:
+def law_fits_the_formulation(support: AnySupports, contact: Contact, time: Time) -> Iterator[Fault]:
     """Formulation, law, stiffness and damping go together."""
     formulation, law = contact.formulation, contact.law
     plain, where = formulation.follows_the_law, (("contact", "formulation"),)
     if not plain and not law.exact:
-        known = " or ".join(name for name, table in LAWS.items() if table.exact)
-        expected = f"{known}, the law that the formulation {formulation.type} knows"
-        yield Fault(("contact", "law"), law.type, expected, 'formulation = "penalty"', where)
+        known = [name for name, table in LAWS.items() if table.exact]
+        expected = f"{' or '.join(known)}, the law that the formulation {formulation.type} knows"
+        advice = f'law = "{known[0]}"' if time.scheme.impulses else 'formulation = "penalty"'
+        yield Fault(("contact", "law"), law.type, expected, advice, where)
     if contact.damping > 0.0 and not (plain and law.takes_damping):
         what = f"the law {law.type} brings its own" if plain else f"the formulation {formulation.type} has no"
         found = f"{contact.damping:g} {contact.damping_unit}"

@@ -543,6 +543,24 @@ def test_each_model_has_its_companions(model: str) -> None:
         )
 
 
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [
+        ({"time.scheme": "implicit-midpoint"}, "discrete-gradient"),
+        ({"time.scheme": {"type": "generalized-alpha", "rho_inf": 0.5}, "model": "rigid"}, "discrete-gradient"),
+        ({"time.scheme": "hht-alpha", "contact.formulation": "nitsche", "model": "full"}, "discrete-gradient"),
+        ({"time.scheme": "moreau-jean", "contact.formulation": "unilateral", "model": "full"}, "moreau-jean"),
+    ],
+)
+def test_companions_conserve_energy(keys: dict[str, object], expected: str) -> None:
+    """What a scheme creates or takes shows in the difference from them; asked for more, they show the order of it."""
+    case = gapbeam.read_case(DEMO, keys)
+    found = companions_of(case, 1.0e-4, 2.1e14, computed=True).companions
+    assert {gapbeam.read_case(case, dict(one.changes)).time.scheme.type for one in found} == {expected}
+    thorough = companions_of(case, 1.0e-4, 2.1e14, computed=True, thorough=True).companions
+    assert {gapbeam.read_case(case, dict(one.changes)).time.scheme for one in thorough} == {case.time.scheme}
+
+
 @pytest.mark.parametrize("every", [1, 2, 3, 4])
 @pytest.mark.parametrize("solid", [False, True], ids=["plane", "solid"])
 def test_companions_have_records_of_the_run(every: int, solid: bool) -> None:

@@ -5,11 +5,12 @@ half the step, stiffer contact),
 
     E = max(2 |R - A|, |R - C|, |R - D| / 2, 4/3 |R - H|) + |f - R| + 3.4 |R - K|
 
-each term where there is such a companion. The reference marches with twice the step of the run: |f - R| is the
-error of a scheme of first order, and three times that of one of second order; of full models it has the error of the
-reduced basis, too. A thorough estimate has a reference with the step of the run. |R - K| belongs to a contact stiffness
-that was computed and stands for rigid contact: the duration of contacts goes as K^(-1/2), so that the distance from
-rigid contact is 1 / (1 - 2^(-1/2)) = 3.4 times the difference that doubling K makes.
+each term where there is such a companion. The reference marches with twice the step of the run, by a scheme that
+conserves energy: |f - R| is the error of a scheme of first order, and three times that of one of second order; it has
+the energy that another scheme creates or takes and, of full models, the error of the reduced basis, too. A thorough
+estimate has a reference by the scheme and with the step of the run. |R - K| belongs to a contact stiffness that was
+computed and stands for rigid contact: the duration of contacts goes as K^(-1/2), so that the distance from rigid
+contact is 1 / (1 - 2^(-1/2)) = 3.4 times the difference that doubling K makes.
 
 Twice the step shows no error of contacts that it resolves as little as the run. |f - R| of a face, and beyond the
 horizon of all figures, is at least the share of `lost_in_steps`: (2 d / pi) tan(pi / (2 d)) - 1 for a contact of d

@@ -146,10 +146,10 @@ class ReducedModel(_AnyModel):
     shapes: Whole = Field(
         default=13, ge=2, le=200, description="number of hat functions along each face, times 1 and y^2 across it"
     )
-    points_across: Literal["all"] | Whole = Field(
-        default=1,
+    points_across: Literal["auto", "all"] | Whole = Field(
+        default="auto",
         description="contact points across the width, four times as many where the motion is not symmetric "
-        "(3D); all: those of the mesh",
+        "(3D); all: those of the mesh; auto: 1 for solid rectangles, all for others, whose webs carry the load",
     )
     sections: Literal["deformable", "rigid"] = Field(
         default="deformable",

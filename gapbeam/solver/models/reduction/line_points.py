@@ -6,11 +6,12 @@ it is seated: the deepest points of each face have to be as deep, or the beam re
 
 from __future__ import annotations
 
+from math import isclose
 from typing import Literal
 
 import numpy as np
 
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Beam, Case
 from gapbeam.solver.case.model_choice import line_radii
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.errors import UserError
@@ -24,7 +25,7 @@ UNSYMMETRIC = 4  # times as many points across the width, where faces may close 
 
 
 def gathered_points(
-    case: Case, contact: ContactOperator, symmetric: bool, across: int | Literal["all"], facet_length: float
+    case: Case, contact: ContactOperator, symmetric: bool, across: int | Literal["auto", "all"], facet_length: float
 ) -> ContactOperator:
     """Return the operator with few points on each line across the faces of a solid, and the mesh's points elsewhere.
 
@@ -34,13 +35,21 @@ def gathered_points(
         case: The case.
         contact: Operator at the points of the mesh.
         symmetric: Whether all motion is symmetric about the bending plane.
-        across: Points on a line, four times as many where the motion is not symmetric; "all": those of the mesh.
+        across: Points on a line, four times as many where the motion is not symmetric; "all": those of the mesh;
+            "auto": 1 for solid rectangles, else all, as the pressure of a hollow section gathers under its webs.
         facet_length: Mean length of the contact facets along the beam, m.
     """
+    if across == "auto":
+        across = 1 if all(_is_filled(piece.beam) for piece in case.profile.supported(case.layout)) else "all"
     if case.mesh.dimension == 2 or across == "all" or case.contact.points is not None or contact.rubbed is not None:
         return contact
     count = across if symmetric else UNSYMMETRIC * across
     return across_lines(contact, count, symmetric, SPACING * facet_length, REACH * case.profile.thinnest)
+
+
+def _is_filled(beam: Beam) -> bool:
+    """Return whether a section is a solid rectangle, or round, whose lines are not flat."""
+    return beam.section.round or isclose(beam.area, beam.thickness * beam.width, rel_tol=1e-9)
 
 
 OF_CLEARANCE = 0.1

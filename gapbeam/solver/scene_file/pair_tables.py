@@ -141,14 +141,14 @@ class PairTable(Table):
 
     name: Name = Field(description="unique name, in results; of faces name-0, name-1, ...", examples=["gap"])
     between: tuple[PointName] | tuple[PointName, PointName] = Field(
-        description="the point that stays in the region, and the point, else the frame, that carries the region; two "
-        'structures, or faces "structure.SET", where at says so',
+        description="the point in the region, and the point, else the frame, that carries it; structures or faces "
+        '"structure.SET" where at says so',
         examples=[["tube.tip", "bar.edge"]],
     )
     at: Literal["nearest", "faces"] | None = Field(
         default=None,
-        description="nearest: structures touch at their nearest places; faces: sets of nodes of meshes touch, the "
-        "finer first, by stiffness and damping per area, Pa/m and Pa s/m",
+        description="nearest: structures touch at their nearest places; faces: sets of nodes, the finer mesh first, "
+        "with a law per area, Pa/m and Pa s/m",
     )
     region: RegionOfPair | None = Field(
         default=None,

@@ -85,7 +85,7 @@ class ElementFrame(_Profile):
         min_length=2, max_length=1000, description="ends and corners, m", examples=[[[0, 0, 0], [2, 0, 0], [2, 1, 0]]]
     )
     bend_radius: NonNegative | tuple[NonNegative, ...] = Field(
-        default=0.0, description="radius of the bends at the corners, one for all or one for each, m; 0: sharp corners"
+        default=0.0, description="radius of all bends, or of each, m; 0: sharp corners"
     )
     flexibility: Positive | None = Field(
         default=None,
@@ -158,16 +158,14 @@ class Reduction(Table):
 class PlaceTable(Table):
     """Place of a structure in space."""
 
-    origin: Direction = Field(
-        default=(0.0, 0.0, 0.0), description="start of a beam or bar, a mass, or the origin of the nodes, m"
-    )
+    origin: Direction = Field(default=(0.0, 0.0, 0.0), description="start of a beam or bar, or origin of the nodes, m")
     axis: Direction = Field(
         default=(1.0, 0.0, 0.0), description="direction of the beam, or of the x axis of the nodes, no unit"
     )
     across: Direction | None = Field(
         default=None,
-        description="direction in which a beam, a bar or a mass moves, or of the z axis of the nodes, at right angles "
-        "to axis, no unit; default z of space, made to be at right angles",
+        description="direction in which a beam, bar or mass moves, or of the z axis of nodes, across axis, no unit; "
+        "default z of space, turned to be across",
         examples=[[0.0, 0.0, 1.0]],
     )
 
@@ -214,8 +212,7 @@ class BodyTable(Table):
     )
     velocity: Number | Direction = Field(
         default=0.0,
-        description="velocity of the whole structure along its motion with the frame at the start, m/s; a vector where "
-        "it has a place",
+        description="velocity of the whole structure with the frame at the start, m/s; a vector where it has a place",
     )
 
     @property
@@ -254,13 +251,12 @@ class PointTable(Table):
     )
     direction: tuple[Number, Number, Number] | tuple[Direction, Direction] | None = Field(
         default=None,
-        description="direction of its motion, or two at right angles for a section plane, no unit",
+        description="direction of its motion, or two at right angles, no unit",
         examples=[[0.0, 0.0, 1.0]],
     )
     speed: Number | None = Field(
         default=None,
-        description="of a point that moves along a beam or bar from `at` at t = 0 to its end, or below 0 to its start, "
-        "for pairs and forces, m/s; default it stays",
+        description="of a point that moves along a beam from `at` on, for pairs and forces, m/s; default it stays",
         examples=[20.0],
     )
 

@@ -95,11 +95,20 @@ def test_orbits_keep_energy_and_angular_momentum(step: float, steps: int) -> Non
     assert momentum == pytest.approx(np.full_like(momentum, momentum[0]), rel=1e-9)
 
 
-def test_both_marches_take_the_same_steps() -> None:
-    """Compiled and step by step, in a hole that is tilted, so that all stations differ; and the work of sliding."""
-    model = thrown(1.0e-5, hole={"tilt": 1.0e-3}, wear={})
-    plan, start = replace(Simulation(model).plan, steps=500), seated(model).state
-    *_, last = CompiledLoop(plan).blocks(start, 50)
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_both_marches_take_the_same_steps(mu: float) -> None:
+    """Compiled and step by step, in a hole that is tilted, so that all stations differ; work of sliding, and friction.
+
+    Friction takes the same energy to 1e-9, and the compiled march never hands a step over.
+    """
+    rubs: dict[str, Any] = {}
+    if mu > 0.0:
+        friction = {"coefficient": mu, "slip_velocity": 1.0e-5}
+        rubs = {"contact": {"stiffness": SOFT, "friction": friction}, "model": {"type": "beam", "elements": 4}}
+    model = thrown(1.0e-5, hole={"tilt": 1.0e-3}, wear={}, **rubs)
+    plan, start = replace(Simulation(model).plan, steps=200 if mu else 500), seated(model).state
+    passed = Accounts.opened(plan.system, plan.law, start, plan.dt)
+    *_, last = CompiledLoop(plan).blocks(start, 50, passed)
     accounts = Accounts.opened(plan.system, plan.law, start, plan.dt)
     for step in march(plan, start):
         accounts.take(step)
@@ -113,6 +122,9 @@ def test_both_marches_take_the_same_steps() -> None:
     work = last.records.sliding.rows[-1]
     assert work == pytest.approx(accounts.sliding.by_face, rel=1e-9)
     assert work[0] > 0.0
+    assert passed.ledger.friction_loss == pytest.approx(accounts.ledger.friction_loss, rel=1e-9)
+    assert (passed.ledger.friction_loss > 0.0) == (mu > 0.0)
+    assert passed.tally.halved == 0
 
 
 def turn_of_a_bounce(stiffness: float) -> float:

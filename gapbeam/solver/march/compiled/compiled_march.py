@@ -41,8 +41,10 @@ from gapbeam.solver.march.compiled.march_kernel import (
     NOT_FINITE,
     march_alpha,
     march_alpha_around,
+    march_alpha_around_rubbing,
     march_alpha_rubbing,
     march_around,
+    march_around_rubbing,
     march_rubbing,
     march_steps,
     record_now,
@@ -88,8 +90,6 @@ def why_not_compiled(plan: March) -> str | None:
         return "augmented Lagrangian: multipliers in every step"
     if not law.stores_energy:
         return "impulses instead of a contact stiffness"
-    if system.contact.turning is not None and law.friction is not None:
-        return "friction at holes that are met as circles"
     if system.contact.turning is not None and law.touch_product is not None:
         return "damping that follows from touch speeds, at holes that are met as circles"
     if system.contact.turning is not None and _others_move(system.contact):
@@ -265,10 +265,10 @@ class CompiledLoop:
         self._table = modal_table(plan, modal)
         self._scheme = scheme_table(plan)
         self._room, self._slides = room_for(self._table), sliding_rows(modal)
-        kernels = (march_steps, march_around, march_rubbing)
+        kernels = (march_steps, march_around, march_rubbing, march_around_rubbing)
         if self._scheme.form == ENDPOINT:
-            kernels = (march_alpha, march_alpha_around, march_alpha_rubbing)
-        self._march_steps = kernels[2 if plan.law.friction is not None else self._table.around is not None]
+            kernels = (march_alpha, march_alpha_around, march_alpha_rubbing, march_alpha_around_rubbing)
+        self._march_steps = kernels[2 * (plan.law.friction is not None) + (self._table.around is not None)]
 
     @classmethod
     def compile_ahead(cls, plan: March, start: State | Paused, look: Callable[[], None]) -> None:

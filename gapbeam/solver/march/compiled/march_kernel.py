@@ -371,3 +371,7 @@ march_rubbing = twin(march_steps, "march_rubbing")
 """March as `march_steps` does, with friction."""
 march_alpha_rubbing = twin(march_steps, "march_alpha_rubbing", advance=alpha_step)
 """March as `march_alpha` does, with friction."""
+march_around_rubbing = twin(march_steps, "march_around_rubbing")
+"""March as `march_around` does, with friction."""
+march_alpha_around_rubbing = twin(march_steps, "march_alpha_around_rubbing", advance=alpha_step)
+"""Both."""

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT, IMPLICIT, MEAN
-from gapbeam.solver.contact.laws.springs import at_points
 from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.time_scheme import kernel_of
@@ -41,9 +40,7 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
     inverse: Array = np.asarray(1.0 / (mass + stiffness * modal.squares + dashpots * modal.modal_damping))
     updates, update_factors = inverse_updates(inverse, modal.dashpots.times(dashpots))
     rubs = plan.law.friction is not None
-    gaps, around = modal.gaps, None
-    if not rubs:
-        gaps, around = around_points(modal.gaps, contact, None if contact.turning is None else modal.planes)
+    gaps, around = around_points(modal.gaps, contact, None if contact.turning is None else modal.planes)
 
     def condensed(rows: Array) -> Array:
         updated = rows @ updates.T
@@ -70,25 +67,33 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
         delassus=delassus,
         largest=_largest(delassus, around),
         around=None if around is None else around._replace(rows=widened(around.rows)),
-        friction=_friction(plan, modal, condensed) if rubs else None,
+        friction=_friction(plan, modal, gaps, 1 if around is None else 3, condensed) if rubs else None,
     )
 
 
-def _friction(plan: March, modal: ModalSystem, condensed: Callable[[Array], Array]) -> Rubbing:
-    """Return the friction of a plan; `condensed` gives R A^-1 R^T of rows R."""
-    law, points = plan.law.friction, plan.system.contact.size
+def _friction(plan: March, modal: ModalSystem, gaps: Array, terms: int, condensed: Callable[[Array], Array]) -> Rubbing:
+    """Return the friction of a plan.
+
+    Args:
+        plan: The plan.
+        modal: Its system.
+        gaps: G or R, the first rows of B.
+        terms: Most rows of B that a motion is made of.
+        condensed: Returns B A^-1 B^T.
+    """
+    law, contact, circles = plan.law.friction, plan.system.contact, plan.system.contact.turning
     assert law is not None
-    tangents = modal.tangents.reshape(-1, len(modal.squares))
-    coefficients = (at_points(one.coefficient, points) for one in (law, law.of_points(np.zeros(points))))
-    sliding, sticking = (np.array(one, dtype=float) for one in coefficients)
-    return room_for_friction(
-        widened(tangents),
-        condensed(np.concatenate([modal.gaps, tangents])),
-        (sliding, sticking),
-        law.slip_velocity,
-        law.static_coefficient is not None,
-        len(plan.system.contact.face_names),
-    )
+    along = modal.tangents.shape[1]
+    sizes = np.full(contact.size, along)
+    if circles is not None:
+        sizes[circles.points] = modal.surfaces.shape[1]
+    own, surfaces = len(gaps) + np.cumsum(sizes) - sizes, list(modal.tangents)
+    if circles is not None:
+        for point, rows in zip(circles.points, modal.surfaces, strict=True):
+            surfaces[point] = rows
+    rows = np.concatenate([gaps, *surfaces])
+    on_face = np.zeros((len(contact.face_names), along))
+    return room_for_friction(widened(rows), condensed(rows), own.astype(np.int64), terms, law, on_face)
 
 
 def _largest(delassus: Array, around: AroundPoints | None) -> float:

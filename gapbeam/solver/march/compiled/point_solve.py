@@ -26,6 +26,7 @@ import numpy as np
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, stage_pressure, touch_factor
 from gapbeam.solver.jit import compiled, compiled_apart
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, point_at, solve_contact
+from gapbeam.solver.march.compiled.friction_kernel import Rubbing, nothing_rubs, solve_with_friction
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room
 from gapbeam.solver.march.compiled.ordered_cholesky import eliminate
 from gapbeam.solver.march.compiled.point_motions import (
@@ -271,10 +272,21 @@ def guess_depths(
             around.guess[row] -= around.place[row]
 
 
+class Slip(NamedTuple):
+    """Memory of friction, see `KernelState`, the velocity in the balance while the forces stay, (n,), and c.
+
+    c is what a unit of T A^-1 (H^T f + T^T h) adds to the slip velocity.
+    """
+
+    rubbed: Array
+    velocity: Array
+    weight: float
+
+
 @compiled_apart
 def solve_points(
-    around: AroundPoints | None, initial_gap: Array, balance: Balance, step: StepPoints, law: LawTable, touch: Touch,
-    found: Solution, most: int,
+    around: AroundPoints | None, friction: Rubbing | None, initial_gap: Array, balance: Balance, step: StepPoints,
+    law: LawTable, touch: Touch, slip: Slip, found: Solution, most: int,
 ) -> int:  # fmt: skip
     """Solve the contact problem of a step; return the iterations, or -1 where that fails."""
     everything, total, turn, before = False, 0, 0, np.inf
@@ -282,17 +294,18 @@ def solve_points(
         if turn == 0:
             _look_around(around, initial_gap, step, found, everything)
             if count_in_play(around, len(initial_gap)) == 0:
+                nothing_rubs(friction)
                 return total
             aim(around, found, True)
             aim_with_old_forces(around, balance, step, found)
             _hold_points(around, initial_gap, balance.held_depth, step, law, touch)
         else:
             _hold_turned(around, balance.held_depth, step, len(initial_gap))
-        iterations = solve_contact(balance, step, law, found, most, turn > 0)
+        iterations = _solve_forces(around, friction, balance, step, law, slip, found, most, turn > 0)
         if iterations < 0:
             return iterations
         total += iterations
-        if not stay_in_bounds(balance.delassus, around, found.change, balance.scale):
+        if not stay_in_bounds(around):
             everything, turn = True, 0
             continue
         left = aim(around, found, False)
@@ -301,7 +314,28 @@ def solve_points(
         if turn == MOST_TURNS:
             return -1
         before, turn = left, turn + 1
-        total += turn_with_forces(around, balance, step, law, found, left)
+        if friction is None:
+            total += turn_with_forces(around, balance, step, law, found, left)
+
+
+@compiled
+def _solve_forces(
+    around: AroundPoints | None, friction: Rubbing | None, balance: Balance, step: StepPoints, law: LawTable,
+    slip: Slip, found: Solution, most: int, again: bool,
+) -> int:  # fmt: skip
+    """Solve along given directions, and set what the forces make of sections; return the iterations, -1: it failed."""
+    if friction is None:
+        iterations = solve_contact(balance, step, law, found, most, again)
+        if around is not None and iterations >= 0:
+            set_responses(balance.delassus, around, found.change, balance.scale)
+    else:
+        iterations = solve_with_friction(
+            friction, around, balance, step, law, slip.rubbed, slip.velocity, slip.weight, found, most, again
+        )
+        if around is not None:
+            for row in range(len(around.motions)):
+                around.motions[row] = balance.scale * friction.moved[row]
+    return iterations
 
 
 @compiled

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from gapbeam.solver.contact.laws.point_law import LawTable, StepNumbers
 from gapbeam.solver.jit import compiled
-from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints
-from gapbeam.solver.march.compiled.friction_kernel import Rubbing, keep_friction, solve_with_friction
+from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints
+from gapbeam.solver.march.compiled.friction_kernel import Rubbing, keep_friction
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, Scheme, WallRows
 from gapbeam.solver.march.compiled.point_motions import (
     AroundPoints,
@@ -16,10 +16,10 @@ from gapbeam.solver.march.compiled.point_motions import (
     count_in_play,
     in_play,
     inner_product,
-    set_products,
     turns,
 )
 from gapbeam.solver.march.compiled.point_solve import (
+    Slip,
     Touch,
     accept_points,
     end_points,
@@ -50,8 +50,9 @@ def midpoint_step(
     numbers = StepNumbers(scheme.form, dt, 0.0, 0.0)
     step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
     touch = Touch(v, motion.touch_speed)
-    iterations = _solve_points(
-        modal.friction, modal, balance, step, law, touch, motion.rubbed, free, 1.0, room.solution, most
+    slip = Slip(motion.rubbed, free, 1.0)
+    iterations = solve_points(
+        modal.around, modal.friction, modal.initial_gap, balance, step, law, touch, slip, room.solution, most
     )
     if iterations < 0:
         return -1
@@ -99,11 +100,11 @@ def alpha_step(
     numbers = StepNumbers(scheme.form, dt, old_share, rate_slope)
     step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
     touch = Touch(v, motion.touch_speed)
-    slip_weight = new_share * scheme.gamma * dt
+    slip = Slip(motion.rubbed, room.new_v, new_share * scheme.gamma * dt)
     for j in range(n):
-        room.new_v[j] = room.stage_velocity[j] + slip_weight * free[j]
-    iterations = _solve_points(
-        modal.friction, modal, balance, step, law, touch, motion.rubbed, room.new_v, slip_weight, room.solution, most
+        room.new_v[j] = room.stage_velocity[j] + slip.weight * free[j]
+    iterations = solve_points(
+        modal.around, modal.friction, modal.initial_gap, balance, step, law, touch, slip, room.solution, most
     )
     if iterations < 0:
         return -1
@@ -121,26 +122,12 @@ def alpha_step(
 
 
 @compiled
-def _solve_points(
-    friction: Rubbing | None, modal: Modal, balance: Balance, step: StepPoints, law: LawTable, touch: Touch,
-    rubbed: Array, velocity: Array, weight: float, found: Solution, most: int,
-) -> int:  # fmt: skip
-    """Solve the contact problem of a step; return the iterations, or -1 where that fails.
-
-    As `solve_points` and `solve_with_friction` do; `velocity`: that of the balance as long as the forces stay.
-    """
-    if friction is None:
-        return solve_points(modal.around, modal.initial_gap, balance, step, law, touch, found, most)
-    set_products(friction.tangents, velocity, friction.free)
-    return solve_with_friction(friction, balance, step, law, rubbed, weight, found, most)
-
-
-@compiled
 def _add_changes(friction: Rubbing | None, modal: Modal, change: Array, right: Array) -> None:
     """Add the change of the contact forces, and friction, to the right side."""
-    add_forces(modal.gaps, modal.around, change, right)
-    if friction is not None:
-        add_rows(friction.tangents, friction.forces[len(change) :], 1.0, right)
+    if friction is None:
+        add_forces(modal.gaps, modal.around, change, right)
+    else:
+        add_rows(friction.rows, friction.on_rows, 1.0, right)
 
 
 @compiled

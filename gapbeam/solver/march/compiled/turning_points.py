@@ -21,7 +21,6 @@ from gapbeam.solver.march.compiled.point_motions import (
     in_play,
     moved_by,
     set_place,
-    set_responses,
     turns,
 )
 from gapbeam.solver.system.operators import Array
@@ -230,10 +229,9 @@ def choose_near(around: AroundPoints, initial_gap: Array, pressure: Array, every
 
 
 @compiled
-def stay_in_bounds(delassus: Array, around: AroundPoints | None, change: Array, scale: float) -> bool:
-    """Return whether forces f, (m,), N, move no section by more than half of what was allowed for."""
+def stay_in_bounds(around: AroundPoints | None) -> bool:
+    """Return whether the `motions` that forces make move no section by more than half of what was allowed for."""
     if around is not None:
-        set_responses(delassus, around, change, scale)
         for section in range(len(around.bound)):
             if _length(around.motions, section) > 0.5 * around.bound[section]:
                 return False

@@ -3,7 +3,7 @@
 (() => {
   const KEPT = 4000, CHUNK = 6, PERIODS = 8, SECONDS = 8;  // samples of a picture; ms of marching a frame; shown; until a picture is new
   const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const shown = (value) => Number(value.toPrecision(3)).toString();
+  const shown = (value) => Number(value.toPrecision(3)).toString().replace("-", "−");
 
   for (const figure of document.querySelectorAll("figure.live")) start(figure);
 
@@ -35,7 +35,8 @@
 
     function set() {
       for (const [name, variables] of Object.entries(groups)) {
-        const factor = Number(part(name).value), first = variables[0];
+        const factor = Number(part(name).value);
+        const first = variables.reduce((one, other) => (other.start > one.start ? other : one), variables[0]);  // a base has no gap
         part(name).closest("label").hidden = !variables.length;
         for (const one of variables) numbers[one.place] = one.start * factor;
         if (!first) continue;

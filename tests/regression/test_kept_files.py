@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from gapbeam.solver.models import kept_files
 from gapbeam.solver.models import model as models
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction import reduced_body
-from tests.shared.command import PROJECT, alone, on_ranks, settings
+from tests.shared.command import DEMO, PROJECT, alone, on_ranks, programmed, settings
 
 STABILITY, TUBE = PROJECT / "cases" / "stability.toml", PROJECT / "cases" / "tube-holes.toml"
 REDUCED: dict[str, Any] = {"model": {"type": "reduced", "modes": 8}}
@@ -153,3 +154,15 @@ def test_ranks_keep_and_read_their_parts(folder: Path, tmp_path: Path) -> None:
     assert "kept by an earlier run" in said[1]
     first, second = (gapbeam.open_results(tmp_path / name).history for name in ("first", "second"))
     assert np.array_equal(first["displacement"].to_numpy(), second["displacement"].to_numpy())
+
+
+@alone
+@pytest.mark.slow(minutes=0.3)
+def test_a_later_run_loads_no_library_for_meshes(tmp_path: Path) -> None:
+    """Nor one for tables, with its error estimate: whose companions are kept as well."""
+    words = ("run", DEMO, *settings("model.type=reduced", "time.end=0.05", "output.errors=companions"))
+    done = [programmed("tests.programs.loaded_modules", *words, "--output", tmp_path / name) for name in "ab"]
+    assert [one.returncode for one in done] == [0, 0], done[1].stderr
+    first, second = (set(json.loads(one.stdout.splitlines()[-1])) for one in done)
+    assert {"dolfinx", "petsc4py"} <= first
+    assert not {"dolfinx", "petsc4py", "mpi4py", "gmsh", "xarray", "pandas"} & second

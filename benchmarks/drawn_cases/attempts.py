@@ -198,7 +198,7 @@ def second_way(scene: Scene, case: Case, stiffness: float | None, end: float) ->
 
 
 def _finer_model(scene: Scene, case: Case) -> dict[str, Any]:
-    rubs = case.contact.rubs is not None
+    rubs = case.friction is not None
     if case.mesh.dimension == 2:
         basis = {"contact": "all"} if rubs else {"shapes": FINEST_SHAPES}
         finest = {"type": "reduced", "modes": FINEST_MODES} | basis

@@ -295,7 +295,7 @@ def taken(case: Case) -> dict[str, str]:
         "law": contact.law.type,
         "own laws": "own" if any(own_law(one) for one in case.layout.supports) else "none",
         "wear": "none" if case.wear is None else "wear",
-        "friction": "friction" if contact.rubs is not None else "none",
+        "friction": "friction" if case.friction is not None else "none",
         "points": "points" if contact.points is not None else "faces",
         "steps": "adaptive" if case.time.adaptive else "computed" if case.time.step == "auto" else "given",
         "analysis": case.analysis.type + _curve(case),

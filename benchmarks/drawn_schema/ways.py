@@ -132,7 +132,7 @@ def _plain(case: Case) -> dict[str, Any]:
 def step_by_step(case: Case) -> Iterator[Way]:
     """Compiled loop against the march in Python."""
     contact = case.contact
-    slow = contact.rubs is not None or not contact.formulation.follows_the_law or case.time.adaptive
+    slow = case.friction is not None or not contact.formulation.follows_the_law or case.time.adaptive
     if not isinstance(case.model, FullModel) and not slow:
         yield Way("step by step", {}, ROUND_OFF, step_by_step=True)
 
@@ -184,7 +184,7 @@ def other_columns(case: Case) -> Iterator[Way]:
 
 def iterations(case: Case) -> Iterator[Way]:
     """Conjugate gradients against a factor."""
-    needed = factor_needed(case.model, case.contact, case.time, case.analysis)
+    needed = factor_needed(case.model, case.support, case.contact, case.time, case.analysis)
     if isinstance(case.model, FullModel) and needed is None:
         other = "factor" if case.solver.effective == "iterative" else "iterative"
         yield Way(f"solver: {other}", {"solver.effective": other, "solver.tolerance": 1.0e-12}, ITERATIONS)
@@ -237,7 +237,7 @@ def other_formulation(case: Case) -> Iterator[Way]:
 def _finer(case: Case) -> dict[str, Any]:
     """Return the keys of a finer step, mesh and basis; `time.step` is added once the run's step is known."""
     changes = _plain(case)
-    reducible = case.contact.formulation.follows_the_law and case.contact.rubs is None
+    reducible = case.contact.formulation.follows_the_law and case.friction is None
     if case.contact.mass == "redistributed" and reducible:
         changes["contact.mass"] = "consistent"
     if case.mesh.dimension == 2 and case.mesh.file is None:

@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from gapbeam.meshes.rank_zero import ONE_RANK
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
+from gapbeam.solver.models.contact_setting import friction_of
+from gapbeam.solver.models.model import build_body
 from tests.shared.case_texts import BEAM as HEAD
 from tests.shared.case_texts import assert_says, faults_of, written
 
@@ -53,13 +56,9 @@ BAD = {
         + '[contact]\nlaw = {type = "kelvin-voigt", restitution = 0.5}\n',
         ["back", "damping", "one of the two", "leave damping out, or give every support its damping"],
     ),
-    "friction of one alone": (
-        GOOD.replace("offset", "friction = 0.3\noffset"),
-        ["back", "friction", "0.3, without friction in [contact]", "coefficient above 0", "coefficient = 0.2"],
-    ),
     "static friction of one alone": (
         GOOD.replace("offset", "static_friction = 0.3\noffset"),
-        ["back", "static_friction", "0.3, without friction in [contact]", "coefficient = 0.2"],
+        ["back", "static_friction", "0.3, without friction of points that slide", "friction = 0.2 beside"],
     ),
     "static friction below friction": (
         GOOD.replace("offset", "static_friction = 0.1\noffset") + "[contact]\nfriction = { coefficient = 0.2 }\n",
@@ -134,6 +133,21 @@ def test_good_supports_are_read_written_and_changed(tmp_path: Path) -> None:
     )
     assert [face.name for face in changed.layout.faces] == ["front_below", "back_below", "back_above"]
     assert [face.gap for face in changed.layout.faces] == pytest.approx([2e-4, 4e-4, 6e-4])
+
+
+def test_a_support_rubs_by_its_own_coefficient_alone(tmp_path: Path) -> None:
+    """Without [contact.friction] others have none: as where the table has its coefficient, and the others 0."""
+    beam = {"model.type": "beam"}
+    rubbing = read_case(written(tmp_path, GOOD.replace("offset", "friction = 0.3\noffset")), beam)
+    table = (
+        GOOD.replace("clearance = 2e-4", "clearance = 2e-4\nfriction = 0.0") + "[contact.friction]\ncoefficient = 0.3\n"
+    )
+    cases = (rubbing, read_case(written(tmp_path, table), beam))
+    bodies = [build_body(one, ONE_RANK) for one in cases]
+    found = [friction_of(case, body, 1e-3).coefficient for case, body in zip(cases, bodies, strict=True)]
+    assert found[0] == pytest.approx(found[1])
+    assert set(found[0]) == {0.0, 0.3}
+    assert read_case(written(tmp_path, GOOD.replace("offset", "friction = 0.0\noffset"))).friction is None
 
 
 def test_the_table_and_the_array_are_distinguished(tmp_path: Path) -> None:

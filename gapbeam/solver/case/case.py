@@ -149,9 +149,9 @@ class Contact(Table):
         return "Pa s/m" if self.points is None else "N s/m"
 
     @property
-    def rubs(self) -> Friction | None:
-        """The friction of supports without a coefficient of their own: none without the table, or with one of 0."""
-        return self.friction if self.friction is not None and self.friction.coefficient > 0.0 else None
+    def usual_friction(self) -> Friction:
+        """The friction of supports without a coefficient of their own: 0 without the table."""
+        return self.friction or Friction(coefficient=0.0)
 
 
 class Wear(Table):
@@ -246,8 +246,9 @@ def takes_damping(contact: Contact, support: OneSupport) -> bool:
 
 
 def acting_friction(contact: Contact, layout: Layout) -> Friction | None:
-    """Return the friction of a case: none as `Contact.rubs`, or where no support has a coefficient above 0."""
-    return None if all(own == 0.0 for own in layout.own("friction")) else contact.rubs
+    """Return the friction of a case; None where no support has a coefficient above 0."""
+    usual = contact.usual_friction
+    return usual if any(usual.at_support(own, None)[0] > 0.0 for own in layout.own("friction")) else None
 
 
 class Damping(Table):

@@ -52,7 +52,7 @@ def memory_of(case: Case, dofs: float) -> dict[str, float]:
         return parts
     if not isinstance(case.model, FullModel | ReducedModel | AutoModel):  # auto: as the largest that it may become
         assert_never(case.model)
-    needed = factor_needed(case.model, case.contact, case.time, case.analysis)
+    needed = factor_needed(case.model, case.support, case.contact, case.time, case.analysis)
     if case.solver.effective == "factor" or needed is not None:
         parts["factor"] = needs.factor
     else:
@@ -116,7 +116,7 @@ def _what_helps(case: Case, dofs: float) -> Iterator[str]:
     if isinstance(case.model, BeamModel):
         return
     if not isinstance(case.model, RigidModel) and needs.preconditioner < needs.factor:
-        needed = factor_needed(case.model, case.contact, case.time, case.analysis)
+        needed = factor_needed(case.model, case.support, case.contact, case.time, case.analysis)
         if needed is not None:
             yield f"a case without {needed[1]}, which needs a factor where iterations would do with less"
         elif case.solver.effective == "factor":

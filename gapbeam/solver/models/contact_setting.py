@@ -86,8 +86,7 @@ def contact_setting(case: Case, body: Body) -> ContactSetting:
 
 def friction_of(case: Case, body: Body, slip_velocity: float) -> CoulombFriction:
     """Return the law of friction: coefficients are one number, or one of each point, (m,)."""
-    usual = case.contact.friction
-    assert usual is not None
+    usual = case.contact.usual_friction
     coefficients, static = list[float](), list[float]()
     for own, own_static in zip(case.layout.own("friction"), case.layout.own("static_friction"), strict=True):
         sliding, sticking = usual.at_support(own, own_static)

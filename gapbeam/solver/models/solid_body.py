@@ -83,7 +83,7 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
 
 def _solver(case: Case, meshed: MeshedBeam) -> LinearSolver:
     """Return the solver for the effective operators of a case. Collective."""
-    needed = factor_needed(case.model, case.contact, case.time, case.analysis)
+    needed = factor_needed(case.model, case.support, case.contact, case.time, case.analysis)
     needs = memory_needs(mesh_dofs(meshed), case.mesh.dimension)
     free = free_memory(meshed.tagged.mesh.comm)
     return linear_solver(case.solver, needs, free, None if needed is None else needed[1])

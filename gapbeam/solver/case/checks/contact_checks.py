@@ -300,7 +300,7 @@ def idle_keys(contact: Contact, layout: Layout) -> list[str]:
         "law": contact.law == KelvinVoigt() or not all(own_law(one) for one in supports),
         "stiffness": contact.stiffness == "auto" or not all(one.brings_stiffness for one in supports),
         "damping": contact.damping == 0.0 or any(takes_damping(contact, one) for one in supports),
-        "friction": contact.rubs is None or acting_friction(contact, layout) is not None,
+        "friction": contact.friction is None or acting_friction(contact, layout) is not None,
     }
     return [key for key, found in acts.items() if not found]
 

@@ -370,16 +370,16 @@ def static_friction_holds_more(support: AnySupports, contact: Contact) -> Iterat
     for at, one in keyed(support):
         if one.static_friction is None:
             continue
-        if contact.rubs is None:
+        sliding, _ = contact.usual_friction.at_support(one.friction, one.static_friction)
+        if sliding == 0.0:
             yield Fault(
                 (*at, "static_friction"),
-                f"{one.static_friction:g}, without friction in [contact]",
-                "[contact.friction] with a coefficient above 0, which the other supports have",
-                "friction = {coefficient = 0.2} in [contact]",
+                f"{one.static_friction:g}, without friction of points that slide",
+                "friction above 0: with 0 there is no friction, neither sticking nor sliding",
+                f"friction = {one.static_friction / 1.5:g} beside static_friction",
                 (("contact", "friction"),) if friction is not None else (),
             )
             continue
-        sliding, _ = contact.rubs.at_support(one.friction, one.static_friction)
         related = SLIDING if one.friction is None else (*at, "friction")
         yield from _less((*at, "static_friction"), one.static_friction, sliding, related)
 
@@ -396,14 +396,16 @@ def _less(key: Key, static: float, sliding: float, related: Key) -> Iterator[Fau
         )
 
 
-def factor_needed(model: ModelTable, contact: Contact, time: Time, analysis: Analysis) -> tuple[Key, str] | None:
+def factor_needed(
+    model: ModelTable, support: AnySupports, contact: Contact, time: Time, analysis: Analysis
+) -> tuple[Key, str] | None:
     """Return the key and the words for what needs a factor, or None: all but the full model need none to march."""
     if not isinstance(model, FullModel):
         return None
     formulation = contact.formulation
     if not formulation.follows_the_law:
         return ("contact", "formulation"), f"the formulation {formulation.type}"
-    if contact.rubs is not None:
+    if acting_friction(contact, Layout.of(support)) is not None:
         return ("contact", "friction"), "friction"
     if contact.mass == "redistributed":
         return ("contact", "mass"), 'contact.mass = "redistributed"'
@@ -415,10 +417,10 @@ def factor_needed(model: ModelTable, contact: Contact, time: Time, analysis: Ana
 
 
 def iterations_can_solve(
-    model: ModelTable, contact: Contact, time: Time, analysis: Analysis, solver: SolverTable
+    model: ModelTable, support: AnySupports, contact: Contact, time: Time, analysis: Analysis, solver: SolverTable
 ) -> Iterator[Fault]:
     """Iterations replace a factor for penalty contact without friction, in implicit marches."""
-    needed = factor_needed(model, contact, time, analysis) if solver.effective == "iterative" else None
+    needed = factor_needed(model, support, contact, time, analysis) if solver.effective == "iterative" else None
     if needed is not None:
         yield Fault(
             ("solver", "effective"),

@@ -94,14 +94,6 @@ def own_contact_fits_the_case(support: AnySupports, contact: Contact) -> Iterato
                 f"leave {name} out, or give every support its damping and leave restitution out",
                 (where,),
             )
-        if one.friction is not None and contact.rubs is None:
-            yield Fault(
-                (*key, "friction"),
-                f"{one.friction:g}, without friction in [contact]",
-                "[contact.friction] with a coefficient above 0, which the other supports have",
-                "friction = {coefficient = 0.2} in [contact], and friction = 0.0 for supports without",
-                (("contact", "friction"),) if contact.friction is not None else (),
-            )
 
 
 def something_carries_the_beam(support: AnySupports, load: Loads, joint: Mapping[int, Joint]) -> Iterator[Fault]:
@@ -339,7 +331,8 @@ def motions_reach_the_beam(support: AnySupports, load: Loads, mesh: Mesh) -> Ite
 def moving_supports_do_not_rub_around(support: AnySupports, load: Loads, contact: Contact) -> Iterator[Fault]:
     """A support around the beam that moves as it is slides on it, which friction does not know."""
     for key, entry, place, moved in _moving(support, load):
-        if not place.opens and moved.around and contact.rubs is not None and moved.friction != 0.0:
+        rubs = contact.usual_friction.at_support(moved.friction, None)[0] > 0.0
+        if not place.opens and moved.around and rubs:
             yield Fault(
                 (*key, "type"),
                 f"{entry.type} of the {moved.region.type} {moved.name}, with friction",

@@ -219,6 +219,7 @@ def test_what_takes_no_points_that_move_says_so(tmp_path: Path) -> None:
         lambda: gb.history(scene, 1e-3, 0.1, scheme=gb.newmark()),
         lambda: gb.ensemble(scene, {"tread.stiffness": [1e6, 2e6]}, step=1e-3, end=0.1),
         lambda: gb.periodic(scene, 0.1, 100),
+        lambda: gb.seat(scene, 0.1),
         lambda: gb.fmu(scene.with_parts(scene.contacts, []), tmp_path / "a.fmu", step=1e-3),
     ]
     for call in refused:

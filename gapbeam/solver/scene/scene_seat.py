@@ -155,9 +155,12 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
     Raises:
         NoSeat: A linear program finds a rigid motion that nothing opposes and along which the loads work.
         NotConverged: No equilibrium was found to 1e-6 of the loads.
-        UserError: A feedback is no spring, or pushes farther than the structures hold.
+        UserError: A feedback is no spring, or pushes farther than the structures hold; points move, and the time is
+            not 0.
         RunError: The first modes of a large structure did not converge.
     """
+    if scene.is_moving and t != 0.0:
+        raise UserError(f"seat: found t = {t:g} s where points move, expected 0, at which their rows are known")
     values = [load.table(np.array([t]))[0, 0] for load in scene.loads] or [0.0]
     at = statics_of(scene)
     f = at.rows(scene.load_columns.T).T @ np.array(values)

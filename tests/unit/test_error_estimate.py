@@ -543,6 +543,16 @@ def test_each_model_has_its_companions(model: str) -> None:
         )
 
 
+def test_harmonics_share_the_error_of_the_first() -> None:
+    """E of 0.4 of H = 1 mm makes E^2 / (2 H) = 0.08 mm of harmonics that no companion has; E of 0.02 next to none."""
+    span = Span("second half", 0.5, 0.25, 2, FREQUENCY)
+    for apart, expected in ((0.2, 8.0e-5), (0.01, 2.0e-7)):  # the finest companion counts twice
+        found = figure_errors(sine(), {FINEST: sine((1.0 + apart) * 1.0e-3)}, None, span, False, SMOOTHED)
+        errors = {one.name: one.error for one in found}
+        assert errors["tip harmonic 1"] == pytest.approx(2.0e-3 * apart, rel=1e-6)
+        assert errors["tip harmonic 2"] == errors["tip harmonic 3"] == pytest.approx(expected, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("keys", "expected"),
     [

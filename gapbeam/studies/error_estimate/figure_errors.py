@@ -22,7 +22,8 @@ is the last difference of neighbors or, where all have one sign, what a geometri
 The factor 2 belongs to a mesh of first order. Where coarser and finer mesh show a lower one, q = |R - A| / |R - C|
 above 1/2, as at an edge that carries the contact, the differences of ever finer meshes add up to |R - A| / (1 - q),
 which is taken, q up to 9/10. Differences of harmonics are the amplitudes of the difference of two motions: amplitudes
-of motions that differ by phase agree by chance.
+of motions that differ by phase agree by chance. An error E of the first one, H, is mixed into the others by contact,
+which is quadratic in small changes of the motion: their errors are at least min(E, E^2 / (2 H)).
 
 Where plane companions stand for a solid, differences are taken relative to the figures of the plane and enlarged by a
 tenth, and |f - R| falls away. A motion across another one that is a million times as large is made by the asymmetry of
@@ -209,7 +210,7 @@ def figure_errors(
                 own=isinstance(span, FigureSpan),
             )
         )
-    return found
+    return list(_mixed(found)) if span.predictable else found
 
 
 def figure_spans(
@@ -246,6 +247,18 @@ def left_to_settle(values: Array) -> float:
     if steps.size > 1 and (np.all(steps > 0.0) or np.all(steps < 0.0)):
         ratio = min(max(float(abs(steps[-1] / steps[0])) ** (1.0 / (steps.size - 1)), QUICK), SLOW)
     return float(abs(values.mean() - values[-1])) + last * ratio / (1.0 - ratio)
+
+
+def _mixed(found: Iterable[FigureError]) -> Iterator[FigureError]:
+    """Yield figures whose harmonics have at least the error that comes from the first one, which is before them."""
+    least = 0.0
+    for one in found:
+        if one.name.endswith(f"{HARMONIC}1"):
+            error, size = one.error or 0.0, abs(one.value)
+            least = min(error, 0.5 * error**2 / size) if size > 0.0 else error
+        elif HARMONIC in one.name and one.error is not None:
+            one = replace(one, error=max(one.error, least))
+        yield one
 
 
 def _probe_of(name: str, probes: Iterable[str]) -> str:

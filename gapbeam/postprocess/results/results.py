@@ -159,7 +159,7 @@ class Results:
         if self.summary.get("scene"):
             raise ResultsError(
                 self.folder,
-                found="a run of structures without geometry",
+                found="a run of structures without fields",
                 expected="a run of a case with a mesh, for pictures and fields",
                 remedy="draw its records by `gapbeam plot`",
             )

@@ -326,7 +326,10 @@ def starts_of(one: PeriodicScene, settle: int, count: int, reach: float, seed: i
     scene, T, rest = one.scene, one.period, rest_of(one)
     names = [name for name, point in scene.point_names.items() if len(point.rows) == 1]
     if not names:
-        raise UserError("starts are drawn by velocities of probes, and the case has none: add a [[probe]]")
+        raise UserError(
+            "starts are drawn by velocities of points of one motion, found none; add a [[probe]], or to structures a "
+            "[[point]] of one direction"
+        )
     if not reach > 0.0:
         raise UserError(f"found a reach of {reach:g}, expected one above 0")
     steps = one.steps

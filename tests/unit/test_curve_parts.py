@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
@@ -39,7 +38,7 @@ def test_an_unstable_segment_is_drawn_dashed_alone() -> None:
     for dashed, spans in ((True, [(2.0, 3.0), (3.0, 4.0)]), (False, [(1.0, 2.0), (4.0, 5.0)])):
         line = next(curve for curve in curves if curve.dashed == dashed and len(curve.x) > 1)
         x = np.asarray(line.x)
-        assert [(a, b) for a, b in pairwise(x) if not np.isnan(a + b)] == pytest.approx(spans)
+        assert [(a, b) for a, b in pairwise(x) if not np.isnan(a + b)] == spans
 
 
 def test_branches_are_apart() -> None:

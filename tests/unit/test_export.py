@@ -132,7 +132,7 @@ def test_parquet_without_its_library_is_refused(results: Path, tmp_path: Path, m
         (("--output", "a.xls"), "a.xls has another suffix; expected one of .csv, .mat, .parquet"),
         (("--record", "contact_forc"), "no record 'contact_forc'; expected one of: contact_force"),
         (("--from", "5"), "no record from 5 s to the end; the run has records from 0 to 0.004 s"),
-        (("--every", "0"), "0 is not in the range"),
+        (("--every", "0"), "Invalid value for '--every'"),
         (("--table", "poin"), "'poin' is not one of 'history', 'points', 'wear', 'impacts'"),
         (("--output", "."), ". is a folder"),
     ],

@@ -14,7 +14,6 @@ import numpy as np
 
 from gapbeam.postprocess.results.bounded_files import check_hdf5, printable, read_json, read_plain
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.case.figure_table import labels_of
 from gapbeam.solver.record_table import (
     CASE_FILE,
     FIELDS_DATA_FILE,
@@ -218,6 +217,8 @@ def records_in(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, list[str]
         ResultsError: There are none, or none that can be read.
     """
     if len(history_pieces(folder)) > 1:  # it was stopped
+        from gapbeam.solver.case.figure_table import labels_of
+
         history = Results(folder).history
         return {str(name): history[name].values for name in history.variables}, labels_of(history)
     path = Results(folder)._existing(HISTORY_FILE)

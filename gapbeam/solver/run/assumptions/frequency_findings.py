@@ -75,9 +75,6 @@ RIGID = Assumption(
 def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledger, contacts: int) -> Iterator[Finding]:
     """Yield the findings on a motion with a frequency content; none where nothing moves.
 
-    Where vibrations have less than a hundredth of the energy, no frequency carries any: model, mesh and basis are those
-    of a static answer.
-
     Args:
         model: The model.
         content: Energy content of the probes.
@@ -94,8 +91,6 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
     yield of_step(model, content, error, detail)
     yield Finding(UNDAMPED, damping, estimate=damping, detail=detail)
     yield of_resonance(model, content, ledger, contacts)
-    if content.share**2 <= 1.0 / PARTS:
-        return
     if isinstance(case.model, RigidModel):
         yield of_rigid(case, content)
         return

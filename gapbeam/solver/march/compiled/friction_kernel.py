@@ -45,7 +45,7 @@ from gapbeam.solver.march.compiled.point_motions import (
 from gapbeam.solver.system.operators import Array, Indices
 
 MOST_UPDATES = 25
-EASY, HARDER = 2.0**20, 0.25  # v0 at first, relative to that of the law, and by how much it changes at a time
+EASY, HARDER = 2.0**20, 0.25  # v0 at first, relative to v0 of the law, and its factor from one solve to the next
 
 
 class Rubbing(NamedTuple):
@@ -249,7 +249,7 @@ def _list_points(
 
 @compiled
 def _opened(friction: Rubbing, around: AroundPoints | None, point: int) -> float:
-    """Return what the forces make of the gap of a point, over s."""
+    """Return the change of the gap of a point by the forces, over s."""
     opened = 0.0
     if around is None:
         opened += friction.moved[point]

@@ -430,7 +430,7 @@ def _linearize(
 
 @compiled
 def _coupling(friction: Rubbing, one: int, other: int) -> float:
-    """Return what a unit of one force makes of the motion of another."""
+    """Return the motion of a point under a unit of the force at another."""
     total = 0.0
     for a in range(friction.terms):
         for b in range(friction.terms):

@@ -23,6 +23,7 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import NotConverged, RunError
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.jit import compile_in_another_process, is_kept, is_pending
+from gapbeam.solver.march.compiled import march_kernel as of
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records, is_due, take_snapshot, widened
 from gapbeam.solver.march.compiled.ledger_kernel import (
     APPROACH,
@@ -35,20 +36,7 @@ from gapbeam.solver.march.compiled.ledger_kernel import (
     limits_of,
     measure_in_modes,
 )
-from gapbeam.solver.march.compiled.march_kernel import (
-    DONE,
-    FAILED,
-    NOT_FINITE,
-    march_alpha,
-    march_alpha_around,
-    march_alpha_around_rubbing,
-    march_alpha_rubbing,
-    march_around,
-    march_around_rubbing,
-    march_rubbing,
-    march_steps,
-    record_now,
-)
+from gapbeam.solver.march.compiled.march_kernel import DONE, FAILED, NOT_FINITE, record_now
 from gapbeam.solver.march.compiled.ordered_cholesky import OrderedFactor
 from gapbeam.solver.march.compiled.plan_arrays import (
     arrays_of_state,
@@ -265,9 +253,9 @@ class CompiledLoop:
         self._table = modal_table(plan, modal)
         self._scheme = scheme_table(plan)
         self._room, self._slides = room_for(self._table), sliding_rows(modal)
-        kernels = (march_steps, march_around, march_rubbing, march_around_rubbing)
+        kernels = (of.march_steps, of.march_around, of.march_rubbing, of.march_around_rubbing)
         if self._scheme.form == ENDPOINT:
-            kernels = (march_alpha, march_alpha_around, march_alpha_rubbing, march_alpha_around_rubbing)
+            kernels = (of.march_alpha, of.march_alpha_around, of.march_alpha_rubbing, of.march_alpha_around_rubbing)
         self._march_steps = kernels[2 * (plan.law.friction is not None) + (self._table.around is not None)]
 
     @classmethod

@@ -19,7 +19,6 @@ from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.diagnostics.energy_ledger import StepEnergies, total_energy
 from gapbeam.solver.jit import compiled, compiled_apart, entry, long_entry, twin
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
-from gapbeam.solver.march.compiled.friction_kernel import enter_friction, record_friction
 from gapbeam.solver.march.compiled.kernel_tables import (
     KernelState,
     Modal,
@@ -43,6 +42,7 @@ from gapbeam.solver.march.compiled.point_motions import (
     turns,
 )
 from gapbeam.solver.march.compiled.point_solve import added_up, begin_points, complete_points, form_gaps_anew, touch_all
+from gapbeam.solver.march.compiled.rubbing_points import enter_friction, record_friction
 from gapbeam.solver.march.compiled.scheme_kernels import (
     accept,
     alpha_step,

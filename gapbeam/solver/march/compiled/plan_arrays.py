@@ -12,7 +12,6 @@ from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.compiled.contact_kernel import room_for_solution
-from gapbeam.solver.march.compiled.friction_kernel import Rubbing, room_for_friction
 from gapbeam.solver.march.compiled.kernel_tables import (
     KernelState,
     Modal,
@@ -26,6 +25,7 @@ from gapbeam.solver.march.compiled.kernel_tables import (
 )
 from gapbeam.solver.march.compiled.ledger_kernel import OF_IMPACT, RECORDED
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, around_points
+from gapbeam.solver.march.compiled.rubbing_points import Rubbing, room_for_friction
 from gapbeam.solver.march.stepwise_march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, RankOnes

@@ -26,7 +26,7 @@ import numpy as np
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, stage_pressure, touch_factor
 from gapbeam.solver.jit import compiled, compiled_apart
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, point_at, solve_contact
-from gapbeam.solver.march.compiled.friction_kernel import Rubbing, nothing_rubs, solve_with_friction
+from gapbeam.solver.march.compiled.friction_kernel import solve_with_friction
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room
 from gapbeam.solver.march.compiled.ordered_cholesky import eliminate
 from gapbeam.solver.march.compiled.point_motions import (
@@ -42,6 +42,7 @@ from gapbeam.solver.march.compiled.point_motions import (
     set_responses,
     turns,
 )
+from gapbeam.solver.march.compiled.rubbing_points import Rubbing, nothing_rubs
 from gapbeam.solver.march.compiled.turning_points import (
     END,
     START,

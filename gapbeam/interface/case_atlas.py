@@ -49,7 +49,7 @@ def repeating_scene(case: Path, overrides: Overrides) -> PeriodicScene:
             )
         varying = any(load.forcing_frequency is not None for load in found.case.load)
         period, rise = _repetition(found.case) if varying else (nan, time.end)
-        return PeriodicScene(found.scene, period, time.step, rise, found.case.figure)
+        return PeriodicScene(found.scene, period, found.step, rise, found.case.figure)
     read = read_case(case, overrides)
     period, rise = _repetition(read)
     made = model(read).model

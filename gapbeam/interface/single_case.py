@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from itertools import pairwise
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene_file.scene_description import SceneDescription
     from gapbeam.studies.case_description import CaseDescription
     from gapbeam.studies.modes.find_modes import ModesResult
+
+LOG = logging.getLogger("gapbeam")
 
 
 @checked
@@ -87,6 +90,9 @@ def run(
         _refuse(march, 'a file, whose step and end are keys: overrides={"time.end": 0.2}')
         read = read_scene(case, overrides)
         given["overrides"] = None
+        if read.reason:
+            LOG.info("chosen: time.step = %.4g s", read.step)
+            LOG.debug("time.step = %.4g s: %s", read.step, read.reason)
         return _run_of_scene(read.scene, folder_from(output, read.name), overwrite, resume, given, read.march())
     if march:
         _refuse(march, 'a case, whose step and end are keys: overrides={"time.end": 0.2}')

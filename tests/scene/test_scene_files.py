@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,11 +13,13 @@ import scipy.io
 import scipy.sparse as sp
 
 import gapbeam as gb
+from gapbeam.solver.scene_file.scene_reader import ReadScene, read_scene
 from tests.shared.command import PROJECT, called, on_ranks
 from tests.shared.slips import Tables, check_refused, put
 
 NODES = 13
 STEEL = {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}
+PUSH = {"type": "harmonic_force", "point": "box.at", "amplitude": 5.0, "frequency": 30.0}
 LAW = {"type": "kelvin-voigt", "stiffness": 1e6, "damping": 10.0}
 
 
@@ -110,6 +113,53 @@ def test_a_file_is_the_scene_that_python_makes(tmp_path: Path) -> None:
     described = gb.check(given)
     assert described.seated
     assert "rack.end" in str(described)
+
+
+def box(stiffness: float, *loads: Tables, clearance: float = 1e-5, **law: Any) -> ReadScene:
+    """Return the file of a mass of 2 kg on 1e4 N/m, 11.25 Hz, beside a stop, without a step."""
+    return read_scene({
+        "structure": [{"name": "box", "model": {"type": "mass", "mass": 2.0, "stiffness": 1e4}}],
+        "pair": [{"name": "stop", "between": ["box.at"], "region": {"type": "half-plane", "clearance": clearance},
+                  "law": {"type": "kelvin-voigt", "stiffness": stiffness} | law}],
+        "load": list(loads),
+        "time": {"end": 1.0},
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("read", "step", "words"),
+    [
+        (lambda: box(4e5), np.pi * np.sqrt(2.0 / 4e5) / 20, "contact of 0.00702 s at stop"),
+        (lambda: box(1e7), 2 * np.pi * np.sqrt(2.0 / 1e4) / 50, "11.25 Hz, the frequency of box"),
+        (lambda: box(1e9, PUSH), 1 / 50 / 150, "150 Hz, 5 times the highest forcing frequency"),
+        (
+            lambda: box(1e6, PUSH, type="hunt-crossley", exponent=2.0),
+            np.pi * np.sqrt(2.0 / (3e6 * 1e-7)) / 20,
+            "150 Hz",
+        ),
+        (
+            lambda: box(1e6, type="hunt-crossley", clearance=0.0),
+            2 * np.pi * np.sqrt(2.0 / 1e4) / 50,
+            "the frequency of box",
+        ),
+    ],
+    ids=["contact", "stiff contact", "load", "power law", "power law without a clearance"],
+)
+def test_a_step_follows_from_loads_modes_and_contacts(read: Any, step: float, words: str) -> None:
+    """Twenty steps in a contact in reach of ten times the frequency of interest, fifty in its period."""
+    found = read()
+    longest = min(step, 1 / 50 / 150) if "150" in words else step
+    assert 0.95 * longest < found.step <= longest * (1 + 1e-12)
+    assert words in found.reason
+    count = (1 / 30 if "150" in words else 1.0) / found.step
+    assert count == pytest.approx(round(count)), "the period, or the run, is a whole number of steps"
+
+
+def test_a_structure_whose_modes_are_not_known_needs_a_step() -> None:
+    tube = {"name": "tube", "model": beam(0.5) | {"elements": 2000}}
+    joint = {"type": "clamped", "structure": "tube", "at": 0.0}
+    with pytest.raises(gb.CaseError, match=r"time\] step(.|\n)*reduce = \{ modes = 40 \}"):
+        gb.scene({"structure": [tube], "joint": [joint], "time": {"end": 0.1}})
 
 
 @pytest.mark.parametrize("reduce", [None, {"modes": 4}])

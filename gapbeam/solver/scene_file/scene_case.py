@@ -78,7 +78,9 @@ class SceneTime(Table):
     """Span, step and scheme."""
 
     end: Positive = Field(description="end of the run, s", examples=[0.2])
-    step: Positive = Field(description="time step, s", examples=[1e-5])
+    step: Literal["auto"] | Positive = Field(
+        default="auto", description="time step, s; auto: from the loads, the modes and the contacts", examples=[1e-5]
+    )
     scheme: Annotated[SceneScheme, BeforeValidator(named)] = Field(
         default=MidpointRule(type="midpoint"), description="time integration: a name, or a table with the type"
     )

@@ -354,4 +354,4 @@ def _loads(
         own = list(load.faults(key))
         yield from own
         if not own and time is not None:
-            yield from load.faults_in_run(key, time.end, time.step)
+            yield from load.faults_in_run(key, time.end, None if time.step == "auto" else time.step)

@@ -163,7 +163,7 @@ def describe_scene(read: ReadScene) -> SceneDescription:
     """Describe the run of a file: structures, points, frequencies, contacts, march and seat."""
     scene, time = read.scene, read.case.time
     seated, rest = _rest(scene)
-    steps = round(time.end / time.step)
+    steps = round(time.end / read.step)
     how = "sparse matrices, factored once" if scene.is_large else "all modes of the structures"
     flow = flow_rows(read)
     drawn = {f"coefficients of {one.name}": _drawn(one.law.fit) for one in flows_of(scene) if one.law.fit is not None}
@@ -182,7 +182,8 @@ def describe_scene(read: ReadScene) -> SceneDescription:
                 for one in scene.contacts
             ),
             "march": (
-                ("steps", f"{steps} of {time.step:g} s", f"scheme {time.scheme.type}"),
+                ("steps", f"{steps} of {read.step:.4g} s", f"scheme {time.scheme.type}"),
+                *([("step", "computed", read.reason)] if read.reason else []),
                 ("with", how, f"{scene.size} DOFs"),
             ),
             "seat at t = 0": rest,

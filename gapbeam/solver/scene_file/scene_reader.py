@@ -17,6 +17,7 @@ from gapbeam.solver.errors import CaseError, Fault, UserError
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import seat
+from gapbeam.solver.scene_file.computed_step import with_step
 from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocities
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_checks import FILES, scene_faults
@@ -34,21 +35,29 @@ class ReadScene:
         scene: Its scene.
         spans: Lengths of tubes in a flow, by name of the [[feedback]].
         name: Of the file, without folder and suffix.
+        reason: Of its step, where that is computed; empty: the file gives it.
     """
 
     case: SceneCase
     scene: Scene
     spans: Mapping[str, FlowSpan]
     name: str
+    reason: str = ""
+
+    @property
+    def step(self) -> float:
+        """The time step, given or computed, s."""
+        assert self.case.time.step != "auto"
+        return self.case.time.step
 
     def march(self) -> dict[str, Any]:
         """Return the arguments of the scene's run."""
         time, interval = self.case.time, self.case.output.history_interval
         return {
-            "step": time.step,
+            "step": self.step,
             "end": time.end,
             "start": self.start(),
-            "every": 1 if interval is None else max(1, round(interval / time.step)),
+            "every": 1 if interval is None else max(1, round(interval / self.step)),
             "scheme": time.scheme.made(),
             "gates": self.case.gates.model_dump(exclude_unset=True),
             "period": self.period,
@@ -119,7 +128,8 @@ class SceneFile:
                 faults.append(Fault((), found, expected, where=f"`overrides=` {key}"))
         if faults:
             raise CaseError(str(path), faults)
-        return ReadScene(self.case, scene, spans, path.stem)
+        case, reason = with_step(self.case, scene, str(path), self.places.put_in_order)
+        return ReadScene(case, scene, spans, path.stem, reason)
 
 
 def read_scene(source: SceneSource, overrides: Overrides = ()) -> ReadScene:

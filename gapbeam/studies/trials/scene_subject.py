@@ -141,7 +141,7 @@ class SceneSubject:
 
     @property
     def _span(self) -> tuple[int, float | None]:
-        return whole_steps(self.case.load, self.case.time.end, self.case.time.step)
+        return whole_steps(self.case.load, self.case.time.end, self.read.step)
 
     def refuse(self) -> None:
         """See `Subject`: a file of structures is always a march."""
@@ -172,14 +172,14 @@ class SceneSubject:
         shapes = shapes / np.sqrt(np.sum(shapes**2, axis=0))
         speed: Array = shapes @ draw.standard_normal(shapes.shape[1])
         speed *= np.sqrt(draw.uniform(0.0, KICK) * energy / (0.5 * float(speed @ speed)))
-        steps = drawn_phase(self.case.load, self.case.time.step, draw)
+        steps = drawn_phase(self.case.load, self.read.step, draw)
         if any(one.wall is not None for one in scene.contacts) or not all(one.repeats for one in self.case.load):
             steps = 0
-        return Start(replace(begin, t=steps * self.case.time.step, v=begin.v + speed[:, None]), f"kick {number}")
+        return Start(replace(begin, t=steps * self.read.step, v=begin.v + speed[:, None]), f"kick {number}")
 
     def carried(self, end: SceneState, before: SceneSubject) -> Start:
         """See `Subject`."""
-        scene, step = self.scene, self.case.time.step
+        scene, step = self.scene, self.read.step
         mine = scene.state()
         for name in ("q", "v", "z", "F"):
             if getattr(mine, name).shape != getattr(end, name).shape:

@@ -82,16 +82,18 @@ def test_forces_that_move_a_section_farther_are_seen() -> None:
     _, gap, rows, around = shaft()
     begin_near(around, np.zeros(8), np.ones(len(gap)))
     choose_near(around, gap, np.ones(len(gap)), False)
-    force = np.zeros(len(gap))
-    force[3] = 1.0
-    shared = rows @ rows.T
-    moved = np.hypot(*(shared @ _on_rows(around, 3)).reshape(-1, 2).T)
-    allowed = float(np.min(0.5 * around.bound / moved))
-    assert stay_in_bounds(shared, around, 0.99 * allowed * force, 1.0)
-    assert not stay_in_bounds(shared, around, 1.01 * allowed * force, 1.0)
+    motions = rows @ rows.T @ _on_rows(around, 3)
+    allowed = float(np.min(0.5 * around.bound / np.hypot(*motions.reshape(-1, 2).T)))
+
+    def stays(force: float) -> bool:
+        around.motions[:] = force * motions
+        return bool(stay_in_bounds(around))
+
+    assert stays(0.99 * allowed)
+    assert not stays(1.01 * allowed)
     choose_near(around, gap, np.zeros(len(gap)), True)
     assert count_in_play(around, len(gap)) == len(gap)
-    assert stay_in_bounds(shared, around, 1.0e9 * force, 1.0)
+    assert stays(1.0e9)
 
 
 def test_the_closest_approach_counts_points_that_cannot_touch() -> None:

@@ -406,7 +406,8 @@ def vibrating_share(history: Mapping[str, Recorded], static: Sequence[bool]) -> 
     """Return the share of the motion that vibrates, at most 1."""
     half = slice(len(history["time"][:]) // 2, None)
     kinetic, strain, contact = (history[f"{name}_energy"][half] for name in ("kinetic", "strain", "contact"))
-    fixed = np.asarray(history["load_work"][half])[:, np.asarray(static, dtype=bool)].sum(axis=1)
+    still = np.asarray(static, dtype=bool)
+    fixed = np.asarray(history["load_work"][half])[:, still].sum(axis=1) if still.any() else 0.0
     changed, largest = float(np.ptp(kinetic + strain + contact - fixed)), float(np.max(kinetic))
     return float(np.sqrt(largest / changed)) if changed > largest else 1.0
 

@@ -171,6 +171,7 @@ class DeformableSections:
 
 
 RIGID_MODES = {2: 3, 3: 6}
+ACROSS = 3  # Gauss points in y^2, which no motion moves that is not symmetric: single points of a mesh do
 
 
 @dataclass(frozen=True)
@@ -231,7 +232,8 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     basis = held(body, floating, shift)
     kept: Kept = np.ones(len(basis.squares), dtype=bool)
     if is_symmetric(case):
-        kept = moved(body, contact.points, basis)
+        mirrored = gathered_points(case, points, True, ACROSS, body.meshed.facet_length)
+        kept = moved(body, mirrored if contact.points is points else contact.points, basis)
     report = BasisReport(
         modes=found.modes,
         highest_mode=found.highest_mode,

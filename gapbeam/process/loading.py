@@ -7,18 +7,33 @@ import signal
 import sys
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 INTERRUPTED = 130
+AGAIN = 0.01  # s, after which an interrupt comes again that a library has dropped
 IMPORTING = ("importlib._bootstrap", "_frozen_importlib")  # the latter until importlib itself is loaded
 
 
 def leave_quietly_while_loading() -> None:
     """Let SIGINT end the command at once while it imports something; elsewhere it raises KeyboardInterrupt as before.
 
+    Where a library drops that, as in a callback of a collected object, SIGINT comes again.
+
     Processes other than the command `gapbeam` keep their handler, so Python sessions and workers of studies.
     """
     if _is_the_command() and signal.getsignal(signal.SIGINT) == signal.default_int_handler:
         signal.signal(signal.SIGINT, _hear)
+        usual = sys.unraisablehook
+
+        def let_go(lost: Any) -> None:
+            if not isinstance(lost.exc_value, KeyboardInterrupt):
+                usual(lost)
+                return
+            import threading
+
+            threading.Timer(AGAIN, os.kill, (os.getpid(), signal.SIGINT)).start()
+
+        sys.unraisablehook = let_go
 
 
 def _is_the_command() -> bool:

@@ -7,6 +7,7 @@ import os
 import random
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -46,6 +47,26 @@ def test_an_error_that_a_library_drops_is_raised_again(
         work()
     assert stopped.value.exit_status == STATUS[number]
     assert capfd.readouterr().err == ""
+
+
+DROPPED = """
+import sys
+sys.argv[0] = "gapbeam"
+import ctypes, os, signal, time
+import gapbeam
+called = ctypes.CFUNCTYPE(None)(lambda: os.kill(os.getpid(), signal.SIGINT))
+try:
+    called()
+    time.sleep(20.0)
+except KeyboardInterrupt:
+    print("heard")
+"""
+
+
+def test_an_interrupt_of_a_command_that_a_library_drops_comes_again() -> None:
+    """Between libraries and march as well, where commands have no handler of their own."""
+    done = subprocess.run([sys.executable, "-c", DROPPED], capture_output=True, text=True, timeout=LONGEST, check=False)
+    assert (done.stdout, done.stderr) == ("heard\n", "")
 
 
 @pytest.mark.parametrize("number", STATUS)

@@ -18,6 +18,13 @@ from gapbeam.solver.case.solution_tables import RigidModel
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.integrators.stable_step import SAFETY, StableStep
+from gapbeam.solver.integrators.step_rule import (
+    RIGID_RATIO,
+    STEPS_PER_CONTACT,
+    STEPS_PER_PERIOD,
+    is_rigid,
+    step_of_period,
+)
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.loads.places import Attachment
 
@@ -91,9 +98,6 @@ def contact_duration(case: Case, stiffness: float) -> float:
     return pi * sqrt(mass / (slope_factor(case) * stiffness))
 
 
-STEPS_PER_PERIOD = 50  # of the highest frequency of interest
-STEPS_PER_CONTACT = 20  # for peak forces
-RIGID_RATIO = 10.0  # of contact frequency to frequency of interest; a stiffer contact is rigid on that time scale
 MODAL_SHARE = 0.25  # of the mass of a beam, that its bending modes have at its tip
 SAME = 1.0e-12  # relative: ratios of spans that differ by less are one; multiples of a step differ in the 16th digit
 SHORTEST_SHARE = 0.25  # of the step that would do; what would ask for a shorter one is not made a whole number of steps
@@ -133,35 +137,29 @@ def _attached_frequency(case: Case, added: Attachment) -> float:
 
 
 def time_step(case: Case, stiffness: float) -> Default:
-    """Return the time step that `time.step = "auto"` asks for.
+    """Return the time step that `time.step = "auto"` asks for, by `step_rule`.
 
-        dt = 1 / (50 f),    and at most T_c / 20 where 1 / (2 T_c) < 10 f
-
-    f is the highest frequency of interest, T_c the duration of an impact. A contact whose frequency is ten times f is
-    rigid on the time scale of interest: its own duration is then left to `time.adaptive`. A rigid body does not bend:
-    where T_c / 20 is longer than its bending asks for, loads and T_c alone decide. The step is rounded down so
+    What is not resolved is left to `time.adaptive`. A rigid body does not bend: where a twentieth of its contact is
+    longer than its bending asks for, loads and contact alone decide. The step is rounded down so
     that output intervals, where none is given the forcing periods, and the end are whole numbers of steps; a period
     or an end that would ask for less than a quarter of the step is left between steps.
 
     Args:
         case: The case.
         stiffness: K of the contact, given or computed, Pa/m^n.
-
-    Source: at n steps in a period the midpoint rule makes it (2 pi / n)^2 / 12 too long, 0.13 % at 50; 20 steps in a
-    contact are the least that peak forces ask for.
     """
     frequency, origin = frequency_of_interest(case)
-    longest, duration = 1.0 / (STEPS_PER_PERIOD * frequency), contact_duration(case, stiffness)
+    longest, duration = step_of_period(frequency), contact_duration(case, stiffness)
     reason = f"{STEPS_PER_PERIOD} steps in a period of {frequency:.4g} Hz, {origin}"
     slowest = duration / STEPS_PER_CONTACT
     if isinstance(case.model, RigidModel) and case.time.frequency is None and slowest > longest:
         frequency, origin = _highest_with(case, [])
-        longest = min(slowest, 1.0 / (STEPS_PER_PERIOD * frequency)) if frequency > 0.0 else slowest
+        longest = min(slowest, step_of_period(frequency))
         reason = f"{STEPS_PER_PERIOD} steps in a period of {frequency:.4g} Hz, {origin}; the rigid body does not bend"
         if longest == slowest:
             frequency = 0.5 / duration
             reason = f"{STEPS_PER_CONTACT} steps in a contact of {duration:.3g} s; the rigid body does not bend"
-    elif 0.5 / duration >= RIGID_RATIO * frequency:
+    elif is_rigid(duration, frequency):
         reason += (
             f"; contacts of {duration:.2g} s are rigid on that time scale and not resolved, "
             "for which there is time.adaptive"
@@ -208,7 +206,7 @@ def _common_divisor(case: Case) -> str:
     """Return output intervals near those of a case that a step of usual length divides, in words; "" without any."""
     given = {name: getattr(case.output, name) for name in ("history_interval", "fields_interval")}
     given = {name: value for name, value in given.items() if value is not None}
-    longest = min([1.0 / (STEPS_PER_PERIOD * frequency_of_interest(case)[0]), *given.values()])
+    longest = min([step_of_period(frequency_of_interest(case)[0]), *given.values()])
     step = float(f"{0.9 * longest:.0e}")
     near = [f"{name} = {float(f'{round(value / step) * step:.12g}')!r}" for name, value in given.items()]
     return f"{', '.join(near)}: whole numbers of steps of {step:g} s" if near else ""

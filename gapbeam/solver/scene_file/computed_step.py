@@ -1,11 +1,8 @@
-"""Time step of a file of structures that gives none: from its loads, its modes and its contacts.
+"""Time step of a file of structures that gives none, by `step_rule`: from its loads, its modes and its contacts.
 
-    h = 1 / (50 f),    and at most T_c / 20 where 1 / (2 T_c) < 10 f
-
-f is the highest frequency of interest: of the loads, five times a forcing frequency, and the second one of each elastic
+The highest frequency of interest f is one of the loads, five times a forcing frequency, or the second one of an elastic
 structure. T_c = pi / sqrt(k b^2) is half a period of a contact of stiffness k on the modes below 10 f, with the sum b^2
-of the squares of their motions there. A stiffer contact is rigid on the time scale of interest; without a frequency of
-interest all contacts count.
+of the squares of their motions there.
 """
 
 from __future__ import annotations
@@ -16,11 +13,17 @@ from math import ceil, inf, pi, sqrt
 import numpy as np
 
 from gapbeam.solver.errors import CaseError, Fault
+from gapbeam.solver.integrators.step_rule import (
+    RIGID_RATIO,
+    STEPS_PER_CONTACT,
+    STEPS_PER_PERIOD,
+    is_rigid,
+    step_of_period,
+)
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene_file.scene_case import SceneCase
 
-STEPS_PER_PERIOD, STEPS_PER_CONTACT, RIGID_RATIO = 50, 20, 10.0
 STEPS_OF_FLIGHT = 1000  # of a run without any frequency
 APART = 1.0e-6  # of a frequency: bending in two planes has each twice
 FREE = 1.0e-6  # of the highest frequency of a structure: a rigid motion
@@ -69,11 +72,11 @@ def _longest(case: SceneCase, scene: Scene) -> tuple[float, str]:
             words = ("the frequency", "the second frequency")[distinct.size - 1]
             candidates.append((float(distinct[-1]), f"{words} of {one.name or 'a structure'}"))
     frequency, origin = max(candidates, default=(0.0, ""))
-    longest = 1.0 / (STEPS_PER_PERIOD * frequency) if frequency > 0.0 else inf
+    longest = step_of_period(frequency)
     reason = f"{STEPS_PER_PERIOD} steps in a period of {frequency:.4g} Hz, {origin}"
     for number, contact in enumerate(scene.contacts):
         duration = _duration(scene, number, contact, frequency)
-        if duration / STEPS_PER_CONTACT < longest and 0.5 / duration < (RIGID_RATIO * frequency or inf):
+        if duration / STEPS_PER_CONTACT < longest and not is_rigid(duration, frequency):
             longest = duration / STEPS_PER_CONTACT
             reason = f"{STEPS_PER_CONTACT} steps in a contact of {duration:.3g} s at {contact.name}"
     if longest == inf:
@@ -88,11 +91,10 @@ def _duration(scene: Scene, number: int, contact: Contact, frequency: float) -> 
     mobility = float(np.linalg.norm(rows[:, slow], 2)) ** 2
     given = zip(contact.region.kind.names, contact.region.values, strict=True)
     depth = DEPTH * max((abs(float(value)) for name, value in given if name.startswith("clearance")), default=0.0)
+    compared = depth or 1.0
     values = [float(np.ravel(one)[0]) for one in contact.law.values]
-    forces = [
-        float(contact.law.kind.spring.py_func(np.float64(x), *values)) for x in (depth or 1.0, 2.0 * (depth or 1.0))
-    ]
-    stiffness = (forces[1] - forces[0]) / (depth or 1.0)
+    forces = [float(contact.law.kind.spring.py_func(np.float64(x), *values)) for x in (compared, 2.0 * compared)]
+    stiffness = (forces[1] - forces[0]) / compared
     if depth == 0.0 and not np.isclose(forces[1], 2.0 * forces[0]):  # no depth at which to take its slope
         return inf
     return pi / sqrt(stiffness * mobility) if stiffness * mobility > 0.0 else inf

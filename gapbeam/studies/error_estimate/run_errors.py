@@ -345,7 +345,7 @@ def _predictability(
     if reference is not None and not plan.in_plane:
         parted.append(horizon_of(thin, [(same, SHARES.get(reference, 1.0))], smoothing))
     horizon = min((time for time in parted if time is not None), default=None)
-    return horizon, any(one.name == SETTLED for one in _whole_spans(case, run))
+    return horizon, repeats(run, spans_of(case, run.end, run.interval, None), smoothing)
 
 
 def _whole_spans(case: Case, run: MotionRecord) -> list[Span]:

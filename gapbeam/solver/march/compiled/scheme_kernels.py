@@ -101,8 +101,9 @@ def alpha_step(
     step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
     touch = Touch(v, motion.touch_speed)
     slip = Slip(motion.rubbed, room.new_v, new_share * scheme.gamma * dt)
-    for j in range(n):
-        room.new_v[j] = room.stage_velocity[j] + slip.weight * free[j]
+    if modal.friction is not None:
+        for j in range(n):
+            room.new_v[j] = room.stage_velocity[j] + slip.weight * free[j]
     iterations = solve_points(
         modal.around, modal.friction, modal.initial_gap, balance, step, law, touch, slip, room.solution, most
     )

@@ -20,7 +20,7 @@ from gapbeam.postprocess.signals.figure_names import ACCELERATION, SMOOTHED_ACCE
 from gapbeam.postprocess.signals.signal import probe_signal
 from gapbeam.postprocess.signals.steady_figures import steady
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.record_table import STANDARD_GRAVITY as G
+from gapbeam.solver.schema.record_table import STANDARD_GRAVITY as G
 from gapbeam.studies.modes.beam_theory import SpringBeam
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import KeptBody, seated

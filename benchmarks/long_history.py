@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gapbeam.solver.record_table import FIELDS_FILE, HISTORY
 from gapbeam.solver.run.output.hdf5_files import GrowingSeries
 from gapbeam.solver.run.output.history_file import HistoryWriter
+from gapbeam.solver.schema.record_table import FIELDS_FILE, HISTORY
 from gapbeam.solver.system.operators import Array
 
 RECORDS, BETWEEN, AT_ONCE = 2**20, 2**16, 2**12

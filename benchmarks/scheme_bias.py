@@ -11,8 +11,8 @@ import sys
 import time
 from collections.abc import Sequence
 
-from gapbeam.solver.errors import RunError
 from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
+from gapbeam.solver.messages.errors import RunError
 from tests.shared.masses_under_noise import FIGURES, Biases, biases_of
 
 SECONDS = 20000.0

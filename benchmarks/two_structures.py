@@ -19,8 +19,8 @@ import numpy as np
 
 import gapbeam as gb
 from benchmarks.table import Cell, Figures, Table, machine_words, measured_apart, options, print_figures, seconds
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.scene_march import marcher_of
-from gapbeam.solver.wording import counted
 
 CELLS = (60, 23, 22)
 """Hexahedra along, across and through one of two structures."""

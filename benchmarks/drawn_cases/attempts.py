@@ -30,8 +30,8 @@ from gapbeam.postprocess.results.results import records_in
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.errors import EnergyCreated
 from gapbeam.solver.integrators.scheme_choice import scheme_of
+from gapbeam.solver.messages.errors import EnergyCreated
 from gapbeam.studies.error_estimate.companions import FINEST_MODES, FINEST_SHAPES
 from gapbeam.studies.error_estimate.force_peaks import BEYOND_HORIZON, SETTLED
 from gapbeam.studies.error_estimate.motion_record import MotionRecord

@@ -30,8 +30,8 @@ from gapbeam.postprocess.results.results import Results, open_results, records_i
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case, case_to_toml, own_law
-from gapbeam.solver.errors import CaseError, RunError, UserError
-from gapbeam.solver.record_table import CURVE_FILE
+from gapbeam.solver.messages.errors import CaseError, RunError, UserError
+from gapbeam.solver.schema.record_table import CURVE_FILE
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 
 CHANGES = 10  # of contact: before, motions that are the same are the same

@@ -12,8 +12,8 @@ from benchmarks.drawn_schema.finishing import entries_of, finished
 from benchmarks.drawn_schema.scene import drawn_scene
 from benchmarks.drawn_schema.tables import Choice, Draw, all_choices
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.errors import CaseError, Fault, UserError
-from gapbeam.solver.table import models_in
+from gapbeam.solver.messages.errors import CaseError, Fault, UserError
+from gapbeam.solver.schema.table import models_in
 
 TRIES = 400  # of drawing tables again
 SCENES = 40  # of drawing everything again

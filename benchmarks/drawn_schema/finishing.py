@@ -21,10 +21,10 @@ from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.integrators.scheme_choice import Scheme
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT, TimeScheme
 from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.schema.table import models_in, type_name
 from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.supports.regions.region import AroundRegion
 from gapbeam.solver.supports.regions.region_choice import Hole, RegionChoice
-from gapbeam.solver.table import models_in, type_name
 
 SEGMENTED = 0.15  # share of the cases
 MARGIN = 0.1  # of the free part, on either side

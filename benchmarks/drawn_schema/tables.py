@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from benchmarks.drawn_schema.rules import LeftOut, rule_of, weight_of
 from benchmarks.drawn_schema.scene import Scene
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.table import models_in, type_name
+from gapbeam.solver.schema.table import models_in, type_name
 
 
 @dataclass(frozen=True)

@@ -230,7 +230,7 @@ def _sweep_again(seeds: Path, folder: Path, chance: random.Random) -> Work:
     def work() -> int:
         from gapbeam.postprocess.results.bounded_files import as_written
         from gapbeam.postprocess.study_figures.sweep_branches import census
-        from gapbeam.solver.errors import CaseError
+        from gapbeam.solver.messages.errors import CaseError
         from gapbeam.studies.sweep.sweep_plan import Sweep, finished, prepare, read_points
         from gapbeam.studies.sweep.sweep_tables import write_tables
         from gapbeam.studies.trials.axes import read_axis

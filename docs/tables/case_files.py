@@ -19,9 +19,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.known_keys import KeyTable, tables
 from gapbeam.solver.case.reading.value_words import options, toml_value
+from gapbeam.solver.messages.wording import either
 from gapbeam.solver.scene_file.scene_case import SceneCase
-from gapbeam.solver.table import POINT_PATTERN, models_in
-from gapbeam.solver.wording import either
+from gapbeam.solver.schema.table import POINT_PATTERN, models_in
 from gapbeam.studies.identification.identification_tables import Identification
 from gapbeam.studies.library.library_file import LibraryStudy
 from gapbeam.studies.optimum.optimum_study import OptimumStudy

@@ -77,7 +77,7 @@ class SuggestingGroup(TyperGroup):
 
 
 def _hint(word: str, commands: list[str]) -> str:
-    from gapbeam.solver.wording import near
+    from gapbeam.solver.messages.wording import near
 
     if word.endswith(".toml"):
         return f"did you mean: {harmless(shell_command('gapbeam', 'run', Path(word)))}?"

@@ -40,8 +40,8 @@ def compile_() -> int:
 
     Exit status: 0 done, 6 the machine code cannot be kept.
     """
-    from gapbeam.solver.errors import NotWritten
-    from gapbeam.solver.jit import cache_folder
+    from gapbeam.solver.compilation.jit import cache_folder
+    from gapbeam.solver.messages.errors import NotWritten
     from gapbeam.studies.engine.study_engine import Engine
 
     if cache_folder() is None:

@@ -56,7 +56,7 @@ def estimate(
     Exit status: 0 done, 5 a recording lies outside of the library, 2 a fault of the input, 6 the file could not be
     written.
     """
-    from gapbeam.solver.errors import UserError
+    from gapbeam.solver.messages.errors import UserError
     from gapbeam.studies.library.estimate import estimate as estimated
     from gapbeam.studies.library.estimate import series
     from gapbeam.studies.library.recording import read_recording

@@ -137,7 +137,7 @@ def one_of(known: object) -> Callable[[str], str]:
     names = [str(name) for name in known]  # type: ignore[attr-defined]
 
     def read(text: str) -> str:
-        from gapbeam.solver.wording import near
+        from gapbeam.solver.messages.wording import near
 
         if text.strip() in names:
             return text.strip()

@@ -20,7 +20,7 @@ from gapbeam.commands.terminal import (
     shipped_kind,
     workers_from,
 )
-from gapbeam.solver.errors import in_one_line
+from gapbeam.solver.messages.errors import in_one_line
 
 
 def sweep(

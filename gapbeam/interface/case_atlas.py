@@ -11,7 +11,7 @@ from gapbeam.interface.single_case import model
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import is_scene, read_case
 from gapbeam.solver.case.reading.overrides import Overrides
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_reader import read_scene
 from gapbeam.studies.atlas.run_atlas import PeriodicScene

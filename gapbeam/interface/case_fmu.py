@@ -54,7 +54,7 @@ def marched_scene(case: CaseSource, overrides: Overrides = ()) -> MarchedScene:
         NotConverged: Nothing holds the beam at the start.
     """
     from gapbeam.solver.case.reading.case_reader import is_scene
-    from gapbeam.solver.errors import UserError
+    from gapbeam.solver.messages.errors import UserError
     from gapbeam.solver.scene.linear_scheme import MIDPOINT
     from gapbeam.solver.scene_file.scene_reader import read_scene
 
@@ -82,8 +82,8 @@ def live_model(folder: Path) -> dict[str, Any] | None:
     """Return data of the live model of a run's folder; None: the kernel cannot march its case."""
     from gapbeam.meshes.mesh_errors import MeshError
     from gapbeam.solver.case.solution_tables import FullModel
-    from gapbeam.solver.errors import CaseError, RunError
-    from gapbeam.solver.record_table import CASE_FILE
+    from gapbeam.solver.messages.errors import CaseError, RunError
+    from gapbeam.solver.schema.record_table import CASE_FILE
 
     try:
         case = read_case(folder / CASE_FILE)
@@ -131,8 +131,8 @@ def fmu(
             or not for a scene; or the file is there, or cannot be written.
         NotConverged: Nothing holds the beam at the start.
     """
-    from gapbeam.solver.errors import UserError
     from gapbeam.solver.kernel.fmu_archive import write_fmu
+    from gapbeam.solver.messages.errors import UserError
     from gapbeam.solver.run.output.results_folder import check_name
 
     refuse_ranks("fmu")

@@ -52,7 +52,7 @@ def view(
 
     from gapbeam.postprocess.render import check_size
     from gapbeam.postprocess.scene.setup_sheet import picture_of
-    from gapbeam.solver.errors import UserError
+    from gapbeam.solver.messages.errors import UserError
 
     check_size(size)
     picture, _ = picture_of(set_up_of(read), size)
@@ -151,7 +151,7 @@ def _check(path: Path) -> None:
     Raises:
         UserError: Another suffix, a link or a folder.
     """
-    from gapbeam.solver.errors import UserError
+    from gapbeam.solver.messages.errors import UserError
     from gapbeam.solver.run.output.results_folder import check_name, check_place
 
     check_name(path)

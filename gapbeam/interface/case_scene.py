@@ -17,8 +17,8 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import NO_DAMPER
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.time_function import Harmonic
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import Disc, HalfPlane
 from gapbeam.solver.scene.force_law import ForceLaw

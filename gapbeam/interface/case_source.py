@@ -20,8 +20,8 @@ from gapbeam.solver.case.model_choice import chosen_case
 from gapbeam.solver.case.reading import case_reader
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.case.reading.value_words import toml_value
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.wording import apart
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import apart
 from gapbeam.studies.trials.axes import Axis, Spacing, read_axis
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from gapbeam.postprocess.report.pdf_page import BrowserError
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.postprocess.run_comparison import ComparisonError
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.solver.errors import (
+from gapbeam.solver.messages.errors import (
     AssumptionBroken,
     CaseError,
     EnergyCreated,

@@ -225,7 +225,7 @@ def export(
     from gapbeam.postprocess.results.bounded_files import as_written
     from gapbeam.postprocess.results.columns_of_run import HISTORY_TABLE
     from gapbeam.postprocess.results_errors import OptionError
-    from gapbeam.solver.errors import UserError
+    from gapbeam.solver.messages.errors import UserError
 
     folder = folder_of(results)
     if output is None and table != HISTORY_TABLE:

@@ -116,7 +116,7 @@ def _run_of_scene(
     march: dict[str, Any],
 ) -> Outcome:  # fmt: skip
     """Run a scene, on rank 0 of several; arguments that are for cases are refused."""
-    from gapbeam.solver.errors import UserError
+    from gapbeam.solver.messages.errors import UserError
     from gapbeam.solver.run.scene_run import SceneRun, run_scene
     from gapbeam.studies.error_estimate.scene_errors import with_scene_errors
 
@@ -145,7 +145,7 @@ def _refuse(names: Collection[str], what: str) -> None:
         UserError: There are any.
     """
     if names:
-        from gapbeam.solver.errors import UserError
+        from gapbeam.solver.messages.errors import UserError
 
         raise UserError(f"run: found {', '.join(f'`{name}=`' for name in names)} for {what}")
 
@@ -270,7 +270,7 @@ def _check_measured(measured: Mapping[int, float], count: int) -> None:
     Raises:
         UserError: There are such, or only one.
     """
-    from gapbeam.solver.errors import UserError
+    from gapbeam.solver.messages.errors import UserError
 
     values = list(measured.values())
     ascending = all(before < after < float("inf") for before, after in pairwise([0.0, *values]))

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sections.section_patches import SectionPatches
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 
 class BeamStep(NamedTuple):

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import gapbeam
 from gapbeam.postprocess.shell_command import shell_command
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.wording import near, printable
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import near, printable
 
 CASES = Path(gapbeam.__file__).parent / "cases"
 SUFFIX = ".toml"

@@ -13,7 +13,7 @@ from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.figure_style import BLACK, VERMILION, journal_style, limits_around, panels
 from gapbeam.postprocess.run_comparison import RunComparison, is_raw
 from gapbeam.postprocess.signals.steady_figures import HARMONICS
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 SHOWN_SIGNALS = 4
 

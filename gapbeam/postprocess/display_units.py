@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gapbeam.solver.record_table import STANDARD_GRAVITY
+from gapbeam.solver.schema.record_table import STANDARD_GRAVITY
 
 # SI unit: (unit shown, factor)
 DISPLAY: dict[str, tuple[str, float]] = {

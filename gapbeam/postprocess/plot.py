@@ -70,7 +70,7 @@ from gapbeam.postprocess.signals.shock_spectrum import (
     shock_spectrum,
 )
 from gapbeam.postprocess.signals.spectra import POINTS, Sampling, Window
-from gapbeam.solver.record_table import CURVE_FILE, HISTORY
+from gapbeam.solver.schema.record_table import CURVE_FILE, HISTORY
 
 FOLDER = "figures"
 TABLES_FILE = "tables.txt"

@@ -55,7 +55,7 @@ def refuse_ranks(name: str) -> None:
         return
     from mpi4py import MPI
 
-    from gapbeam.solver.errors import UserError
+    from gapbeam.solver.messages.errors import UserError
 
     if MPI.COMM_WORLD.size > 1:
         raise UserError(

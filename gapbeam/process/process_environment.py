@@ -15,7 +15,7 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
-from gapbeam.solver.errors import OutOfMemory
+from gapbeam.solver.messages.errors import OutOfMemory
 from gapbeam.solver.run.rank_threads import THREADS, is_count, threads_a_rank
 
 OTHERS = stat.S_IWGRP | stat.S_IWOTH

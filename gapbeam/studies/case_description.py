@@ -20,11 +20,11 @@ from gapbeam.solver.case.computed_defaults import Default, bending_words, overha
 from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.march.stepwise_march import RESOLVING_SHARE
 from gapbeam.solver.memory.memory_check import expected_dofs, lack_of_memory, refuse_too_large_before_meshing
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.body import MeshedBeam, mesh_beam, mesh_dofs
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.verdict import remarks_on_model
-from gapbeam.solver.wording import counted
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.trial_prediction import LARGEST, Prediction, predict, predict_large
 

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
 
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.errors import NotWritten, UserError
+from gapbeam.solver.messages.errors import NotWritten, UserError
+from gapbeam.solver.messages.wording import printable
 from gapbeam.solver.run.output.results_folder import by_one, check_place, locked, write_beside
-from gapbeam.solver.wording import printable
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -30,10 +30,10 @@ from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.solution_tables import FullModel
-from gapbeam.solver.errors import Interrupted, RunError
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.march.stepwise_march import March
+from gapbeam.solver.messages.errors import Interrupted, RunError
 from gapbeam.solver.models.energy_creation import refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model, model_of
 from gapbeam.solver.run.interruption import Interruption, Signals

@@ -28,10 +28,10 @@ from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RecordStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts
-from gapbeam.solver.record_table import CASE_FILE, HISTORY_FILE
 from gapbeam.solver.run.outcome import all_rates, work_rate
 from gapbeam.solver.run.output.results_folder import check_folder, check_name
 from gapbeam.solver.run.stop_rule import decay_time, has_statistics
+from gapbeam.solver.schema.record_table import CASE_FILE, HISTORY_FILE
 from gapbeam.studies.study_folder import refuse_links
 
 MOTIONS = ("displacement", "acceleration_absolute")

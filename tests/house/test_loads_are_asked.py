@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gapbeam.solver.loads.load_choice import Load
-from gapbeam.solver.table import models_in
+from gapbeam.solver.schema.table import models_in
 from tests.house.test_house_rules import FILES, PROJECT, imports, place
 
 LOADS = PROJECT / "gapbeam" / "solver" / "loads"

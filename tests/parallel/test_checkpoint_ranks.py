@@ -10,7 +10,7 @@ import pytest
 
 import gapbeam
 from gapbeam.postprocess.results.results import Results, open_results
-from gapbeam.solver.record_table import STRESS_FIELDS
+from gapbeam.solver.schema.record_table import STRESS_FIELDS
 from tests.parallel.test_ranks_agree import check_fields, disagreements
 from tests.shared.command import DEMO, RATTLE, alone, on_ranks, settings
 from tests.shared.interrupted import differing, stopped_after

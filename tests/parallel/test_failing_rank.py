@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.solver.errors import NotFinite, OutOfMemory
+from gapbeam.solver.messages.errors import NotFinite, OutOfMemory
 from tests.shared.case_texts import spoiled, written
 from tests.shared.command import DEMO, alone, called, on_ranks, programmed, settings
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import gapbeam
-from gapbeam.solver import errors
+from gapbeam.solver.messages import errors
 from gapbeam.solver.run.interruption import Wish
 from tests.shared.command import DEMO, PROJECT, RATTLE, alone, process_environment, settings
 from tests.shared.interrupted import differing

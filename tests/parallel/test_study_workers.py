@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import gapbeam
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.studies.engine import dask_clusters
 from tests.parallel.test_slurm import program
 from tests.regression.test_sweep import CASE, QUICK

@@ -9,7 +9,7 @@ import pytest
 
 import gapbeam
 from gapbeam.postprocess.results.results import Results
-from gapbeam.solver.record_table import STRESS_FIELDS
+from gapbeam.solver.schema.record_table import STRESS_FIELDS
 from tests.parallel.test_ranks_agree import CLOSE, check_fields, disagreements
 from tests.shared.command import CASE_FOLDER, DEMO, RATTLE, alone, on_ranks, settings
 

@@ -3,7 +3,7 @@
     python3 -m tests.programs.broken_rank MODULE PLACE ERROR [ARGUMENT ...]
 
 PLACE is a name in the module, as in "find_seat" or "Midpoint.advance"; ERROR is of Python or of
-`gapbeam.solver.errors`.
+`gapbeam.solver.messages.errors`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 from mpi4py import MPI
 
 from gapbeam.command_line import main
-from gapbeam.solver import errors
+from gapbeam.solver.messages import errors
 
 module, place, error = sys.argv[1:4]
 kind: type[Exception] = getattr(builtins, error, None) or getattr(errors, error)

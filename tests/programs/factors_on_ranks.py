@@ -9,8 +9,8 @@ from scipy.sparse import csr_matrix, diags, identity, kron, random
 from scipy.sparse.linalg import spsolve
 
 import gapbeam.solver.linear_algebra.substructured_factor as module
-from gapbeam.solver.errors import RunError
 from gapbeam.solver.linear_algebra.substructured_factor import SubstructuredFactor, factor_on_ranks
+from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.system.operators import Interface
 
 comm = MPI.COMM_WORLD

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.jit import cache_folder, entry
+from gapbeam.solver.compilation.jit import cache_folder, entry
 from gapbeam.solver.system.operators import Array
 
 

@@ -9,11 +9,11 @@ from typing import Literal
 
 from pydantic import Field
 
+from gapbeam.solver.compilation.jit import compiled_in_order
 from gapbeam.solver.contact.laws.damper import DampedPoint, Damper, per_area
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
-from gapbeam.solver.jit import compiled_in_order
+from gapbeam.solver.schema.table import NonNegative
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import NonNegative
 
 
 class GrowingLaw(ChosenLaw):

@@ -12,10 +12,10 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.point_load import PointLoad
 from gapbeam.solver.loads.time_function import TimeFunction, smooth
-from gapbeam.solver.table import Name, NonNegative, Number, Positive, Vector
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Vector
 
 CONTENT = 1.5  # over the duration: beyond this frequency the spectrum of the pulse is below a tenth
 FEWEST = 10  # steps that show a pulse

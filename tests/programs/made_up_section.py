@@ -8,9 +8,9 @@ from typing import Literal
 from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
-from gapbeam.solver.errors import Fault
+from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.schema.table import Positive
 from gapbeam.solver.sections.section_table import SectionTable, solid_shear, thin_enough, wall_cells
-from gapbeam.solver.table import Positive
 
 
 class CrossSection(SectionTable):

@@ -13,8 +13,8 @@ from pydantic import Field
 from gapbeam.solver.contact.laws.damper import Damper, per_area
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.contact.laws.own_spring import OwnSpring
+from gapbeam.solver.schema.table import Positive
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import Positive
 
 
 class CubicStop(ChosenLaw):

@@ -7,8 +7,8 @@ from typing import Literal
 from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
+from gapbeam.solver.schema.table import Positive
 from gapbeam.solver.sections.section_table import SectionTable, wall_cells
-from gapbeam.solver.table import Positive
 
 
 class TeeSection(SectionTable):

@@ -18,8 +18,8 @@ from mpi4py import MPI
 
 import gapbeam
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.march import simulation as gathered_steps
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run import run_consumers
 from gapbeam.solver.run.checkpoint.checkpoint_files import VERSION
 from gapbeam.solver.run.interruption import Interruption, Wish

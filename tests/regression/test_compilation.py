@@ -13,7 +13,14 @@ from pathlib import Path
 import pytest
 
 from gapbeam.commands.compile_ahead import WORK
-from gapbeam.solver.jit import cache_folder, compile_in_another_process, compiled, compiled_apart, entry, is_kept
+from gapbeam.solver.compilation.jit import (
+    cache_folder,
+    compile_in_another_process,
+    compiled,
+    compiled_apart,
+    entry,
+    is_kept,
+)
 from tests.shared.command import DEMO, GAPBEAM, PROJECT, alone, process_environment, settings
 from tests.shared.processes import LONGEST, until
 

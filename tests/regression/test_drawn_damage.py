@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as some
 
 import gapbeam
-from gapbeam.solver.record_table import CASE_FILE, HISTORY_FILE, SUMMARY_FILE
+from gapbeam.solver.schema.record_table import CASE_FILE, HISTORY_FILE, SUMMARY_FILE
 from tests.shared.command import called
 
 READ = (HISTORY_FILE, SUMMARY_FILE, CASE_FILE)

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from gapbeam.postprocess.results.results import ResultsError, open_results
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.record_table import HISTORY, history_pieces
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.output import hdf5_files as growing_series
 from gapbeam.solver.run.output import history_file as histories
 from gapbeam.solver.run.output.hdf5_files import HEAD, SECTOR, SWITCH, TAIL, GrowingSeries
 from gapbeam.solver.run.output.history_file import HistoryWriter
+from gapbeam.solver.schema.record_table import HISTORY, history_pieces
 from tests.shared.history_labels import LABELS as SLICE
 
 LABELS = {**SLICE, "load": ("shaker",)}

@@ -34,8 +34,11 @@ from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.process.terminal_text import harmless
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_tables
 from gapbeam.solver.diagnostics.history_rows import Recorder
-from gapbeam.solver.errors import CaseError, UserError
-from gapbeam.solver.record_table import (
+from gapbeam.solver.messages.errors import CaseError, UserError
+from gapbeam.solver.run.output.disk_space import check_space, size_of_results
+from gapbeam.solver.run.output.history_file import HistoryWriter
+from gapbeam.solver.scene_file.scene_reader import read_scene
+from gapbeam.solver.schema.record_table import (
     CASE_FILE,
     FIELDS_DATA_FILE,
     FIELDS_FILE,
@@ -43,9 +46,6 @@ from gapbeam.solver.record_table import (
     HISTORY_FILE,
     SUMMARY_FILE,
 )
-from gapbeam.solver.run.output.disk_space import check_space, size_of_results
-from gapbeam.solver.run.output.history_file import HistoryWriter
-from gapbeam.solver.scene_file.scene_reader import read_scene
 from gapbeam.studies.study_folder import StoredPiece, StoredResponse, checked, refuse_links
 from gapbeam.studies.sweep.sweep_plan import Sweep, chains_of, point_file, prepare, read_points
 from gapbeam.studies.tradeoff.run_tradeoff import stored_choice, study_key

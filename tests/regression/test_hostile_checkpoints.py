@@ -22,7 +22,7 @@ from benchmarks.fuzz.checkpoint_mutations import closed, opened, sealed
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.history_rows import Recorder
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.checkpoint.checkpoints import Left, last_checkpoint
 from gapbeam.solver.run.checkpoint.kept_model import EXPANSION, sum_of

@@ -18,8 +18,8 @@ from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.signals.steady_figures import steady
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.errors import CaseError
-from gapbeam.solver.record_table import SMOOTHING_WINDOW
+from gapbeam.solver.messages.errors import CaseError
+from gapbeam.solver.schema.record_table import SMOOTHING_WINDOW
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.identification.evaluations import Evaluations, prepare

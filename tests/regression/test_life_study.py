@@ -15,7 +15,7 @@ import gapbeam
 from gapbeam.postprocess.report.blocks import TableBlock, Verdict
 from gapbeam.postprocess.report.sections.curve_section import life_sections
 from gapbeam.solver.case.case import case_to_toml
-from gapbeam.solver.errors import CaseError
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.studies.life.case_rates import CaseRates
 from gapbeam.studies.life.worn_case import YEAR, long_time, time_words, worn_case
 from gapbeam.studies.life.worn_march import Blocks, wear_down

@@ -24,7 +24,7 @@ from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.contact.laws.own_spring import OwnSpring
 from gapbeam.solver.contact.laws.own_spring_law import own_spring_law
 from gapbeam.solver.contact.laws.springs import Spring
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array
 from tests.programs.made_up_spring import CubicStop
 from tests.shared.command import PROJECT, alone, process_environment

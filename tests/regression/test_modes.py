@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.seat.contact_modes import SEATED, HeldModes, held_modes
 from gapbeam.studies.modes.theory_comparison import assurance, beams_of, compare_modes, remarks
 from tests.shared.command import DEMO, PROJECT, alone, called, called_in_turn, on_ranks, settings

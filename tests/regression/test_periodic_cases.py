@@ -22,12 +22,12 @@ from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.checks.periodic_checks import value_of
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.errors import Interrupted
+from gapbeam.solver.messages.errors import Interrupted
 from gapbeam.solver.periodic.periodic_response import PeriodicResponse, find_response
-from gapbeam.solver.record_table import CURVE_FILE, CURVE_TABLE_FILE, HISTORY
 from gapbeam.solver.run import periodic_search
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.run_case import run_case
+from gapbeam.solver.schema.record_table import CURVE_FILE, CURVE_TABLE_FILE, HISTORY
 from tests.shared.case_texts import GOOD, assert_says, faults_of, written
 
 CASE = Path(__file__).parents[2] / "cases" / "periodic.toml"

@@ -14,7 +14,7 @@ from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.shock_spectrum import power_density
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.solver.record_table import CASE_FILE
+from gapbeam.solver.schema.record_table import CASE_FILE
 from tests.shared.command import alone, called_in_turn
 from tests.unit.test_postprocess_synthetic import write_results
 

@@ -14,8 +14,8 @@ import gapbeam
 from gapbeam.postprocess.plot import DATA_FILE, FOLDER
 from gapbeam.postprocess.results.columns_of_run import points_of
 from gapbeam.solver.case.case import case_to_toml
-from gapbeam.solver.errors import CaseError
-from gapbeam.solver.record_table import POINTS_FILE
+from gapbeam.solver.messages.errors import CaseError
+from gapbeam.solver.schema.record_table import POINTS_FILE
 from tests.regression.test_hole_pictures import KEYS
 from tests.shared.command import CASE_FOLDER, alone, on_ranks
 from tests.shared.interrupted import run_in_parts

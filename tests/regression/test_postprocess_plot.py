@@ -15,7 +15,7 @@ from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.probe_analysis import Options, analyze, as_text
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.solver.record_table import CASE_FILE
+from gapbeam.solver.schema.record_table import CASE_FILE
 from tests.unit.test_postprocess_synthetic import write_results
 
 FORCING = 20.0

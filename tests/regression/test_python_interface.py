@@ -13,7 +13,7 @@ import pytest
 
 import gapbeam
 from gapbeam.process.terminal_text import with_options
-from gapbeam.solver import errors
+from gapbeam.solver.messages import errors
 from tests.shared.command import PROJECT, alone, called, on_ranks, programmed
 
 DEMO = PROJECT / "cases" / "demo.toml"

@@ -17,7 +17,7 @@ from gapbeam.postprocess.report.sections.statistics_section import statistics_se
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.diagnostics.statistics.batch_interval import interval_of_mean
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.run_case import run_case
 from gapbeam.solver.run.stop_rule import StopRule, decay_time
 from tests.shared.command import CASE_FOLDER, DEMO, called, settings

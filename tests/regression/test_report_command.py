@@ -17,7 +17,7 @@ from gapbeam.postprocess.report.charts import Chart, envelope, thinning_words
 from gapbeam.postprocess.report.html_page import html_of
 from gapbeam.postprocess.report.pdf_page import BrowserError
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.record_table import CURVE_FILE, HISTORY_FILE, SUMMARY_FILE
+from gapbeam.solver.schema.record_table import CURVE_FILE, HISTORY_FILE, SUMMARY_FILE
 from tests.regression.test_postprocess_plot import FORCING, sine_records
 from tests.shared.command import alone, called_in_turn
 from tests.shared.reports import report_on

@@ -11,8 +11,8 @@ import pytest
 
 import gapbeam
 from gapbeam.solver.case.case import case_to_toml
-from gapbeam.solver.errors import CaseError
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.models.body_key import body_key
 from tests.parallel.test_ranks_agree import CLOSE, disagreements
 from tests.shared.command import alone, on_ranks

@@ -18,7 +18,7 @@ from meshio.xdmf import TimeSeriesReader
 
 import gapbeam
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.record_table import FIELDS, HISTORY
+from gapbeam.solver.schema.record_table import FIELDS, HISTORY
 from tests.shared.command import (
     DEMO,
     GAPBEAM,

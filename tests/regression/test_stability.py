@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from gapbeam.postprocess.study_figures.stability_map import QUANTITIES, draw_stability_map
-from gapbeam.solver.errors import CaseError, UserError
+from gapbeam.solver.messages.errors import CaseError, UserError
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.trials.axes import Axis, read_axis
 from gapbeam.studies.trials.response import run_grid, table, try_case

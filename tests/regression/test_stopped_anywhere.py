@@ -17,8 +17,8 @@ import pytest
 
 import gapbeam
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.solver.errors import Interrupted
 from gapbeam.solver.integrators.midpoint import DiscreteGradient
+from gapbeam.solver.messages.errors import Interrupted
 from gapbeam.solver.run import interruption
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.system.accepted_step import Step

@@ -17,7 +17,7 @@ from gapbeam.postprocess.report.sections.contact_section import contact_section
 from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
 from gapbeam.solver.case.beam_motions import axial_restraint
 from gapbeam.solver.case.case import case_to_toml
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.seat.contact_modes import held_modes
 from gapbeam.studies.tradeoff.level_measurement import plan_levels
 from tests.parallel.test_ranks_agree import CLOSE, disagreements

@@ -17,9 +17,9 @@ from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import figures_of_record
 from gapbeam.postprocess.study_figures.sweep_branches import census, census_words, draw_branches
-from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.march.stepwise_march import march
+from gapbeam.solver.messages.errors import CaseError, UserError
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.system.semi_discrete import MASS, VALUE
 from gapbeam.studies.sweep.sweep_plan import Chain, Sweep, Task, chains_of, finished, point_file

@@ -15,7 +15,7 @@ import gapbeam
 from gapbeam.commands.tradeoff import level_within
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.studies.tradeoff.level_errors import (
     WHOLE,
     Grounds,

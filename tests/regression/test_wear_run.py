@@ -14,8 +14,8 @@ from gapbeam.postprocess.report.sections.contact_section import wear_section
 from gapbeam.postprocess.results.columns_of_run import wear_of
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.case.case import case_to_toml
-from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
+from gapbeam.solver.messages.errors import CaseError, UserError
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.run.stop_rule import StopRule
 from tests.parallel.test_ranks_agree import CLOSE, disagreements

@@ -9,7 +9,7 @@ import pytest
 
 from gapbeam.commands.atlas import atlas
 from gapbeam.interface.case_atlas import repeating_scene
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.studies.atlas import run_atlas
 from tests.shared.command import PROJECT
 

@@ -11,7 +11,7 @@ from scipy import stats
 
 import gapbeam as gb
 from gapbeam.interface.case_atlas import repeating_scene
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.studies.uncertain.uncertain_file import read_uncertain, run_uncertain
 

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 import gapbeam as gb
-from gapbeam.solver.errors import CaseError, UserError
+from gapbeam.solver.messages.errors import CaseError, UserError
 from gapbeam.studies.sweep.sweep_plan import Chain, Sweep, chains_of, point_file
 from gapbeam.studies.sweep.sweep_point import run_chain
 from gapbeam.studies.trials.axes import read_axis

@@ -13,7 +13,7 @@ from scipy.integrate import dblquad
 from scipy.linalg import solve_continuous_lyapunov
 
 import gapbeam as gb
-from gapbeam.solver.errors import Interrupted
+from gapbeam.solver.messages.errors import Interrupted
 from gapbeam.solver.run.scene_run import SceneMarch
 from tests.shared import slips
 from tests.shared.slips import Change, Tables, check_refused

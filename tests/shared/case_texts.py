@@ -9,7 +9,7 @@ import pytest
 
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case
 from gapbeam.solver.case.reading.overrides import Overrides
-from gapbeam.solver.errors import Fault
+from gapbeam.solver.messages.errors import Fault
 
 BEAM = """
 [beam]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gapbeam.solver.record_table import HISTORY
+from gapbeam.solver.schema.record_table import HISTORY
 
 LABELS: dict[str, tuple[str, ...]] = {
     **{dimension: () for record in HISTORY for dimension in record.dims[1:]},

@@ -23,9 +23,9 @@ from gapbeam.solver.case.checks.case_warnings import unit_questions, unusual_loa
 from gapbeam.solver.case.figure_table import RECORDED, Figure
 from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_tables
-from gapbeam.solver.record_table import HISTORY_FILE
+from gapbeam.solver.schema.record_table import HISTORY_FILE
+from gapbeam.solver.schema.table import type_name
 from gapbeam.solver.supports.support_tables import OneSupport
-from gapbeam.solver.table import type_name
 
 KeyPath = tuple[str | int, ...]
 Unit = Callable[[Case, tuple[BaseModel, ...]], str]

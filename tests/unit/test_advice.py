@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gapbeam.solver.case.reading.case_reader import read_case_text
-from gapbeam.solver.errors import CaseError, Fault, Key
+from gapbeam.solver.messages.errors import CaseError, Fault, Key
 from tests.shared.case_texts import GOOD, spoiled
 from tests.unit.test_case_consistency import CONTRADICTIONS
 

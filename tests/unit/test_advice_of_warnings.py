@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.reading.case_reader import read_case_text
-from gapbeam.solver.errors import CaseError
+from gapbeam.solver.messages.errors import CaseError
 from tests.shared.case_texts import BEAM, GOOD
 from tests.unit.test_advice import CHOICES, PART, VALUE
 

@@ -7,7 +7,7 @@ import numpy as np
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.scene.support_surface import Mark, marks_of, placed, support_of
 from gapbeam.solver.loads.attachments import JointChoice
-from gapbeam.solver.table import models_in, type_name
+from gapbeam.solver.schema.table import models_in, type_name
 
 
 def test_marks_stand_where_joints_masses_and_fluids_are() -> None:

@@ -12,7 +12,7 @@ from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.reading.known_keys import tables
 from gapbeam.solver.case.reading.overrides import UNITS, factor_of
-from gapbeam.solver.errors import CaseError
+from gapbeam.solver.messages.errors import CaseError
 
 PROJECT = Path(__file__).parents[2]
 IN_SI = """

@@ -15,7 +15,7 @@ from gapbeam.postprocess.figures.figure_style import journal_style
 from gapbeam.postprocess.plot import DATA_FILE, FOLDER, plot
 from gapbeam.postprocess.results.columns_of_run import PointMap, points_of
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.record_table import POINT_COLUMNS, POINTS_FILE, SUMMARY_FILE
+from gapbeam.solver.schema.record_table import POINT_COLUMNS, POINTS_FILE, SUMMARY_FILE
 from tests.regression.test_postprocess_plot import sine_records
 from tests.unit.test_postprocess_synthetic import write_results
 

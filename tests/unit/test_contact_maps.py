@@ -16,7 +16,7 @@ from gapbeam.postprocess.report.station_motion import contact_maps_of, within_ro
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results.supports_of_run import RunFace
-from gapbeam.solver.record_table import SUMMARY_FILE
+from gapbeam.solver.schema.record_table import SUMMARY_FILE
 from tests.regression.test_postprocess_plot import sine_records
 from tests.unit.test_moving_scene import planar_run
 from tests.unit.test_postprocess_synthetic import write_fields, write_results

@@ -10,7 +10,7 @@ import pytest
 from gapbeam.solver.contact.laws.contact_law import StagePressure
 from gapbeam.solver.contact.solve.condensation import ForceResponse
 from gapbeam.solver.contact.solve.contact_solve import solve_contact
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.operators import Array, Indices
 
 COMPLIANCE, STIFFNESS, HELD = 1.0e-3, 2.0e9, 1.0e-3  # m/N, Pa/m, m

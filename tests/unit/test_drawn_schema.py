@@ -14,7 +14,7 @@ import gapbeam
 from benchmarks.drawn_schema.cases import drawn
 from benchmarks.drawn_schema.scene import drawn_scene
 from benchmarks.drawn_schema.tables import Choice, Draw, NoRuleError, all_choices
-from gapbeam.solver.table import Positive, Table, type_name
+from gapbeam.solver.schema.table import Positive, Table, type_name
 
 CHOICES = all_choices()
 

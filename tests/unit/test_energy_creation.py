@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gapbeam.solver.errors import Fault, UserError
+from gapbeam.solver.messages.errors import Fault, UserError
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, energy_creator, refuse_energy_creators
 from gapbeam.solver.models.model import Model
 from gapbeam.studies.trials.response import respond, try_case

@@ -17,7 +17,7 @@ from gapbeam.commands.terminal import print_closing
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.reading.case_reader import read_case_text
-from gapbeam.solver.errors import in_one_line
+from gapbeam.solver.messages.errors import in_one_line
 from gapbeam.solver.models.model import build_body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
 from gapbeam.solver.run.verdict import UNDER_NOISE

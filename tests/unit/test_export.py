@@ -12,7 +12,7 @@ import pytest
 from scipy.io import loadmat
 
 import gapbeam
-from gapbeam.solver.record_table import POINTS_FILE
+from gapbeam.solver.schema.record_table import POINTS_FILE
 from tests.shared.command import DEMO, called
 from tests.unit.test_contact_map import ring, run_with
 

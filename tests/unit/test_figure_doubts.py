@@ -8,9 +8,9 @@ import pytest
 from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts, StatisticFigure, may_be_asked
-from gapbeam.solver.errors import IntervalNotMet
 from gapbeam.solver.integrators.noise_bias import NoiseBias, bias_at
 from gapbeam.solver.integrators.scheme_choice import USUAL, scheme_of
+from gapbeam.solver.messages.errors import IntervalNotMet
 from gapbeam.solver.run.stop_rule import StopRule, refuse_not_met, statistics_words
 
 TABLE = (NoiseBias(1.0, -0.3, 0.4, -0.5, -0.8, 0.0), NoiseBias(2.0, -0.2, 0.1, -0.4, -0.2, 0.0))

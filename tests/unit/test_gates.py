@@ -10,8 +10,8 @@ from gapbeam.solver.case.case import Gates
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates, remedy_for
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
-from gapbeam.solver.errors import EnergyCreated, NotFinite
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
+from gapbeam.solver.messages.errors import EnergyCreated, NotFinite
 from tests.shared.models import beam_case
 from tests.shared.toys import SCHEMES, start, stopped_oscillator
 

@@ -11,10 +11,10 @@ from petsc4py import PETSc
 from scipy.sparse import csr_matrix, identity
 
 from gapbeam.solver.contact.solve.condensation import CondensedOperator
-from gapbeam.solver.errors import RunError
 from gapbeam.solver.linear_algebra import mumps_factor as inverse_entries
 from gapbeam.solver.linear_algebra.mumps_factor import PetscFactor
 from gapbeam.solver.linear_algebra.substructured_factor import SubstructuredFactor
+from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.system.operators import RankOnes
 from gapbeam.solver.system.rank_one_update import UpdatedFactor

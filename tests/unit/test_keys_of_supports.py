@@ -11,7 +11,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.reading.case_reader import read_case_tables
 from gapbeam.solver.diagnostics.energy_gates import remedy_for
-from gapbeam.solver.errors import CaseError
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.models.energy_creation import energy_creator
 from gapbeam.solver.models.model import build_model
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gapbeam.solver.compilation.jit import compiled
 from gapbeam.solver.diagnostics.contact_episodes import (
     CLOSED,
     OPEN,
@@ -27,7 +28,6 @@ from gapbeam.solver.diagnostics.energy_ledger import (
     exchanged_energy,
     relative_growth,
 )
-from gapbeam.solver.jit import compiled
 
 NOTHING = Energies(*(0.0 for _ in Energies._fields))
 # A step with 7 J from loads, of which 4 J from driven ones, that balances but for 0.25 J.

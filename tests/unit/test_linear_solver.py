@@ -15,11 +15,11 @@ from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.solution_tables import SolverTable
 from gapbeam.solver.contact.solve.condensation import CondensedOperator, MatrixFreeOperator, condensed_operator
-from gapbeam.solver.errors import RunError
 from gapbeam.solver.linear_algebra.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import GIGABYTE, linear_solver
 from gapbeam.solver.memory.memory_estimate import MemoryNeeds, free_here, free_memory, memory_needs
+from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.run.run_case import run_case
 from tests.shared.command import alone, called
 from tests.shared.models import beam_case, beam_model

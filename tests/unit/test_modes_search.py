@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from petsc4py import PETSc
 
-from gapbeam.solver.errors import RunError
+from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.models.reduction.vibration_modes import _Solve, _solved
 
 

@@ -11,7 +11,7 @@ from gapbeam.commands.new import meters
 from gapbeam.new_case.answers import MATERIALS, SECTIONS, CaseAnswers
 from gapbeam.new_case.shipped_cases import CASES, copy_of, template_named, templates
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text, warnings
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from tests.shared.command import GAPBEAM, PROJECT, called_anew, process_environment
 from tests.shared.processes import LONGEST
 
@@ -67,8 +67,8 @@ def test_answers_make_a_case(answers: CaseAnswers) -> None:
 
 def test_every_section_is_offered() -> None:
     """Those of a case file, but the polygon, whose corners no question asks for; with their keys."""
+    from gapbeam.solver.schema.table import models_in, type_name
     from gapbeam.solver.sections.section_choice import SectionChoice
-    from gapbeam.solver.table import models_in, type_name
 
     known = {type_name(one): set(one.model_fields) - {"type"} for one in models_in(SectionChoice)}
     assert {name: set(keys) for name, keys in SECTIONS.items()} == {

@@ -19,7 +19,7 @@ from gapbeam.solver.case.case import Case, toml_value
 from gapbeam.solver.case.reading.known_keys import candidates, check_types
 from gapbeam.solver.case.reading.overrides import parse_value
 from gapbeam.solver.case.reading.value_words import options
-from gapbeam.solver.errors import CaseError, Key
+from gapbeam.solver.messages.errors import CaseError, Key
 from tests.shared.case_texts import BEAM
 
 CHOICES = len(all_choices())

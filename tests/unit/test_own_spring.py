@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.contact.laws.own_spring import OwnSpring
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 
 K, SCALE = 1.0e12, 1.0e-3
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import gapbeam
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.output.results_folder import check_place, locked
 from gapbeam.studies.study_folder import study_folder
 from tests.shared.command import DEMO, PROJECT, alone, called_in_turn

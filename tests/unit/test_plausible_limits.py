@@ -12,10 +12,10 @@ from mpi4py import MPI
 
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.reading.case_reader import read_case_text
-from gapbeam.solver.errors import CaseError, UserError
+from gapbeam.solver.messages.errors import CaseError, UserError
+from gapbeam.solver.messages.wording import ROUND_OFF, apart, exceeds
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.seat.contact_modes import held_modes
-from gapbeam.solver.wording import ROUND_OFF, apart, exceeds
 from tests.shared.case_texts import BEAM
 
 PLANE = '[[support]]\nname = "a"\nfrom = 0.0\nto = 0.1\nclearance = 1e-4\n'

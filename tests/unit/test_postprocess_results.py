@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gapbeam.postprocess.results.results import ResultsError, open_results
-from gapbeam.solver.record_table import FIELDS_DATA_FILE, FIELDS_FILE, HISTORY_FILE, SUMMARY_FILE
+from gapbeam.solver.schema.record_table import FIELDS_DATA_FILE, FIELDS_FILE, HISTORY_FILE, SUMMARY_FILE
 from tests.unit.test_postprocess_synthetic import plane_beam, write_fields, write_results
 
 TIME = np.linspace(0.0, 0.1, 101)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.solver.record_table import (
+from gapbeam.solver.schema.record_table import (
     CASE_FILE,
     COMPONENTS,
     FIELDS_DATA_FILE,

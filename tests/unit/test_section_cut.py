@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from mpi4py import MPI
 
 from gapbeam.solver.assembly.section_cut import SectionCutter
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 
 pytestmark = pytest.mark.versions
 

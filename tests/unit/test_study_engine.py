@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gapbeam.solver.errors import OutOfMemory, UserError
+from gapbeam.solver.messages.errors import OutOfMemory, UserError
 from gapbeam.studies.engine import workers as workers_module
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.workers import TimeLeft, Workers, as_workers, duration_words, read_job_options

@@ -12,7 +12,7 @@ import gapbeam
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.errors import CaseError
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.models.time_step import (
     contact_duration,
     frequency_of_interest,

@@ -14,7 +14,7 @@ from gapbeam.commands.tradeoff import level_within
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.studies.tradeoff import run_tradeoff
 from gapbeam.studies.tradeoff.level_errors import Grounds, Judged, choice, doubts, judged, nearest, window_differences
 from gapbeam.studies.tradeoff.level_measurement import Level, MeasuredLevel, plan_levels, windows_over

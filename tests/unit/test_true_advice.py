@@ -18,7 +18,7 @@ from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates, remedy_for
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.errors import CaseError, EnergyCreated, EnergyLost, NotConverged
+from gapbeam.solver.messages.errors import CaseError, EnergyCreated, EnergyLost, NotConverged
 from gapbeam.solver.run.output import progress
 from gapbeam.solver.run.verdict import judge_run
 from gapbeam.studies.modes.theory_comparison import WHOLE, beams_of

@@ -23,9 +23,9 @@ from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.models import model as models
 from gapbeam.solver.models import solid_body
 from gapbeam.solver.models.bending_stiffness import BendingStiffness
+from gapbeam.solver.schema.table import Table
 from gapbeam.solver.seat.start import start_of_case
 from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.table import Table
 from tests.shared.toys import stopped_oscillator
 
 DEMO = Path(__file__).parents[2] / "cases" / "demo.toml"

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gapbeam
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.bending_stiffness import MOST_NOISE, NOTABLE_NOISE
 from gapbeam.solver.run.verdict import remarks_on_model
 from gapbeam.solver.system.semi_discrete import VALUE

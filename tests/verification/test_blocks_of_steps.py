@@ -11,11 +11,11 @@ import pytest
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.diagnostics.history_rows import Instants, Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.simulation import MOST_STEPS, StepBlock, Wanted, step_blocks_of
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.semi_discrete import Snapshots
 from tests.shared.dense_beams import dense_beam, thrown_start

@@ -20,13 +20,13 @@ from gapbeam.solver.contact.laws.own_spring_law import LawGroup, mixed_law
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.point_contact import friction_by_face
-from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledBlock, CompiledLoop
 from gapbeam.solver.march.compiled.ledger_kernel import measure_in_modes
 from gapbeam.solver.march.compiled.plan_arrays import arrays_of_state
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Paused, begun, march
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.modal_coordinates import modal_system
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 from tests.shared.dense_beams import dense_beam, dense_shaft, thrown_start

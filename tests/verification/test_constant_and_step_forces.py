@@ -11,8 +11,8 @@ import pytest
 
 import gapbeam
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
-from gapbeam.solver.errors import CaseError
 from gapbeam.solver.loads.step_force import StepForce
+from gapbeam.solver.messages.errors import CaseError
 from tests.shared.toys import SCHEMES, start, steps_of, stopped_oscillator
 
 LENGTH, THICKNESS, WIDTH, MODULUS = 1.0, 0.01, 0.02, 2.1e11

@@ -24,10 +24,10 @@ from gapbeam.solver.contact.laws.contact_law import make_law
 from gapbeam.solver.contact.solve.condensation import CondensedOperator
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.system.accepted_step import Step

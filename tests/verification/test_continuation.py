@@ -11,8 +11,8 @@ import pytest
 from scipy.optimize import brentq
 
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
-from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_of
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.periodic.continuation import CurveSettings, ResponseCurve, follow
 from gapbeam.solver.periodic.floquet import FOLD, GRAZING, PERIOD_DOUBLING, PITCHFORK, UNKNOWN
 from gapbeam.solver.periodic.period_map import ModalMap

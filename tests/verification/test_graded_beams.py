@@ -18,9 +18,9 @@ from gapbeam.solver.case import solution_tables
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_choice import graded_count, graded_places, longest_element
 from gapbeam.solver.case.solution_tables import SPACING_OF_WAVE, BeamModel
-from gapbeam.solver.errors import CaseError
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.memory_check import memory_of
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.models.timoshenko_beam import SteppedBeam
 from gapbeam.solver.system.dense_operators import DenseOperators

@@ -9,11 +9,11 @@ import pytest
 
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.contact.solve import contact_solve
-from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.midpoint import DiscreteGradient
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State
 from tests.shared.models import COARSE, beam_model, thrown

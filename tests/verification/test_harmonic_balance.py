@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
-from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.periodic.floquet import Judgment, stability_of
 from gapbeam.solver.periodic.harmonic_balance import HarmonicBalance
 from gapbeam.solver.periodic.harmonic_continuation import balanced_multipliers, climb

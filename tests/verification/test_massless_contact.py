@@ -12,10 +12,10 @@ from scipy.sparse.linalg import eigsh
 import gapbeam
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.integrators.stable_step import SAFETY, stable_step
 from gapbeam.solver.linear_algebra.deflation import rigid_body_modes
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.semi_discrete import State
 from tests.shared.command import DEMO, RATTLE, alone, called, on_ranks, settings

@@ -17,7 +17,7 @@ from gapbeam.solver.assembly.elasticity import lame
 from gapbeam.solver.assembly.face_quadrature import face_points
 from gapbeam.solver.assembly.nitsche_terms import Nitsche, correction, trace_bounds
 from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.solver.system.operators import Springs
 from tests.shared.forms import compiled_form

@@ -21,13 +21,13 @@ import gapbeam
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, warnings
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.point_load import RecordedForce
 from gapbeam.solver.loads.recorded_function import RecordedSignal, signal_of
 from gapbeam.solver.loads.recorded_load import record_words
 from gapbeam.solver.loads.support_motion import RecordedMotion
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.simulation import march_of_model
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.run_case import run_case

@@ -15,8 +15,8 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.meshes.gmsh_model import gmsh_session
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.contact_lines import across_lines, within_reach
 from gapbeam.solver.system.semi_discrete import VALUE

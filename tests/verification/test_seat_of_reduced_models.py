@@ -7,7 +7,7 @@ import pytest
 from mpi4py import MPI
 
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.studies.trials.starts import seated

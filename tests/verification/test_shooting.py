@@ -11,9 +11,9 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
 from gapbeam.solver.contact.laws.damper import Damper
 from gapbeam.solver.contact.laws.springs import Spring
-from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.periodic.floquet import FOLD, NEIMARK_SACKER, PERIOD_DOUBLING, STABLE, ordered
 from gapbeam.solver.periodic.period_map import MarchedMap, ModalMap, shoot_marched
 from gapbeam.solver.periodic.shooting import shoot

@@ -15,7 +15,7 @@ from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.reading.known_keys import tables
 from gapbeam.solver.case.solution_tables import ModelTable
 from gapbeam.solver.contact.laws.law_choice import LAWS
-from gapbeam.solver.table import models_in, type_name
+from gapbeam.solver.schema.table import models_in, type_name
 from tests.shared.case_texts import BEAM
 from tests.shared.scaled_cases import (
     AT_ROUND_OFF,

@@ -16,9 +16,9 @@ from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.postprocess.scene.film import RenderError, prepare_offscreen
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.record_table import FIELDS, FIELDS_FILE, STRESS_FIELDS
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of
 from gapbeam.solver.run.output.field_files import FieldWriter
+from gapbeam.solver.schema.record_table import FIELDS, FIELDS_FILE, STRESS_FIELDS
 from gapbeam.solver.system.semi_discrete import VALUE, Snapshots, State
 from tests.verification.test_stress_at_probes import LENGTH, MODELS, PLACE, THICKNESS, WEIGHT, model_of
 

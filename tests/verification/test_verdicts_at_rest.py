@@ -14,7 +14,7 @@ import gapbeam
 from gapbeam.solver.case.solution_tables import AssumptionLimits, Gates
 from gapbeam.solver.diagnostics.assumption import Assumption, FrequencyContent, vibrating_share
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
-from gapbeam.solver.errors import CaseError
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.run.assumptions import frequency_findings, motion_findings
 from gapbeam.solver.run.assumptions.frequency_findings import RESONANT, RIGID, of_resonance, of_step

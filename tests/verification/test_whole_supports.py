@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gapbeam
-from gapbeam.solver.errors import CaseError
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.run.output.run_summary import describe_seat
 
 LENGTH, MIDDLE, FORCE, STIFFNESS = 0.5, 0.25, 1000.0, 5.0e5

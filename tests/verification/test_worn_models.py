@@ -11,7 +11,7 @@ import gapbeam
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.contact.formulations.circle_contact import CircleOperator
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
-from gapbeam.solver.errors import CaseError
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.studies.life.case_rates import CaseRates, PointRates
 from gapbeam.studies.life.worn_case import worn_case
 from tests.regression.test_life_study import GENTLE

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import gapbeam
-from gapbeam.solver.errors import CaseError
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.studies.life.case_rates import CaseRates, PointRates
 from gapbeam.studies.life.worn_case import of_faces
 from gapbeam.studies.life.worn_march import Array, Blocks, Worn, wear_to_limits

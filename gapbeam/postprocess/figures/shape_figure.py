@@ -16,8 +16,8 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, DOUBLE, GRAY, GREEN, VERMILION, journal_style
 from gapbeam.postprocess.results.bounded_files import read_json
-from gapbeam.solver.record_table import SHAPES_FILE
 from gapbeam.solver.scene.structure_geometry import directions_across
+from gapbeam.solver.schema.record_table import SHAPES_FILE
 
 SHARE = 0.08  # of the size of the structures: the largest displacement in the picture
 PLATE = 0.025  # half the side of a wall

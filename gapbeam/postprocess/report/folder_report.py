@@ -29,7 +29,7 @@ from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results.run_watch import SpanOfRun
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.solver.record_table import HISTORY_FILE, SUMMARY_FILE
+from gapbeam.solver.schema.record_table import HISTORY_FILE, SUMMARY_FILE
 
 
 def report_on(folders: Sequence[Path], command: str, kinds: Sequence[Kind]) -> Report:

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
-from gapbeam.solver.record_table import (
+from gapbeam.solver.schema.record_table import (
     HISTORY,
     IMPACT_COLUMNS,
     IMPACTS_FILE,

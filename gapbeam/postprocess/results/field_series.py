@@ -18,7 +18,7 @@ from meshio.xdmf import TimeSeriesReader
 
 from gapbeam.postprocess.results.bounded_files import check_hdf5, printable
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.record_table import FIELD_FOLDER, FIELDS_DATA_FILE, STRESS_FIELDS
+from gapbeam.solver.schema.record_table import FIELD_FOLDER, FIELDS_DATA_FILE, STRESS_FIELDS
 
 FloatArray = np.ndarray
 LARGEST = 256 * 2**20  # bytes of the XML file

@@ -14,7 +14,7 @@ import numpy as np
 
 from gapbeam.postprocess.results.bounded_files import check_hdf5, printable, read_json, read_plain
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.record_table import (
+from gapbeam.solver.schema.record_table import (
     CASE_FILE,
     FIELDS_DATA_FILE,
     FIELDS_FILE,

@@ -25,7 +25,7 @@ from gapbeam.postprocess.results.columns_of_run import chosen_records, impacts_o
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.postprocess.signals.cycle_counts import in_span
-from gapbeam.solver.record_table import HISTORY, LOCK_FILE, LOG_FILE, PROGRESS_FILE, SUMMARY_FILE
+from gapbeam.solver.schema.record_table import HISTORY, LOCK_FILE, LOG_FILE, PROGRESS_FILE, SUMMARY_FILE
 
 TAIL = 65536  # bytes of the log that are looked at
 BEGUN = 20.0  # s after which a run that holds its folder has a summary

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 _SLACK = 1.0e-9
 

@@ -13,7 +13,7 @@ from matplotlib.transforms import IdentityTransform, TransformedPath
 
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.results.field_reader import Frame
-from gapbeam.solver.record_table import STRESS_FIELDS
+from gapbeam.solver.schema.record_table import STRESS_FIELDS
 
 BEAM = "#C9D3DC"
 BELOW = "#808080"

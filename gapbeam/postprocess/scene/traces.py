@@ -8,7 +8,7 @@ import numpy as np
 
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.signals.signal import face_signal, probe_signal
-from gapbeam.solver.record_table import HISTORY_FILE
+from gapbeam.solver.schema.record_table import HISTORY_FILE
 
 
 @dataclass(frozen=True)

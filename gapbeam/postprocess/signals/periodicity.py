@@ -26,7 +26,7 @@ import scipy
 
 from gapbeam.postprocess.signals.signal import Signal, SignalError
 from gapbeam.postprocess.signals.spectra import whole_periods
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 BATCHES = 20  # with fewer, ringing of a few long beats passes for no order
 TREND = 0.6  # of tau; 3.7 standard deviations without a trend, 1 % false alarms on stationary rattling

@@ -27,7 +27,7 @@ import scipy
 
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.signal import INTERVAL_MEANS, SignalError, record_columns
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gapbeam.solver.record_table import HISTORY
+from gapbeam.solver.schema.record_table import HISTORY
 
 if TYPE_CHECKING:
     import xarray as xr

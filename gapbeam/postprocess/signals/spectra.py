@@ -19,8 +19,8 @@ import numpy as np
 import scipy
 
 from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning
-from gapbeam.solver.record_table import SMOOTHING_WINDOW
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.schema.record_table import SMOOTHING_WINDOW
 
 if TYPE_CHECKING:
     import xarray as xr

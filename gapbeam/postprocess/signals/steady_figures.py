@@ -19,7 +19,7 @@ from gapbeam.postprocess.signals.figure_names import ACCELERATION, DISPLACEMENT,
 from gapbeam.postprocess.signals.periodicity import TOLERANCE, Periodicity, last_periods, left_to_change, periodicity
 from gapbeam.postprocess.signals.signal import Signal, SignalError, face_signal, probe_signal
 from gapbeam.postprocess.signals.spectra import CYCLE, smooth_over, whole_periods, window_of
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 if TYPE_CHECKING:
     import xarray as xr

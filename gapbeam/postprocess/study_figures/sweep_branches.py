@@ -33,7 +33,7 @@ from gapbeam.postprocess.figures.figure_style import (
     journal_style,
     panels,
 )
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 Record = Mapping[str, Any]
 

@@ -22,7 +22,7 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array, Indices
 
 NEAREST = 4  # nodes to extrapolate from, at first; doubled until they span the space

@@ -33,7 +33,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
 from gapbeam.solver.assembly.cell_stiffness import CellStiffness
 from gapbeam.solver.assembly.face_quadrature import FacePoints
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array
 
 RIGID_MOTIONS = {2: 3, 3: 6}

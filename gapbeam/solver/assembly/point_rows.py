@@ -12,7 +12,7 @@ import numpy as np
 from gapbeam.meshes.mesh_readings import displacement_shapes
 from gapbeam.meshes.serial_mesh import SerialMesh
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, coordinate_element, geometry_order
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array, Indices, Operators
 
 ON_NODE = 1e-9  # of the length of the mesh

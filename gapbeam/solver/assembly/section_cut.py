@@ -22,7 +22,7 @@ from gapbeam.meshes.mesh_readings import cell_shapes, displacement_shapes
 from gapbeam.meshes.reference_cells import SIMPLICES
 from gapbeam.meshes.tagged_mesh import determinant
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array, Indices
 
 ON_PLANE = 1.0e-9  # of the length of the mesh: nodes this near to the plane lie on it

@@ -27,12 +27,12 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.attachments import BENDING, MotionName
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.schema.table import Name, Number, Positive, Table, Vector, Whole
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport, Play, play_of
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import Name, Number, Positive, Table, Vector, Whole
 
 NAMES: tuple[MotionName, ...] = ("axial", "lateral", "vertical", "twist", "rotation", "lateral_rotation")
 """The six rigid motions, as cross-sections take part in them: along x, y, z and about x, -y, z."""

@@ -17,11 +17,11 @@ from typing import Annotated, Protocol
 from pydantic import BeforeValidator, Field
 
 from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches
-from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart
+from gapbeam.solver.schema.table import AlongBeam, Name, Number, Positive, Table, named, placed_along
 from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
 from gapbeam.solver.supports.layout import Layout
-from gapbeam.solver.table import AlongBeam, Name, Number, Positive, Table, named, placed_along
-from gapbeam.solver.wording import apart
 
 
 class Beam(Table):

@@ -31,9 +31,7 @@ from gapbeam.solver.contact.laws.law_choice import KelvinVoigt, Law
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.loads.attachments import JointChoice, PlacedFluid, PointMass
 from gapbeam.solver.loads.load_choice import NO_LOADS, Load
-from gapbeam.solver.supports.layout import Layout
-from gapbeam.solver.supports.support_tables import BaseAndGland, OneOfSeveral, OneSupport
-from gapbeam.solver.table import (
+from gapbeam.solver.schema.table import (
     FORMS,
     Name,
     NonNegative,
@@ -46,6 +44,8 @@ from gapbeam.solver.table import (
     named,
     placed_along,
 )
+from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.supports.support_tables import BaseAndGland, OneOfSeveral, OneSupport
 
 
 class Friction(Table):

@@ -27,9 +27,9 @@ from gapbeam.solver.loads.attachments import bending_rank
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
 from gapbeam.solver.loads.support_walls import interference
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.sections.section_table import RectangularSection
 from gapbeam.solver.supports.support_tables import OneSupport
-from gapbeam.solver.wording import counted
 
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with

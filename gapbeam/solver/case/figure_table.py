@@ -11,10 +11,10 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from gapbeam.solver.case.figure_value import FigureValue, deviation, extreme, mean, probability, share_above
-from gapbeam.solver.errors import Fault, Key, UserError
-from gapbeam.solver.record_table import HISTORY
-from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, faults_in
-from gapbeam.solver.wording import apart, either, near
+from gapbeam.solver.messages.errors import Fault, Key, UserError
+from gapbeam.solver.messages.wording import apart, either, near
+from gapbeam.solver.schema.record_table import HISTORY
+from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Switch, Table, faults_in
 
 Array = np.ndarray
 RECORDED = {one.name: one for one in HISTORY}

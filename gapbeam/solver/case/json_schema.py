@@ -16,7 +16,7 @@ from pydantic import BaseModel, BeforeValidator
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.known_keys import tables
-from gapbeam.solver.table import models_in, named, type_name
+from gapbeam.solver.schema.table import models_in, named, type_name
 
 KEPT = ("title", "description", "default")
 

@@ -51,7 +51,7 @@ from gapbeam.solver.case.solution_tables import (
     SceneFigures,
     Wanted,
 )
-from gapbeam.solver.errors import CaseError, Fault
+from gapbeam.solver.messages.errors import CaseError, Fault
 from gapbeam.solver.supports.regions.around_face import WallsFace
 from gapbeam.solver.supports.support_tables import OneSupport
 

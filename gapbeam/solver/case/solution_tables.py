@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 from pydantic import BeforeValidator, Field
 
 from gapbeam.solver.integrators.scheme_choice import USUAL, Scheme
-from gapbeam.solver.table import NonNegative, Positive, Switch, Table, Whole, named
+from gapbeam.solver.schema.table import NonNegative, Positive, Switch, Table, Whole, named
 
 STATIONS, FEWEST_STATIONS, MOST_STATIONS = 8, 4, 20
 STATIONS_OF_WAVE = 16  # in a bending wave; with four in a short support, forces and displacements are right to 0.1 %

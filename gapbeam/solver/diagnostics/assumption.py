@@ -27,7 +27,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from gapbeam.solver.case.solution_tables import Gates
-from gapbeam.solver.errors import AssumptionBroken
+from gapbeam.solver.messages.errors import AssumptionBroken
 from gapbeam.solver.system.operators import Array
 
 LOOKS = 200  # over the span of a run

@@ -27,9 +27,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gapbeam.solver.compilation.jit import shared
 from gapbeam.solver.diagnostics.energy_ledger import relative_growth
-from gapbeam.solver.jit import shared
-from gapbeam.solver.record_table import IMPACT_COLUMNS
+from gapbeam.solver.schema.record_table import IMPACT_COLUMNS
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.semi_discrete import ContactOperator
 from gapbeam.solver.system.slip_modes import closed_part

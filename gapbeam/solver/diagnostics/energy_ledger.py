@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gapbeam.solver.compilation.jit import shared
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.solve.contact_solve import RELATIVE_TOLERANCE
-from gapbeam.solver.jit import shared
 from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State

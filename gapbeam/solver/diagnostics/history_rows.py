@@ -29,7 +29,7 @@ from gapbeam.solver.loads.attachments import MeanMotion
 from gapbeam.solver.loads.load_choice import axis_point, load_direction
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
-from gapbeam.solver.record_table import COMPONENTS, SLIP_MODES, TANGENTS
+from gapbeam.solver.schema.record_table import COMPONENTS, SLIP_MODES, TANGENTS
 from gapbeam.solver.supports.layout import BodyMotion, body_motions
 from gapbeam.solver.system.operators import Array, Load, Reactions
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 class Instants(NamedTuple):
-    """Some instants, row by row; names as in `gapbeam.solver.record_table.HISTORY` and in `Ledger`.
+    """Some instants, row by row; names as in `gapbeam.solver.schema.record_table.HISTORY` and in `Ledger`.
 
     Attributes:
         times: (times,), s.

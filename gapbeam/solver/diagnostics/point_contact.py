@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.diagnostics.assumption import PoseRows, PoseScales, axial_stress, deformation
 from gapbeam.solver.diagnostics.contact_episodes import Peak, after_forces
-from gapbeam.solver.record_table import SLIP_MODES
+from gapbeam.solver.schema.record_table import SLIP_MODES
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array, Indices, Operators
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem, State

@@ -30,10 +30,10 @@ from gapbeam.solver.integrators.time_scheme import (
     StiffnessRange,
     TimeScheme,
 )
+from gapbeam.solver.schema.table import Number
 from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State
-from gapbeam.solver.table import Number
 
 SAFE_GAMMA = 0.65  # of Newmark's rule
 SAFE_RADIUS = 0.5  # of generalized-alpha, at infinite frequency

@@ -11,7 +11,7 @@ from gapbeam.solver.integrators.generalized_alpha import GeneralizedAlpha, HHTAl
 from gapbeam.solver.integrators.midpoint import DiscreteGradient, ImplicitMidpoint
 from gapbeam.solver.integrators.moreau_jean import MoreauJean
 from gapbeam.solver.integrators.time_scheme import TimeScheme
-from gapbeam.solver.table import models_in, type_name
+from gapbeam.solver.schema.table import models_in, type_name
 
 Scheme = Annotated[
     DiscreteGradient | ImplicitMidpoint | Newmark | HHTAlpha | GeneralizedAlpha | MoreauJean | CentralDifference,

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from gapbeam.solver.integrators.noise_bias import NoiseBias
+from gapbeam.solver.schema.table import Table
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import Table
 
 if TYPE_CHECKING:
     from gapbeam.solver.contact.laws.contact_law import ContactLaw

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.kernel.kernel_data import KernelData, KernelVariable
+from gapbeam.solver.messages.errors import UserError
 
 LIBRARY, IDENTIFIER, DATA = "binaries/gapbeam.so", "gapbeam", "resources/scene.bin"
 SOURCES = ("kernel.c", "fmi3.c")

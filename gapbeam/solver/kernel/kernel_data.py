@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import HalfPlane, Slot
 from gapbeam.solver.scene.force_law import LawKind

@@ -50,8 +50,8 @@ import numpy as np
 from pydantic import Field
 
 from gapbeam.solver.loads.places import Attachment
+from gapbeam.solver.schema.table import AlongBeam, Name, NonNegative, Number, Positive, Table, Vector, placed_along
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import AlongBeam, Name, NonNegative, Number, Positive, Table, Vector, placed_along
 
 MotionName = Literal["axial", "vertical", "lateral", "rotation", "lateral_rotation", "twist"]
 IN_PLANE: tuple[MotionName, ...] = ("axial", "vertical", "rotation")

@@ -42,10 +42,10 @@ import numpy as np
 import scipy
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.schema.table import NonNegative, Number, Positive, Table
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import NonNegative, Number, Positive, Table
-from gapbeam.solver.wording import counted
 
 
 class CoherenceTable(Table, ABC):

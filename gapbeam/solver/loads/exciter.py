@@ -12,7 +12,7 @@ from pydantic import Field
 
 from gapbeam.solver.loads.places import Attachment, StaticForce
 from gapbeam.solver.loads.point_load import HarmonicPointForce
-from gapbeam.solver.table import Name, NonNegative, Number
+from gapbeam.solver.schema.table import Name, NonNegative, Number
 
 UNITS = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m", "preload": "N"}
 

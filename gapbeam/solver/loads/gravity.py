@@ -10,7 +10,7 @@ from pydantic import Field
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.places import BodyForce
 from gapbeam.solver.loads.time_function import TimeFunction, constant
-from gapbeam.solver.table import Name, NonNegative, Vector
+from gapbeam.solver.schema.table import Name, NonNegative, Vector
 
 LARGEST = 100.0
 """Usual acceleration, m/s^2."""

@@ -12,10 +12,10 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, Strict, TypeAdapter
 
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.places import Attachment, BodyForce, LoadPart, Place, StaticForce
 from gapbeam.solver.loads.time_function import TimeFunction
-from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, Vector
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Switch, Table, Vector
 
 OF_MODEL = ("type", "name", "direction")
 """Keys that a model depends on beside those of the place."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Protocol, TypeVar
 
 from gapbeam.solver.loads.time_function import TimeFunction
-from gapbeam.solver.table import Vector
+from gapbeam.solver.schema.table import Vector
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.places import PointForce
 from gapbeam.solver.loads.recorded_load import RecordedLoad
 from gapbeam.solver.loads.time_function import Harmonic, TimeFunction, constant
-from gapbeam.solver.table import Name, NonNegative, Number, Positive, Vector
-from gapbeam.solver.wording import apart, exceeds
+from gapbeam.solver.messages.wording import apart, exceeds
+from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Vector
 
 HARMONICS = 5.0
 """Multiples of the forcing frequency that are of interest."""

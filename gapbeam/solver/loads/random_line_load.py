@@ -40,7 +40,6 @@ import numpy as np
 import scipy
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.coherence_table import CoherenceChoice, CoherenceTable, double_integrals
 from gapbeam.solver.loads.generated_spectrum import CONFIDENCE
 from gapbeam.solver.loads.load_table import OF_MODEL, LoadTable
@@ -49,9 +48,10 @@ from gapbeam.solver.loads.random_function import RandomSignal
 from gapbeam.solver.loads.random_load import PEAK, PairedNoiseLoad
 from gapbeam.solver.loads.random_spectra import PowerSpectrum, SpectrumChoice
 from gapbeam.solver.loads.time_function import TimeFunction
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart, exceeds
+from gapbeam.solver.schema.table import NonNegative, Number, Table, Whole
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import NonNegative, Number, Table, Whole
-from gapbeam.solver.wording import apart, exceeds
 
 LEFT_OUT = 1.0e-8  # of the sum of all mean squares: patterns that are weaker together
 Profile = tuple[tuple[float, ...], tuple[float, ...]]

@@ -13,7 +13,6 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeGuard
 
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.generated_spectrum import compared, compared_cross_spectrum
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.random_function import (
@@ -27,8 +26,9 @@ from gapbeam.solver.loads.random_function import (
 from gapbeam.solver.loads.random_spectra import SpectrumChoice
 from gapbeam.solver.loads.step_force import PointOrSupportLoad, UnrepeatedLoad
 from gapbeam.solver.loads.time_function import TimeFunction
-from gapbeam.solver.table import Name, NonNegative, Number, Table, Whole
-from gapbeam.solver.wording import apart, counted, exceeds
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart, counted, exceeds
+from gapbeam.solver.schema.table import Name, NonNegative, Number, Table, Whole
 
 MOST = 1000  # rows
 LONGEST_DELAY = 2**40  # samples of the noise: whose number, and 1e-4 of a sample more, a float still holds

@@ -28,12 +28,12 @@ import numpy as np
 import scipy
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_table import Column
 from gapbeam.solver.loads.record_file import RecordedRows, RecordError, RowKind, read_record
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.schema.table import NonNegative, Positive, Table
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import NonNegative, Positive, Table
-from gapbeam.solver.wording import counted
 
 LARGEST, LEAST = 1.0e60, 1.0e-60
 """Densities beyond are no physics, and their squares no numbers."""

@@ -19,9 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gapbeam.solver.errors import Fault, Key, UserError
+from gapbeam.solver.messages.errors import Fault, Key, UserError
+from gapbeam.solver.messages.wording import counted, either, near, near_file, printable
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted, either, near, near_file, printable
 
 DELIMITERS = (",", ";", "\t", None)
 """Delimiters of columns, None for blanks; in the order in which they are tried."""

@@ -25,10 +25,10 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 import scipy
 
-from gapbeam.solver.errors import Fault, UserError
 from gapbeam.solver.loads.load_table import Holes, RecordedTable
 from gapbeam.solver.loads.record_file import FILE, TIME, RecordedRows, RecordError, read_record
 from gapbeam.solver.loads.time_function import piecewise_mean, ramped
+from gapbeam.solver.messages.errors import Fault, UserError
 from gapbeam.solver.system.operators import Array, Indices
 
 ALIKE = 1.0e-9

@@ -11,7 +11,6 @@ from dataclasses import replace
 from math import ceil
 from typing import Self
 
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_table import RecordedTable
 from gapbeam.solver.loads.record_file import GREATEST, RecordError
 from gapbeam.solver.loads.recorded_function import (
@@ -24,7 +23,8 @@ from gapbeam.solver.loads.recorded_function import (
     signal_of,
 )
 from gapbeam.solver.loads.time_function import TimeFunction
-from gapbeam.solver.wording import apart, counted, either, exceeds
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart, counted, either, exceeds
 
 MOST_ROWS = 20_000_000
 """Most rows that a run goes through, repeated ones included."""

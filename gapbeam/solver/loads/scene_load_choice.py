@@ -13,7 +13,7 @@ from gapbeam.solver.loads.random_line_load import RandomLineLoad
 from gapbeam.solver.loads.random_load import RandomLoad
 from gapbeam.solver.loads.step_force import StepForce
 from gapbeam.solver.loads.support_motion import BaseMotion, RecordedMotion
-from gapbeam.solver.table import Name, Number, PointName, Vector
+from gapbeam.solver.schema.table import Name, Number, PointName, Vector
 
 DIRECTION: Any = (
     tuple[Number] | tuple[Number, Number] | None,

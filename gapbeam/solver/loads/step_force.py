@@ -14,15 +14,15 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.places import PointForce, SupportAcceleration
 from gapbeam.solver.loads.point_load import PointLoad
 from gapbeam.solver.loads.support_motion import SupportMotion
 from gapbeam.solver.loads.time_function import TimeFunction, piecewise_mean, ramps_at
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart, exceeds
+from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Vector
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import Name, NonNegative, Number, Positive, Vector
-from gapbeam.solver.wording import apart, exceeds
 
 
 class UnrepeatedLoad(LoadTable):

@@ -27,15 +27,15 @@ import numpy as np
 import scipy
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.places import SupportAcceleration, SupportWalls
 from gapbeam.solver.loads.point_load import HarmonicLoad
 from gapbeam.solver.loads.recorded_function import signal_of
 from gapbeam.solver.loads.recorded_load import RecordedLoad
 from gapbeam.solver.loads.time_function import Harmonic, TimeFunction, smooth
-from gapbeam.solver.table import Name, NonNegative, Number
-from gapbeam.solver.wording import apart, exceeds
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart, exceeds
+from gapbeam.solver.schema.table import Name, NonNegative, Number
 
 
 class MovingSupport(LoadTable):

@@ -8,12 +8,12 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.point_load import HARMONICS
 from gapbeam.solver.loads.step_force import PointOrSupportLoad
 from gapbeam.solver.loads.time_function import SweptSine, TimeFunction
-from gapbeam.solver.table import Name, Number, Positive, Switch
-from gapbeam.solver.wording import apart, exceeds
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart, exceeds
+from gapbeam.solver.schema.table import Name, Number, Positive, Switch
 
 FEW, ENOUGH = 20, 50  # steps in a period
 RECORDS = 10.0  # in a period that records show

@@ -18,10 +18,10 @@ import numpy as np
 
 from gapbeam.solver.diagnostics.history_rows import Instants, Recorder, Rows, instant_of, joined
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.errors import NotConverged, RunError
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Paused, Resolution, march
+from gapbeam.solver.messages.errors import NotConverged, RunError
 from gapbeam.solver.models.reduction.line_points import refuse_other_faces
 from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.start import start_of_case

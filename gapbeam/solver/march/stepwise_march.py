@@ -26,12 +26,12 @@ from math import inf, log2
 import numpy as np
 from numpy.typing import NDArray
 
+from gapbeam.solver.compilation.jit import shared
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.solve.condensation import Condensed, CondensedOperator, condensed_operator
 from gapbeam.solver.diagnostics.energy_ledger import created_in_step, round_off
-from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.time_scheme import TimeScheme
-from gapbeam.solver.jit import shared
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import (

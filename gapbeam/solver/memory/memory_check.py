@@ -13,8 +13,8 @@ from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.periodic_checks import factor_needed
 from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.memory.memory_estimate import beam_needs, free_memory, memory_needs
+from gapbeam.solver.messages.errors import UserError
 
 if TYPE_CHECKING:
     from mpi4py import MPI

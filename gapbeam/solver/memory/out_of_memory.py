@@ -8,7 +8,7 @@ import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from gapbeam.solver.errors import OutOfMemory
+from gapbeam.solver.messages.errors import OutOfMemory
 
 PETSC_OUT_OF_MEMORY = 55
 WORDS = re.compile(

@@ -35,8 +35,8 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.solution_tables import BeamModel
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.attachments import BENDING, IN_PLANE, SIDEWAYS, MotionName
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import SteppedBeam
 from gapbeam.solver.system.operators import Array
 

@@ -7,13 +7,13 @@ import numpy as np
 from gapbeam.solver.case.case import law_at
 from gapbeam.solver.case.computed_defaults import contact_modulus, slowest_touch, stiffness_unit
 from gapbeam.solver.case.model_choice import nominal_area, own_stiffness
-from gapbeam.solver.errors import Fault, UserError
 from gapbeam.solver.integrators.stable_step import stable_step
+from gapbeam.solver.messages.errors import Fault, UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.time_step import compared_depth, slope_factor
+from gapbeam.solver.schema.table import type_name
 from gapbeam.solver.supports.layout import stiffness_key
 from gapbeam.solver.supports.support_tables import OneSupport
-from gapbeam.solver.table import type_name
 
 ROUNDED = 1.0e-3  # of a stiffness: what is lost by writing it with a few digits
 

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.jit import cache_home
+from gapbeam.solver.compilation.jit import cache_home
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -26,10 +26,10 @@ from gapbeam.solver.case.computed_defaults import (
 )
 from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.loads.support_walls import walls_of
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.beam_body import beam_body, rigid_body
 from gapbeam.solver.models.bending_stiffness import refuse_poor_bending
 from gapbeam.solver.models.body import TURNED, Body, ProbeRow, mesh_beam, mesh_dofs, point_rule

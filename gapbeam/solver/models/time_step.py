@@ -16,7 +16,6 @@ from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import Default, bending_words, lightest_supported, overhang_frequency
 from gapbeam.solver.case.solution_tables import RigidModel
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
-from gapbeam.solver.errors import CaseError, UserError
 from gapbeam.solver.integrators.stable_step import SAFETY, StableStep
 from gapbeam.solver.integrators.step_rule import (
     RIGID_RATIO,
@@ -27,6 +26,7 @@ from gapbeam.solver.integrators.step_rule import (
 )
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.loads.places import Attachment
+from gapbeam.solver.messages.errors import CaseError, UserError
 
 DEPTH_RATIO = 0.01  # penetration over clearance at which a law with an exponent is compared with a linear one
 OF_THICKNESS = 1.0e-4  # where there is no clearance

@@ -28,7 +28,7 @@ from functools import partial
 import numpy as np
 import scipy
 
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.periodic.floquet import (
     BRANCH_POINT,
     FOLD,

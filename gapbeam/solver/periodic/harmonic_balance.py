@@ -29,7 +29,7 @@ import numpy as np
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, step_slopes
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
-from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.periodic.shooting import Fourier, no_pause
 from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.modal_coordinates import ModalSystem

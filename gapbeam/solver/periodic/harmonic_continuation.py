@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.periodic.floquet import Judgment, Stability, judged, stability_of
 from gapbeam.solver.periodic.harmonic_balance import HarmonicBalance, HarmonicSolution
 from gapbeam.solver.periodic.period_map import ModalMap

@@ -26,12 +26,12 @@ import numpy as np
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, step_slopes
 from gapbeam.solver.contact.solve.condensation import CondensedOperator
-from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.effective_operator import image_of_solution
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.tangent_kernel import monodromy_along
 from gapbeam.solver.march.stepwise_march import REFRESH_INTERVAL, EffectiveOperators, March, march
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.periodic.floquet import Stability, leading_multipliers, solve_identity_minus, stability_of
 from gapbeam.solver.periodic.shooting import SLACK, no_orbit
 from gapbeam.solver.system.accepted_step import Step

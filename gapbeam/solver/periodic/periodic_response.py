@@ -16,13 +16,13 @@ import numpy as np
 
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.errors import Interrupted
 from gapbeam.solver.integrators.scheme_choice import USUAL
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.loads.load_choice import Load, forcing_frequencies
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled
 from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.march.stepwise_march import March, march
+from gapbeam.solver.messages.errors import Interrupted
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.periodic.floquet import UNKNOWN, Judgment, stability_of, with_error
 from gapbeam.solver.periodic.harmonic_balance import series_steps

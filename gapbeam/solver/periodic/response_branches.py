@@ -26,7 +26,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.periodic.continuation import (
     END_OF_RANGE,
     CurvePoint,

@@ -24,7 +24,7 @@ from typing import Protocol
 
 import numpy as np
 
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.periodic.floquet import Stability, stability_of
 from gapbeam.solver.system.operators import Array
 

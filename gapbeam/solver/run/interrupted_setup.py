@@ -11,10 +11,10 @@ from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.errors import Interrupted, NotWritten, UserError
-from gapbeam.solver.record_table import SUMMARY_FILE
+from gapbeam.solver.messages.errors import Interrupted, NotWritten, UserError
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.results_folder import check_folder, locked, prepare_folder, write_summary
+from gapbeam.solver.schema.record_table import SUMMARY_FILE
 
 if TYPE_CHECKING:
     from mpi4py import MPI

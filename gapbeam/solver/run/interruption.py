@@ -12,7 +12,7 @@ from enum import IntEnum
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Any
 
-from gapbeam.solver.errors import Interrupted
+from gapbeam.solver.messages.errors import Interrupted
 
 if TYPE_CHECKING:
     from mpi4py import MPI

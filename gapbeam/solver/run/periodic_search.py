@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.checks.periodic_checks import value_of
-from gapbeam.solver.errors import Interrupted
+from gapbeam.solver.messages.errors import Interrupted
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.periodic.continuation import CurvePoint, CurveSettings, ResponseCurve
 from gapbeam.solver.periodic.period_map import ModalMap

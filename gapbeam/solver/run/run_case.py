@@ -17,15 +17,15 @@ from gapbeam.solver.case.case import Case, case_to_toml, with_checksums
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.solution_tables import FullModel
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
-from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.out_of_memory import out_of_memory_reported
+from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten, RunError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.periodic.periodic_response import ProbeFigures
-from gapbeam.solver.record_table import CASE_FILE, SUMMARY_FILE
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, remove_unasked
 from gapbeam.solver.run.checkpoint.resume import find_left, left_state, refuse_to_resume
 from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
@@ -48,9 +48,9 @@ from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
 from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
 from gapbeam.solver.run.stop_rule import StopRule, refuse_not_met, statistics_words
 from gapbeam.solver.run.verdict import describe_march, judge_curve, judge_run, remarks_on_model
+from gapbeam.solver.schema.record_table import CASE_FILE, SUMMARY_FILE
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.system.semi_discrete import State
-from gapbeam.solver.wording import counted
 
 if TYPE_CHECKING:
     from mpi4py import MPI

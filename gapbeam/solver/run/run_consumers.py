@@ -20,10 +20,10 @@ from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.point_contact import Peaks, PointContact
 from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics
-from gapbeam.solver.errors import AssumptionBroken, Interrupted, NotWritten, RunError
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.simulation import StepBlock, Wanted, agreement, marched, step_blocks_of
 from gapbeam.solver.march.stepwise_march import March
+from gapbeam.solver.messages.errors import AssumptionBroken, Interrupted, NotWritten, RunError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of

@@ -13,7 +13,7 @@ import numpy as np
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
     BrokenCheckpoint,
     Contents,

@@ -19,7 +19,6 @@ from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import ESTIMATE, ROUND_OFF_SAFETY, Ledger
 from gapbeam.solver.diagnostics.statistics.block_means import MOST, BlockEnds
 from gapbeam.solver.diagnostics.statistics.run_statistics import RecordStatistics
-from gapbeam.solver.record_table import HISTORY
 from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
 from gapbeam.solver.scene.linear_stability import eigenvalues
@@ -27,6 +26,7 @@ from gapbeam.solver.scene.marcher import TOLERANCE, Marcher
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
 from gapbeam.solver.scene.step_kernel import DAMPED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
+from gapbeam.solver.schema.record_table import HISTORY
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.slip_modes import closed_part
 

@@ -22,8 +22,8 @@ from gapbeam.solver.case.figure_table import Figure, figure_faults
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.diagnostics.statistics.run_statistics import in_words
-from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
-from gapbeam.solver.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE
+from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.interruption import Signals, Wish
 from gapbeam.solver.run.outcome import Outcome, wear_words
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
@@ -47,8 +47,8 @@ from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecor
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
-from gapbeam.solver.table import faults_in
-from gapbeam.solver.wording import counted
+from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE
+from gapbeam.solver.schema.table import faults_in
 
 LOG = logging.getLogger("gapbeam")
 WEAR = ("coefficient", "area")

@@ -15,8 +15,8 @@ from gapbeam.solver.case.solution_tables import RigidModel
 from gapbeam.solver.diagnostics.statistics.batch_interval import BURN_IN_RELAXATIONS, STOPPING_RELAXATIONS
 from gapbeam.solver.diagnostics.statistics.run_statistics import FEW, PointStatistics, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts, figure_names, may_be_asked
-from gapbeam.solver.errors import IntervalNotMet, UserError
-from gapbeam.solver.wording import apart, near
+from gapbeam.solver.messages.errors import IntervalNotMet, UserError
+from gapbeam.solver.messages.wording import apart, near
 
 if TYPE_CHECKING:
     from gapbeam.solver.models.model import Model

@@ -46,15 +46,14 @@ from gapbeam.solver.diagnostics.statistics.block_means import missed_share
 from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics, RunStatistics, in_words
 from gapbeam.solver.diagnostics.statistics.statistic_figures import LEAST, PARTS_OF_WORK, WORK_RATE, Doubts, energy_bias
 from gapbeam.solver.diagnostics.step_counts import Tally
-from gapbeam.solver.errors import RangeNotCovered
 from gapbeam.solver.integrators.noise_bias import bias_at
 from gapbeam.solver.march.stepwise_march import RESOLVING_SHARE
+from gapbeam.solver.messages.errors import RangeNotCovered
 from gapbeam.solver.models.bending_stiffness import bending_remarks
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.basis_report import basis_remarks
 from gapbeam.solver.models.time_step import frequency_of_interest
 from gapbeam.solver.periodic.continuation import LARGEST_NUMBER
-from gapbeam.solver.record_table import SLIP_MODES
 from gapbeam.solver.run.assumptions.frequency_findings import of_frequencies, recorded_content
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose, of_restraint
 from gapbeam.solver.run.outcome import BOUNDS, all_rates, times_rate, wear_words, work_rate
@@ -62,6 +61,7 @@ from gapbeam.solver.run.output.history_file import recorded_figures
 from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.run.stop_rule import has_statistics
+from gapbeam.solver.schema.record_table import SLIP_MODES
 from gapbeam.solver.system.operators import Array
 
 if TYPE_CHECKING:

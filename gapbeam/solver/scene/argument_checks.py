@@ -13,9 +13,9 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 import scipy
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import printable
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import printable
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -14,13 +14,13 @@ import scipy.sparse as sp
 from pydantic import TypeAdapter, ValidationError
 
 from gapbeam.solver.case.beam_profile import Material
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, heave_and_pitch_at, of_elements
 from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.scene.structure import LARGE, Structure
+from gapbeam.solver.schema.table import faults_in
 from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import faults_in
 
 ELEMENTS = 40
 """Elements of a beam by default, about: the tenth mode is then right to 1e-5."""

@@ -22,10 +22,10 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError, finite
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 NAMES = {3: ("c",), 9: ("c_xx", "c_xy", "c_yx", "c_yy")}
 """Coefficients by the number of columns of a table."""

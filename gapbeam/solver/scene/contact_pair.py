@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ARTICLES, check_fields, finite, positive, shown
 from gapbeam.solver.scene.convex_region import ConvexRegion
 from gapbeam.solver.scene.force_law import ForceLaw
@@ -16,7 +17,6 @@ from gapbeam.solver.scene.shipped_laws import check_law
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, settled, touch
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.force_law import inlined
 from gapbeam.solver.system.operators import Array

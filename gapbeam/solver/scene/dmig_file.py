@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError
-from gapbeam.solver.wording import counted
 
 SYMMETRIC = 6
 FIRST_LETTERS = {"stiffness": "K", "mass": "M", "damping": "B"}

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.errors import NotWritten, UserError
+from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import ARTICLES, ArgumentError, checked, finite, positive, shown
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.system.operators import Array

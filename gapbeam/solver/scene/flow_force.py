@@ -25,7 +25,7 @@ import numpy as np
 import scipy
 import scipy.linalg as sl
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
 from gapbeam.solver.scene.coefficient_fit import CoefficientFit
 from gapbeam.solver.scene.feedback import Feedback, Place, motions_of

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.scene.feedback import Joint
 from gapbeam.solver.scene.flow_force import Flow, FlowSpan

@@ -18,7 +18,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite, positive
 
 TINY = 1e-300

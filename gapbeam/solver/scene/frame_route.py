@@ -10,9 +10,9 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError, finite, positive
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 SAME = 1e-9  # of the length: places that are one
 MEETING = 1e-6  # of the longest route: how close ends of members come to what they meet

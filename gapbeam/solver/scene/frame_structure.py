@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import block_diag, null_space
 
 from gapbeam.solver.case.beam_profile import Material
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive, shown
 from gapbeam.solver.scene.beam_structure import element_count, section_table

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver import jit
+from gapbeam.solver.compilation import jit
 
 L = 1  # lanes: replaced in each set of kernels
 ONE, TWO, THREE, FOUR = (np.uint64(k) for k in range(1, 5))  # indices without a sign: none counts from the end

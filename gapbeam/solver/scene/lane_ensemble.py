@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
-from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.scene.ensemble_members import SAMPLES, EnsembleFolder, Members, ensemble_key, joined, untrusted
 from gapbeam.solver.scene.lane_figures import LaneFigures, lane_figure_faults

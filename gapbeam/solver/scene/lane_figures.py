@@ -14,7 +14,7 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.figure_value import part_above
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.system.operators import Array
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.limit_cycle import periodic, state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.feedback_loop import aligned
 from gapbeam.solver.scene.lane_ensemble import ensemble

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.feedback_loop import FeedbackLoop, aligned
 from gapbeam.solver.scene.touch_kernel import LAST

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene import force_solve
 from gapbeam.solver.scene.feedback import outputs_of
 from gapbeam.solver.scene.feedback_loop import aligned

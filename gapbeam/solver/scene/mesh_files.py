@@ -18,6 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.imported_points import (
     InputBlock,
@@ -29,7 +30,6 @@ from gapbeam.solver.scene.imported_points import (
 )
 from gapbeam.solver.scene.solid_cells import KINDS, Cells, Indices, facet_of
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 LOG = logging.getLogger("gapbeam")
 SOLID = re.compile(r"C3D(4|8|10|20|27)(?=[A-Z]|$)|C(?:PS|PE)(3|4|6|8)(?=[A-Z]|$)")

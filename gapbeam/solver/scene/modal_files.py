@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 FREQUENCY, DAMPING, FRAME = "frequency", "damping", "frame"
 

@@ -21,12 +21,12 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.scene_load import Force, Load, Value
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ import numba
 import numpy as np
 from numba.core.registry import cpu_target
 
-from gapbeam.solver.jit import cache_base, report_not_kept
+from gapbeam.solver.compilation.jit import cache_base, report_not_kept
 
 counts = {"compiled": 0, "loaded": 0}
 """Touches that this process compiled, and that it found."""

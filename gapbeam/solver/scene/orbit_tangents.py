@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.limit_cycle import change_of_orbit, state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest

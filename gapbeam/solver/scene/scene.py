@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg as sl
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Place, parts_of

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.time_function import Harmonic
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 Value = float | Callable[..., Any] | tuple[Any, Any]
 

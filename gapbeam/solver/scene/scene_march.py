@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.marcher import BLOCK, Marcher

@@ -19,7 +19,7 @@ import numpy as np
 import scipy.linalg as sl
 
 from gapbeam.solver.contact.solve.unopposed_motion import unopposed_motion
-from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.linear_scheme import Slabs, rest

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.contact.laws.own_spring import compared
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.force_law import TINY, ForceLaw, LawKind, inlined, law
 from gapbeam.solver.system.operators import Array

@@ -13,7 +13,7 @@ Theory Reference.
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, positive
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import HalfPlane

@@ -27,13 +27,13 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.argument_checks import checked, finite, matrix, positive
 from gapbeam.solver.scene.structure_geometry import StructureGeometry
 from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 LARGE = 600
 """Degrees of freedom beyond which a structure is marched with its sparse matrices, not with all of its modes."""

@@ -18,7 +18,8 @@ import scipy.io
 import scipy.sparse as sp
 
 from gapbeam.solver.case.reading.overrides import UNITS
-from gapbeam.solver.errors import NotWritten, UserError
+from gapbeam.solver.messages.errors import NotWritten, UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked
 from gapbeam.solver.scene.dmig_file import FIRST_LETTERS, dmig_text, read_dmig
 from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows, check_imported, read_nodes
@@ -26,7 +27,6 @@ from gapbeam.solver.scene.structure import SYMMETRY, Structure
 from gapbeam.solver.scene.structure_geometry import StructureGeometry
 from gapbeam.solver.scene.structure_pose import Pose
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 TRIANGLES = (".sti", ".mas", ".dam")
 DMIG = (".pch", ".dmig", ".bdf")

@@ -12,7 +12,6 @@ from math import ceil, inf, pi, sqrt
 
 import numpy as np
 
-from gapbeam.solver.errors import CaseError, Fault
 from gapbeam.solver.integrators.step_rule import (
     RIGID_RATIO,
     STEPS_PER_CONTACT,
@@ -20,6 +19,7 @@ from gapbeam.solver.integrators.step_rule import (
     is_rigid,
     step_of_period,
 )
+from gapbeam.solver.messages.errors import CaseError, Fault
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene_file.scene_case import SceneCase

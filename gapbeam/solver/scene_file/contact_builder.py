@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from gapbeam.solver.errors import Key, UserError
+from gapbeam.solver.messages.errors import Key, UserError
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.face_pair import face_contacts
 from gapbeam.solver.scene.snubber import snubber

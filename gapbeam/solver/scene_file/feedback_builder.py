@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.errors import Key, UserError
+from gapbeam.solver.messages.errors import Key, UserError
 from gapbeam.solver.scene.beam_structure import ELEMENTS
 from gapbeam.solver.scene.feedback import Feedback
 from gapbeam.solver.scene.flow_force import MOTIONS, FlowSpan, quasi_steady, span

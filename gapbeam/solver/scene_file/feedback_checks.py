@@ -7,7 +7,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene_file.feedback_tables import (
     AnyFeedback,
     ConnorsCheck,
@@ -18,7 +19,6 @@ from gapbeam.solver.scene_file.feedback_tables import (
     UnsteadyFlow,
 )
 from gapbeam.solver.scene_file.structure_tables import BodyTable, ElementBeam, LumpedMass, RigidBar
-from gapbeam.solver.wording import counted
 
 Exists = Callable[[Key, str], Iterable[Fault]]
 PROFILES = ("velocity", "density")

@@ -8,7 +8,7 @@ from pydantic import Field, create_model
 
 from gapbeam.solver.scene.coefficient_fit import TOLERANCE
 from gapbeam.solver.scene_file.mesh_tables import FileName
-from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Table, Whole
+from gapbeam.solver.schema.table import Name, NonNegative, Number, PointName, Positive, Table, Whole
 
 Pair = tuple[Number, Number]
 MOST = 1000  # entries of a list

@@ -8,13 +8,13 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from gapbeam.solver.case.beam_profile import Material
-from gapbeam.solver.errors import Fault, Key, UserError
+from gapbeam.solver.messages.errors import Fault, Key, UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.mesh_structure import mesh_model
 from gapbeam.solver.scene.solid_material import OrthotropicMaterial, orthotropic
 from gapbeam.solver.scene.structure_files import ImportedModel
 from gapbeam.solver.scene.structure_pose import Pose
-from gapbeam.solver.table import Number, Positive, Table
+from gapbeam.solver.schema.table import Number, Positive, Table
 
 Direction = tuple[Number, Number, Number]
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]

@@ -12,7 +12,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene import shipped_laws
 from gapbeam.solver.scene.convex_region import ConvexRegion, Disc, HalfPlane, Polygon, Slot
 from gapbeam.solver.scene.force_law import ForceLaw
@@ -20,9 +21,8 @@ from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.structure_files import PlacedPoint
 from gapbeam.solver.scene_file.mesh_tables import MeshFile
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, nearest_places
+from gapbeam.solver.schema.table import Name, NonNegative, Number, PointName, Positive, Switch, Table
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Switch, Table
-from gapbeam.solver.wording import counted
 
 Pair2 = tuple[Number, Number]
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.scene.structure_pose import ALONG, Pose
 from gapbeam.solver.system.operators import Array

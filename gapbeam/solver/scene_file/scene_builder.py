@@ -10,8 +10,9 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from gapbeam.solver.errors import CaseError, Fault, Key, RunError, UserError
 from gapbeam.solver.loads.scene_load_choice import AnyLoad, LineLoad, is_along_beam, point_of, structure_of
+from gapbeam.solver.messages.errors import CaseError, Fault, Key, RunError, UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.feedback import Feedback, Joint
@@ -45,7 +46,6 @@ from gapbeam.solver.scene_file.structure_tables import (
     SpringJoint,
 )
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 WAY = 41  # points along the way of one that moves
 

@@ -14,7 +14,7 @@ from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene_file.feedback_tables import FeedbackTable
 from gapbeam.solver.scene_file.pair_tables import PairContact, PairTable
 from gapbeam.solver.scene_file.structure_tables import BodyJoint, BodyTable, LoadedPoint, MemberTable, PointTable
-from gapbeam.solver.table import Number, Positive, Table, named
+from gapbeam.solver.schema.table import Number, Positive, Table, named
 
 
 class MidpointRule(Table):

@@ -9,8 +9,9 @@ from typing import Any
 
 from gapbeam.solver.case.checks.run_checks import run_has_steps, step_follows_the_forcing
 from gapbeam.solver.case.figure_table import figure_faults
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.scene_load_choice import LineLoad, is_along_beam, point_of, structure_of
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import near
 from gapbeam.solver.scene_file.feedback_checks import feedback_faults
 from gapbeam.solver.scene_file.mesh_tables import MeshFile, material_faults
 from gapbeam.solver.scene_file.pair_tables import PairContact, faces_faults, nearest_faults
@@ -30,7 +31,6 @@ from gapbeam.solver.scene_file.structure_tables import (
     SnubberJoint,
     SpringJoint,
 )
-from gapbeam.solver.wording import near
 
 ROUND = ("round", "tube")
 OF_MATRICES = ("node", "set", "nearest", "dof")

@@ -10,7 +10,8 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.messages.errors import NotConverged, UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.coefficient_fit import CoefficientFit
 from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.flow_margin import FlowMargin, connors_of_modes, flow_margin, flows_of
@@ -22,7 +23,6 @@ from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.scene_file.feedback_tables import ConnorsCheck
 from gapbeam.solver.scene_file.scene_reader import ReadScene
 from gapbeam.solver.system.dense_operators import SparseOperators
-from gapbeam.solver.wording import counted
 
 
 def flow_rows(read: ReadScene) -> tuple[Row, ...]:

@@ -13,7 +13,8 @@ from gapbeam.solver.case.reading.case_reader import SCENE, Places, SceneSource, 
 from gapbeam.solver.case.reading.known_keys import candidates
 from gapbeam.solver.case.reading.overrides import Overrides, pairs
 from gapbeam.solver.case.reading.toml_text import key_lines, parse, read_text
-from gapbeam.solver.errors import CaseError, Fault, UserError
+from gapbeam.solver.messages.errors import CaseError, Fault, UserError
+from gapbeam.solver.messages.wording import near
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import seat
@@ -21,7 +22,6 @@ from gapbeam.solver.scene_file.computed_step import with_step
 from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocities
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_checks import FILES, scene_faults
-from gapbeam.solver.wording import near
 
 NAME = "case"
 

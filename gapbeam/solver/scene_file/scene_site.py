@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
-from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.moving_point import MovingPoint
 from gapbeam.solver.scene.structure import Structure, StructurePoint

@@ -9,8 +9,8 @@ from pydantic import BeforeValidator, Field
 from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.scene.structure_pose import Pose
 from gapbeam.solver.scene_file.mesh_tables import Direction, FileName, MeshFile
+from gapbeam.solver.schema.table import Name, NonNegative, Number, PointName, Positive, Table, Whole, named
 from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
-from gapbeam.solver.table import Name, NonNegative, Number, PointName, Positive, Table, Whole, named
 
 
 class ImportedMatrices(Table):

@@ -22,7 +22,7 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.elasticity import mass_of
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.time_step import compared_depth
 from gapbeam.solver.seat.escape import RigidMotions

@@ -60,7 +60,7 @@ from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.solve.condensation import Condensed, condensed_operator
 from gapbeam.solver.contact.solve.contact_solve import ContactSolution, solve_contact
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.seat.escape import RigidMotions, find_escape
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Operators, Springs

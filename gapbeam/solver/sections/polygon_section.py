@@ -13,10 +13,10 @@ from pydantic import Field
 from gapbeam.meshes.sections.polygon_cells import polygon_patches
 from gapbeam.meshes.sections.section_mesh import PolygonOutline, signed_area
 from gapbeam.meshes.sections.section_patches import Array, Place, SectionPatches
-from gapbeam.solver.errors import Fault
+from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.messages.wording import apart
+from gapbeam.solver.schema.table import Number
 from gapbeam.solver.sections.section_table import KEY, Lattice, SectionTable
-from gapbeam.solver.table import Number
-from gapbeam.solver.wording import apart
 
 CLOSE = 1.0e-4  # of the larger extent: what is nearer than this touches, or leaves slivers of cells
 SHARPEST = 10.0  # degrees

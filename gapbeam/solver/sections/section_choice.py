@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
-from gapbeam.solver.errors import Fault
+from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.schema.table import Positive
 from gapbeam.solver.sections.polygon_section import PolygonSection
 from gapbeam.solver.sections.section_table import (
     RectangularSection,
@@ -21,7 +22,6 @@ from gapbeam.solver.sections.section_table import (
     wall_cells,
 )
 from gapbeam.solver.sections.warping_function import torsion_of_blocks
-from gapbeam.solver.table import Positive
 
 
 class ISection(SymmetricSection):

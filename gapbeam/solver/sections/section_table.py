@@ -17,10 +17,10 @@ from pydantic import Field
 
 from gapbeam.meshes.sections.section_mesh import PolygonOutline, outline_of
 from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches, rectangle_patches, ring_patches
-from gapbeam.solver.errors import Fault
+from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.messages.wording import apart, exceeds
+from gapbeam.solver.schema.table import Positive, Table
 from gapbeam.solver.sections.saint_venant import SaintVenantFigures, saint_venant
-from gapbeam.solver.table import Positive, Table
-from gapbeam.solver.wording import apart, exceeds
 
 KEY = ("beam", "section")
 ASIDE = 1.0e-3  # of the size, or of the second moments: what is off by less than this is taken to be on the axis

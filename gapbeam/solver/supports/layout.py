@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gapbeam.solver.errors import Key
-from gapbeam.solver.record_table import COMPONENTS
+from gapbeam.solver.messages.errors import Key
+from gapbeam.solver.schema.record_table import COMPONENTS
 from gapbeam.solver.supports.regions.region import Placement
 from gapbeam.solver.supports.support import Face, SupportBody
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland, OneSupport

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from gapbeam.solver.table import NonNegative, Number, Positive, Table
+from gapbeam.solver.schema.table import NonNegative, Number, Positive, Table
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.integer]

@@ -11,11 +11,11 @@ from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field
 
+from gapbeam.solver.schema.table import AlongBeam, Name, NonNegative, Number, Positive, Table, named
 from gapbeam.solver.supports.regions.around_face import AroundFace
 from gapbeam.solver.supports.regions.region import Placement, Region, Slot
 from gapbeam.solver.supports.regions.region_choice import RegionChoice
 from gapbeam.solver.supports.support import Face, SupportBody
-from gapbeam.solver.table import AlongBeam, Name, NonNegative, Number, Positive, Table, named
 
 PLAY = ("clearance", "offset", "lateral", "tilt")
 """Keys of a [[support]] that change its gaps alone."""

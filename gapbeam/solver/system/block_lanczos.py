@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gapbeam.solver.errors import RunError
+from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.system.operators import Array
 
 BLOCK = 16

@@ -20,7 +20,7 @@ from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, SuperLU, eigsh, splu
 
-from gapbeam.solver.errors import NotConverged, RunError
+from gapbeam.solver.messages.errors import NotConverged, RunError
 from gapbeam.solver.system.block_lanczos import lowest_modes_by_blocks
 from gapbeam.solver.system.large_factor import LargeFactor, is_for_mumps
 from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, Springs

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.operators import Array
 
 LARGE = 10_000

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.jit import shared
+from gapbeam.solver.compilation.jit import shared
 
 
 @shared

@@ -10,7 +10,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas
 from gapbeam.studies.atlas.response_search import CHAOTIC

@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, journal_style, panels
-from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.limit_cycle import VANISHED, LimitCycle, check_autonomous, limit_cycle, state_of, touching
 from gapbeam.solver.scene.linear_scheme import MIDPOINT

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.periodic.floquet import FOLD, GRAZING, PERIOD_DOUBLING, STABLE, ordered
 from gapbeam.solver.scene.limit_cycle import after_steps, change_of_orbit, repeating_orbit
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.stats import binomtest
 
 from gapbeam.solver.case.figure_table import Figure
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite
 from gapbeam.solver.scene.lane_figures import response_figure_faults
 from gapbeam.solver.scene.limit_cycle import state_of

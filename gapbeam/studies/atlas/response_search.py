@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.limit_cycle import change_of_orbit, state_of
 from gapbeam.solver.scene.linear_scheme import RESOLVED, LinearScheme

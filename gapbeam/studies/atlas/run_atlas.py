@@ -17,13 +17,13 @@ from rich.table import Table
 
 from gapbeam.postprocess.report.sections.atlas_section import ATLAS_FILE, ATLAS_PICTURE, responses_of
 from gapbeam.solver.case.figure_table import Figure
-from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.messages.errors import NotConverged, UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.lane_figures import response_figure_faults
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import NoSeat, seat
-from gapbeam.solver.wording import counted
 from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
 from gapbeam.studies.atlas.cycle_search import cycle_atlas, draw_cycles
 from gapbeam.studies.atlas.followed_responses import FollowedResponse, Shaken, follow_responses

@@ -14,7 +14,7 @@ from functools import partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from gapbeam.solver.errors import OutOfMemory
+from gapbeam.solver.messages.errors import OutOfMemory
 from gapbeam.studies.engine.dask_clusters import LOSSES, PoolPlan, started
 from gapbeam.studies.engine.workers import computed, hushed, introduced
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from gapbeam.solver.errors import Interrupted
 from gapbeam.solver.memory.memory_estimate import free_here
+from gapbeam.solver.messages.errors import Interrupted
 from gapbeam.studies.engine.workers import Workers
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from math import inf, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.rank_threads import cores
 
 EXAMPLE = '"--time=2:00:00 --cpus-per-task=16 --mem-per-cpu=2G"'

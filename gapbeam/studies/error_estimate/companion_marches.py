@@ -13,7 +13,7 @@ from gapbeam.process.extra_packages import MissingExtraError
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case_text
-from gapbeam.solver.errors import CaseError, Interrupted, RunError, in_one_line
+from gapbeam.solver.messages.errors import CaseError, Interrupted, RunError, in_one_line
 from gapbeam.solver.models.body import Body
 from gapbeam.studies.error_estimate.companions import Companion
 from gapbeam.studies.error_estimate.motion_record import MotionRecord

@@ -28,7 +28,7 @@ from typing import Any
 from gapbeam.solver.case.case import MOST_CELLS, Case, advised_scheme
 from gapbeam.solver.case.model_choice import line_radii
 from gapbeam.solver.case.solution_tables import MOST_STATIONS, BeamModel, FullModel, ReducedModel, RigidModel, Time
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.studies.trials.refined_mesh import mesh_keys
 
 SAME, HALF_STEP, TWICE, FOURFOLD = "same", "half step", "twice the step", "four times the step"

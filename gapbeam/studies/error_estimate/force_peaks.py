@@ -35,8 +35,8 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.loads.load_choice import forcing_frequencies
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 
 WHOLE_RUN, SETTLED, SECOND_HALF = "whole run", "settled part", "second half"

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array
 
 STRESSES = ("axial_stress", "von_mises_stress")

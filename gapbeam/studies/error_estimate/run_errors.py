@@ -19,7 +19,8 @@ from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.solution_tables import FullModel, ReducedModel
-from gapbeam.solver.errors import Interrupted
+from gapbeam.solver.messages.errors import Interrupted
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH, RIGID, SLENDER
 from gapbeam.solver.run.interruption import Signals
@@ -27,7 +28,6 @@ from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.verdict import UNDER_NOISE
-from gapbeam.solver.wording import counted
 from gapbeam.studies.error_estimate.closing_table import MOST_FORCES, closing_table, with_unit
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of, error_way

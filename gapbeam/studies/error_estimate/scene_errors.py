@@ -24,7 +24,8 @@ import numpy as np
 from gapbeam.postprocess.results.results import records_in
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.solution_tables import Gates
-from gapbeam.solver.errors import Interrupted, RunError, in_one_line
+from gapbeam.solver.messages.errors import Interrupted, RunError, in_one_line
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.progress import log_file
@@ -32,7 +33,6 @@ from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun
 from gapbeam.solver.scene.scene_march import marcher_of, steps_to
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table
 from gapbeam.studies.error_estimate.companions import HALF_STEP, STIFFER
 from gapbeam.studies.error_estimate.figure_errors import (

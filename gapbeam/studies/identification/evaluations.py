@@ -24,11 +24,11 @@ from gapbeam.postprocess.signals.steady_figures import WindowFigure, settled_win
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.known_keys import flat
-from gapbeam.solver.errors import CaseError, OutOfMemory, RunError, UserError
+from gapbeam.solver.messages.errors import CaseError, OutOfMemory, RunError, UserError
+from gapbeam.solver.messages.wording import counted, printable
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.results_folder import finite, write_beside
-from gapbeam.solver.wording import counted, printable
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.identification.identification_file import FloatArray, Problem, Values
 from gapbeam.studies.identification.identification_tables import Figure, ForceFigure, FrequencyFigure, MotionFigure

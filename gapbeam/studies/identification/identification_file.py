@@ -20,10 +20,10 @@ from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.reading.case_reader import read_case, read_tables
 from gapbeam.solver.case.reading.known_keys import candidates, flat, value_at
 from gapbeam.solver.case.reading.overrides import override, pairs
-from gapbeam.solver.errors import CaseError, Fault
 from gapbeam.solver.loads.load_choice import forcing_frequencies
-from gapbeam.solver.record_table import COMPONENTS
-from gapbeam.solver.wording import either, near
+from gapbeam.solver.messages.errors import CaseError, Fault
+from gapbeam.solver.messages.wording import either, near
+from gapbeam.solver.schema.record_table import COMPONENTS
 from gapbeam.studies.identification.identification_tables import (
     Figure,
     ForceFigure,

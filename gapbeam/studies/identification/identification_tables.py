@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault
-from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, Whole
-from gapbeam.solver.wording import apart, either, near
+from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.messages.wording import apart, either, near
+from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Switch, Table, Whole
 
 
 class Unknown(Table):

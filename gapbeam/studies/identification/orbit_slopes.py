@@ -19,7 +19,7 @@ import numpy as np
 from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.signals.steady_figures import Windows
 from gapbeam.solver.case.analysis_table import Periodic
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.periodic.periodic_response import SteadyModel, steady
 from gapbeam.solver.periodic.shooting import relative_change, shoot

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, lapack
 from scipy.spatial.distance import cdist
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 CONFIDENCE = 0.95
 OUTSIDE = 0.01

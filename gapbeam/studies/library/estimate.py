@@ -11,7 +11,7 @@ import numpy as np
 from rich.table import Table
 from scipy.stats import norm
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite, positive
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.library.calibrated_regression import CONFIDENCE, OUTSIDE

@@ -8,8 +8,8 @@ from typing import Any
 
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault
-from gapbeam.solver.table import Positive, Table, Whole
+from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.schema.table import Positive, Table, Whole
 from gapbeam.studies.atlas.run_atlas import PeriodicScene
 from gapbeam.studies.library.recording import Quantity
 from gapbeam.studies.library.recording_library import FEWEST, MOST, Library, library

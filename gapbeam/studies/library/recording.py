@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import make_interp_spline
 from scipy.io import wavfile
 
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.record_file import Column, RecordError, read_record
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import either, near
 from gapbeam.solver.scene.argument_checks import positive
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import either, near
 from gapbeam.studies.library.universal_file import read_universal
 
 Quantity = Literal["displacement", "velocity", "acceleration"]

@@ -13,7 +13,8 @@ import numpy as np
 from rich.table import Table
 from scipy.stats import norm, qmc, randint, uniform
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.ensemble_members import ensemble_key
@@ -22,7 +23,6 @@ from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.touch_kernel import WIDTH
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 from gapbeam.studies.library.calibrated_regression import Regression, regression
 from gapbeam.studies.library.recording import QUANTITIES, FeatureKind, Quantity, lines_of
 from gapbeam.studies.printed_results import PrintedResult

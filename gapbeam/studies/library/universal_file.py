@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.record_file import LARGEST
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import printable
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import printable
 
 MARK, NUMBER, BINARY = "-1", "58", "58b"
 HEADER = 11

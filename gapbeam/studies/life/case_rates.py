@@ -26,7 +26,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.face_wear import FaceWear, face_wear
 from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics, RunStatistics
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import decay_time, has_statistics, statistics_of
 from gapbeam.studies.life.face_rates import depth_rates, passed, rate_verdict, record_steps, work_rates

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts
-from gapbeam.solver.errors import RunError, UserError
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.loads.scene_load_choice import AnyLoad
+from gapbeam.solver.messages.errors import RunError, UserError
 from gapbeam.studies.life.worn_march import DepthRates
 from gapbeam.studies.trials.response import TrialResponse
 

@@ -18,10 +18,10 @@ import numpy as np
 from rich.table import Table
 
 from gapbeam.solver.case.reading.case_reader import is_scene, read_case
-from gapbeam.solver.errors import RangeNotCovered
+from gapbeam.solver.messages.errors import RangeNotCovered
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.scene_file.scene_reader import scene_file
-from gapbeam.solver.wording import counted
 from gapbeam.studies.life.case_rates import CaseRates, PointRates
 from gapbeam.studies.life.scene_rates import SceneRates
 from gapbeam.studies.life.worn_case import PROFILES_FILE, KeptRuns, Profiles, of_faces, time_words

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.studies.life.face_rates import depth_rates, passed, record_steps, work_rates
 from gapbeam.studies.life.worn_march import Array, DepthRates
 from gapbeam.studies.trials.scene_subject import SceneSubject

@@ -18,7 +18,7 @@ import numpy as np
 
 from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.supports.layout import Layout

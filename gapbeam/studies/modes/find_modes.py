@@ -14,12 +14,12 @@ from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.postprocess.figures.curve_figures import draw_mode_shapes
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import build_model
-from gapbeam.solver.record_table import FIELDS_FILE
 from gapbeam.solver.run.output.field_files import write_mode_fields
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.run.output.run_summary import describe_model
+from gapbeam.solver.schema.record_table import FIELDS_FILE
 from gapbeam.solver.seat.contact_modes import SEATED, held_modes
 from gapbeam.studies.modes.theory_comparison import (
     FITTED,

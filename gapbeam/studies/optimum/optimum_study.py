@@ -17,13 +17,13 @@ from rich.table import Table as RichTable
 from gapbeam.postprocess.figures.figure_style import COLORS, GRAY, journal_style, panels
 from gapbeam.postprocess.report.sections.optimum_section import OPTIMUM_FILE, OPTIMUM_PICTURE, optimum_tables
 from gapbeam.solver.case.reading.case_reader import read_tables
-from gapbeam.solver.errors import CaseError, Fault, NotConverged, UserError
+from gapbeam.solver.messages.errors import CaseError, Fault, NotConverged, UserError
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.scene.least_figure import Optimum, optimize
 from gapbeam.solver.scene.limit_cycle import periodic
 from gapbeam.solver.scene.scene import SceneState
 from gapbeam.solver.scene.scene_march import history
-from gapbeam.solver.table import Number, Positive, Table, Whole
+from gapbeam.solver.schema.table import Number, Positive, Table, Whole
 from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder, study_written, write_table

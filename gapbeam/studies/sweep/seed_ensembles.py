@@ -8,7 +8,7 @@ from typing import Any
 
 from gapbeam.solver.diagnostics.statistics.pooled_members import FEWEST, pooled_figures
 from gapbeam.solver.diagnostics.statistics.statistic_figures import may_be_asked
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 LOAD, SEED = "load.", ".seed"
 

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.errors import CaseError, UserError
+from gapbeam.solver.messages.errors import CaseError, UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.solver.wording import counted
 from gapbeam.studies.study_folder import REMEDY, StoredResponse, checked, differing, refuse_links
 from gapbeam.studies.trials.axes import Axis, overrides_of, points_of
 from gapbeam.studies.trials.subject import Subject, read_subject

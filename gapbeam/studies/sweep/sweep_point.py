@@ -27,9 +27,9 @@ from gapbeam.solver.case.figure_table import Figure, figure_values
 from gapbeam.solver.diagnostics.assumption import WARNING, Finding
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts
-from gapbeam.solver.errors import CaseError, OutOfMemory, RunError
-from gapbeam.solver.record_table import SMOOTHING_WINDOW
+from gapbeam.solver.messages.errors import CaseError, OutOfMemory, RunError
 from gapbeam.solver.run.output.results_folder import finite, write_beside
+from gapbeam.solver.schema.record_table import SMOOTHING_WINDOW
 from gapbeam.studies.study_folder import study_written
 from gapbeam.studies.sweep.sweep_plan import Chain, Task, point_file
 from gapbeam.studies.sweep.window_data import as_data

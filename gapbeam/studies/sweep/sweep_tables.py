@@ -28,9 +28,9 @@ from gapbeam.postprocess.study_figures.sweep_branches import (
     start_words,
 )
 from gapbeam.postprocess.study_figures.sweep_map import draw_map
-from gapbeam.solver.errors import CaseError
+from gapbeam.solver.messages.errors import CaseError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import finite, write_beside
-from gapbeam.solver.wording import counted
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult

@@ -26,10 +26,10 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.solution_tables import BeamModel
-from gapbeam.solver.errors import CaseError, RunError, UserError
 from gapbeam.solver.loads.load_choice import forcing_frequencies
+from gapbeam.solver.messages.errors import CaseError, RunError, UserError
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.record_table import SMOOTHING_WINDOW
+from gapbeam.solver.schema.record_table import SMOOTHING_WINDOW
 from gapbeam.solver.system.semi_discrete import State
 from gapbeam.studies.trials.refined_mesh import mesh_keys
 from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond

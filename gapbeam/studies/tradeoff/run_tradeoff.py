@@ -25,7 +25,7 @@ from gapbeam.postprocess.study_figures.stability_map import Place, draw_pareto
 from gapbeam.solver.case.case import Case, Output
 from gapbeam.solver.case.checks.run_checks import whole_interval
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.results_folder import write_beside, write_summary
 from gapbeam.studies.printed_results import PrintedResult

@@ -12,8 +12,8 @@ from typing import Any
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.overrides import parse_value
-from gapbeam.solver.errors import UserError, in_one_line
 from gapbeam.solver.loads.load_choice import forcing_frequencies
+from gapbeam.solver.messages.errors import UserError, in_one_line
 from gapbeam.studies.engine.workers import in_fresh_process
 from gapbeam.studies.tradeoff.level_errors import (
     GROUPS,

@@ -8,8 +8,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import counted
 
 MOST_POINTS = 100_000
 

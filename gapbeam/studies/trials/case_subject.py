@@ -16,7 +16,7 @@ from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.checkpoint.same_model import checksum_of

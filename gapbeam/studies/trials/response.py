@@ -22,7 +22,8 @@ from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts
-from gapbeam.solver.errors import (
+from gapbeam.solver.march.simulation import Simulation, Wanted, marched
+from gapbeam.solver.messages.errors import (
     AssumptionBroken,
     CaseError,
     EnergyCreated,
@@ -33,7 +34,6 @@ from gapbeam.solver.errors import (
     RunError,
     UserError,
 )
-from gapbeam.solver.march.simulation import Simulation, Wanted, marched
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.frequency_findings import RESONANT
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of

@@ -22,7 +22,7 @@ import xarray as xr
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.known_keys import flat
-from gapbeam.solver.errors import Interrupted, RunError, UserError
+from gapbeam.solver.messages.errors import Interrupted, RunError, UserError
 from gapbeam.solver.run.checkpoint.same_model import checksum_of
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun, smoothing_of

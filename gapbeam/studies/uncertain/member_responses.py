@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite
 from gapbeam.solver.scene.ensemble_members import EnsembleFolder, Members
 from gapbeam.solver.scene.linear_scheme import LinearScheme

@@ -20,15 +20,15 @@ from scipy.stats import randint
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.case_reader import read_tables
 from gapbeam.solver.case.reading.overrides import pairs
-from gapbeam.solver.errors import CaseError, Fault, UserError
+from gapbeam.solver.messages.errors import CaseError, Fault, UserError
+from gapbeam.solver.messages.wording import near
 from gapbeam.solver.scene.argument_checks import finite
 from gapbeam.solver.scene.ensemble_members import ensemble_key
 from gapbeam.solver.scene.lane_figures import response_figure_faults
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.schema.table import Number, Positive, Table, Whole
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import Number, Positive, Table, Whole
-from gapbeam.solver.wording import near
 from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of, starts_of
 from gapbeam.studies.identification.identification_file import settings_of
 from gapbeam.studies.study_folder import study_folder

@@ -15,9 +15,9 @@ from rich.table import Table
 
 from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels
 from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, UNCERTAIN_PICTURE
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_written, write_table
 from gapbeam.studies.uncertain.probability import Indices, IntervalEstimate, RareProbability

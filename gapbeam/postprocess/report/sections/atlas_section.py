@@ -8,7 +8,7 @@ from typing import Any
 
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict, picture_section
 from gapbeam.postprocess.report.study_json import read_records
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 ATLAS_FILE, ATLAS_PICTURE = "atlas.json", "atlas-responses.png"
 Record = Mapping[str, Any]

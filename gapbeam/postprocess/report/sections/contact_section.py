@@ -14,7 +14,7 @@ from gapbeam.postprocess.report.sections.support_section import ZOOM, chart_alon
 from gapbeam.postprocess.results.columns_of_run import WearMap
 from gapbeam.postprocess.signals.enlarged_part import enlarged_span
 from gapbeam.postprocess.signals.signal import Signal, face_signal
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 HEADER = ("face", "rate", "value", "unit", "95 % interval", "judged")
 WHERE_HEADER = ("face", "x (m)", "angle (deg)", "work rate per area (W/m^2)", "over the mean", "depth rate (m/s)")

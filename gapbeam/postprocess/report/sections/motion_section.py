@@ -14,7 +14,7 @@ from gapbeam.postprocess.signals.enlarged_part import enlarged_span
 from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
 from gapbeam.postprocess.signals.signal import Signal
 from gapbeam.postprocess.signals.spectra import distortion
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 PORTRAIT = 6000  # points
 FEWEST = 3  # forcing periods worth a figure over them

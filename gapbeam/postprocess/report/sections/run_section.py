@@ -58,7 +58,7 @@ from gapbeam.postprocess.run_comparison import ComparisonError, RunComparison, c
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.postprocess.signals.probe_analysis import Analysis, Options, analyze
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.solver.record_table import CASE_FILE, CURVE_FILE, HISTORY_FILE
+from gapbeam.solver.schema.record_table import CASE_FILE, CURVE_FILE, HISTORY_FILE
 
 PICTURES = "pictures"
 OPEN = ("summary", "motion")  # the sections that readers need not unfold

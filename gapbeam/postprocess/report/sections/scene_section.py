@@ -23,7 +23,7 @@ from gapbeam.postprocess.report.station_motion import (
 )
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import RunSupport, supports_of, wall_motion_series
-from gapbeam.solver.record_table import FIELDS_FILE
+from gapbeam.solver.schema.record_table import FIELDS_FILE
 
 MOST = 400  # frames
 LEAST = 3  # fields that show a motion

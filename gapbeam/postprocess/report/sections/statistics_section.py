@@ -15,7 +15,7 @@ from gapbeam.postprocess.report.sections.support_section import chart_along
 from gapbeam.postprocess.results.columns_of_run import PointMap
 from gapbeam.postprocess.signals.cycle_counts import HEADS, QUANTITIES, distributions, rates
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.solver.record_table import HISTORY
+from gapbeam.solver.schema.record_table import HISTORY
 
 SMALL = 1.0e-4  # of the largest stored energy: what stays below is not drawn
 _STORED = ("kinetic_energy", "strain_energy", "contact_energy", "restraint_energy")

@@ -43,7 +43,7 @@ from gapbeam.postprocess.study_figures.sweep_branches import (
     start_words,
 )
 from gapbeam.postprocess.study_figures.sweep_map import grid_of
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from gapbeam.solver.case.checks import (
     support_checks,
 )
 from gapbeam.solver.case.reading.known_keys import numbered
-from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.messages.errors import Fault, Key
 
 CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = tuple(
     function

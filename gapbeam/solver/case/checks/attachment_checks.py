@@ -12,13 +12,13 @@ from gapbeam.solver.case.beam_profile import span_lies_on_the_beam
 from gapbeam.solver.case.case import Beam, Contact, Mesh, Wear, advised_scheme
 from gapbeam.solver.case.checks.place_checks import Loads, namesakes, outside
 from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel, Time
-from gapbeam.solver.errors import Fault
 from gapbeam.solver.loads.attachments import ElasticJoint, Fluid, Joint, PointMass, bending_rank
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
+from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.messages.wording import apart, counted, exceeds
 from gapbeam.solver.supports.layout import Layout, keyed, support_at
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording import apart, counted, exceeds
 
 Joints = Mapping[int, Joint]
 """Joints by their number in the case file, from 0, without those that have faults of their own."""

@@ -13,12 +13,12 @@ from gapbeam.solver.case.beam_profile import OF_MATERIAL, OF_SECTION, beam_at, s
 from gapbeam.solver.case.case import Beam, Contact, Mesh, Output, Probe
 from gapbeam.solver.case.checks.place_checks import Loads, Segments, namesakes
 from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.attachments import Joint, PointMass
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import counted, exceeds
+from gapbeam.solver.schema.table import Vector
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
-from gapbeam.solver.table import Vector
-from gapbeam.solver.wording import counted, exceeds
 
 ROUNDING = 1.0e-12
 BESIDE = 1.0e-9  # of the length of the beam: a place beside the end of a segment

@@ -21,8 +21,8 @@ from gapbeam.solver.case.model_choice import bending_wavelength, graded_count
 from gapbeam.solver.case.solution_tables import BeamModel, RigidModel
 from gapbeam.solver.loads.attachments import bending_rank
 from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.messages.wording import apart, exceeds
 from gapbeam.solver.supports.layout import keyed
-from gapbeam.solver.wording import apart, exceeds
 
 
 class UsualRange(NamedTuple):

@@ -10,9 +10,9 @@ from gapbeam.solver.case.case import Contact, Wear, acting_friction, advised_sch
 from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable, Time
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
+from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
 

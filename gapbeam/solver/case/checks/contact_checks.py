@@ -23,11 +23,11 @@ from gapbeam.solver.case.computed_defaults import PATCH_SHARE
 from gapbeam.solver.case.solution_tables import Time
 from gapbeam.solver.contact.laws.law_choice import LAWS, KelvinVoigt
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.integrators.scheme_choice import scheme_names
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart, either
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland, OneSupport
-from gapbeam.solver.wording import apart, either
 
 
 def contact_is_shallow(support: AnySupports, contact: Contact) -> Iterator[Fault]:

@@ -11,11 +11,11 @@ from gapbeam.solver.case.checks.contact_checks import idle_keys, laws_of
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.solution_tables import FullModel, Gates, ModelTable, SolverTable, Time
 from gapbeam.solver.contact.laws.law_choice import LAWS
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.integrators.scheme_choice import scheme_names
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart, either, exceeds
 from gapbeam.solver.supports.layout import Layout, keyed, support_at, variable_key
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording import apart, either, exceeds
 
 TYPE: Key = ("analysis", "type")
 NOT_NEGATIVE = ("contact.stiffness", "contact.damping")

@@ -14,13 +14,13 @@ from gapbeam.solver.case.beam_profile import Segment, beam_at
 from gapbeam.solver.case.case import Beam, Mesh, Probe
 from gapbeam.solver.case.figure_table import Figure, figure_faults
 from gapbeam.solver.case.solution_tables import Time
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.attachments import JointChoice
 from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart, counted, exceeds
+from gapbeam.solver.schema.table import Vector
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
-from gapbeam.solver.table import Vector
-from gapbeam.solver.wording import apart, counted, exceeds
 
 Loads = Mapping[int, Load]
 """Loads by their number in the case file, from 0, without those that have faults of their own."""

@@ -13,11 +13,11 @@ from gapbeam.solver.case.case import Beam, Contact, Damping, Mesh, Output, actin
 from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Loads, Probes
 from gapbeam.solver.case.solution_tables import BeamModel, FullModel, ModelTable, ReducedModel, RigidModel, Time
-from gapbeam.solver.errors import Fault
 from gapbeam.solver.loads.attachments import Joint, MotionName, PointMass
+from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.messages.wording import apart, counted, exceeds
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording import apart, counted, exceeds
 
 MOST_STEPS = 1e9
 MULTIPLE_TOLERANCE = 1e-6

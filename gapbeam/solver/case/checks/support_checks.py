@@ -11,14 +11,14 @@ from gapbeam.solver.case.case import Beam, Contact, Mesh, law_at, own_law, whole
 from gapbeam.solver.case.checks.place_checks import Loads, Segments, same_name
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic
-from gapbeam.solver.errors import Fault, Key
 from gapbeam.solver.loads.attachments import Joint, bending_rank
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart, counted, either, exceeds
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import WHOLE, AnySupports, BaseAndGland, OneSupport
-from gapbeam.solver.wording import apart, counted, either, exceeds
 
 
 def support_names_differ(support: AnySupports) -> Iterator[Fault]:

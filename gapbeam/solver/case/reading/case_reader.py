@@ -20,8 +20,8 @@ from gapbeam.solver.case.model_choice import chosen_case
 from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, check_types, incomplete, label
 from gapbeam.solver.case.reading.overrides import Overrides, convert, looks_like_millimeters, override
 from gapbeam.solver.case.reading.toml_text import beyond_bounds, key_lines, line_of, parse, read_text
-from gapbeam.solver.errors import CaseError, Fault, Key
-from gapbeam.solver.wording import printable
+from gapbeam.solver.messages.errors import CaseError, Fault, Key
+from gapbeam.solver.messages.wording import printable
 
 __all__ = ["CaseError", "Fault", "case_to_toml", "read_case", "read_tables", "schema", "warnings"]
 

@@ -16,9 +16,9 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.value_words import example, hint_for, shown, toml_value, wanted
-from gapbeam.solver.errors import Fault, Key
-from gapbeam.solver.table import FORMS, Positive, array_models, models_in, type_name
-from gapbeam.solver.wording import close_to, either, near, printable, same
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import close_to, either, near, printable, same
+from gapbeam.solver.schema.table import FORMS, Positive, array_models, models_in, type_name
 
 
 class KeyTable(NamedTuple):

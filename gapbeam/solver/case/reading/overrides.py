@@ -18,9 +18,9 @@ from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.reading.known_keys import candidates, is_array, value_at
 from gapbeam.solver.case.reading.toml_text import read_toml
 from gapbeam.solver.case.reading.value_words import shown
-from gapbeam.solver.errors import Fault, Key
-from gapbeam.solver.table import type_name
-from gapbeam.solver.wording import either, near, printable
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import either, near, printable
+from gapbeam.solver.schema.table import type_name
 
 QUOTED = re.compile(r"""("(?:[^"\\]|\\.)*"|'[^']*')""")
 POINT_WITHOUT_DIGIT = re.compile(r"(?<![\w.])(?P<sign>[+-]?)\.(?P<digits>\d)")

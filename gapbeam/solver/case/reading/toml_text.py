@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from gapbeam.solver.errors import CaseError, Fault, Key
-from gapbeam.solver.record_table import KEY_OF_MANY_PARTS
-from gapbeam.solver.wording import either, near_file, printable
+from gapbeam.solver.messages.errors import CaseError, Fault, Key
+from gapbeam.solver.messages.wording import either, near_file, printable
+from gapbeam.solver.schema.record_table import KEY_OF_MANY_PARTS
 
 LARGEST = 1_000_000
 """The largest case file that is read, bytes."""

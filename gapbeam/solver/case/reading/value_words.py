@@ -12,8 +12,8 @@ from typing import Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from gapbeam.solver.table import POINT_PATTERN
-from gapbeam.solver.wording import counted, either, near, printable
+from gapbeam.solver.messages.wording import counted, either, near, printable
+from gapbeam.solver.schema.table import POINT_PATTERN
 
 
 def toml_value(value: object) -> str:

@@ -29,7 +29,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, vstack
 
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.supports.regions.around_face import AroundFace
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.circles import DOWN, Circles, unit_vectors

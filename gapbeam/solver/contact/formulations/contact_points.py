@@ -33,7 +33,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix, identity, kron
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.supports.regions.around_face import WallsFace
 from gapbeam.solver.supports.support import Face
 from gapbeam.solver.system.operators import Array, Indices, Springs

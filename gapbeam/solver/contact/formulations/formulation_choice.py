@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from gapbeam.solver.table import Positive, Table
+from gapbeam.solver.schema.table import Positive, Table
 
 
 class BodyShare(NamedTuple):

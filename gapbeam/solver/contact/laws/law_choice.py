@@ -38,6 +38,7 @@ from typing import Annotated, ClassVar, Literal
 import scipy
 from pydantic import Field
 
+from gapbeam.solver.compilation.jit import compiled_in_order
 from gapbeam.solver.contact.formulations.formulation_choice import ChosenFormulation
 from gapbeam.solver.contact.laws.damper import DampedPoint, Damper, per_area
 from gapbeam.solver.contact.laws.law_tables import (
@@ -48,10 +49,9 @@ from gapbeam.solver.contact.laws.law_tables import (
     RestitutionLaw,
 )
 from gapbeam.solver.contact.laws.springs import power, spring_potential, spring_pressure, spring_slope
-from gapbeam.solver.errors import Fault
-from gapbeam.solver.jit import compiled_in_order
+from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.schema.table import NonNegative, Number, Positive, models_in, type_name
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import NonNegative, Number, Positive, models_in, type_name
 
 
 class KelvinVoigt(ChosenLaw):

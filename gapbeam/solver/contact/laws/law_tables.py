@@ -23,10 +23,10 @@ from pydantic import Field
 
 from gapbeam.solver.contact.formulations.formulation_choice import ChosenFormulation
 from gapbeam.solver.contact.laws.damper import Damper, per_area
-from gapbeam.solver.errors import Fault
+from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.schema.table import NonNegative, Number, Positive, Table
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import NonNegative, Number, Positive, Table
-from gapbeam.solver.wording import counted
 
 if TYPE_CHECKING:
     from gapbeam.solver.contact.laws.own_spring import OwnSpring

@@ -28,8 +28,8 @@ import scipy
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import per_area
 from gapbeam.solver.contact.laws.law_choice import KelvinVoigt
+from gapbeam.solver.schema.table import type_name
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import type_name
 
 NEARLY_ELASTIC, LEAST_RETURN = 0.9999, 0.01
 LONG = 100.0  # beside 1: the time of a contact, and c / K of a contact that hardly returns anything

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array
 
 _NODES, _TWICE = np.polynomial.legendre.leggauss(8)

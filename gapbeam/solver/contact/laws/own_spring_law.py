@@ -24,7 +24,7 @@ from gapbeam.solver.contact.laws.law_choice import FORMULAS, LAWS
 from gapbeam.solver.contact.laws.own_spring import SHARES, WEIGHTS, OwnSpring
 from gapbeam.solver.contact.laws.point_law import LawTable, fill_damping_parts
 from gapbeam.solver.contact.laws.springs import FAR_APART, rows_of
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array, Indices
 
 PROPORTIONAL = "hunt-crossley"  # its damper is chi K d^n

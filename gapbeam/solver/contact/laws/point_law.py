@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gapbeam.solver.compilation.jit import compiled_in_order, entry
 from gapbeam.solver.contact.laws.damper import DampedPoint, Parameters
 from gapbeam.solver.contact.laws.law_choice import UNDAMPED, damping
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT, MEAN
 from gapbeam.solver.contact.laws.springs import spring_mean, spring_pressure, spring_slope
-from gapbeam.solver.jit import compiled_in_order, entry
 from gapbeam.solver.system.operators import Array, Indices
 
 

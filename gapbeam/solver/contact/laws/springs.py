@@ -10,7 +10,7 @@ from math import frexp, prod
 
 import numpy as np
 
-from gapbeam.solver.jit import compiled_in_order, entry
+from gapbeam.solver.compilation.jit import compiled_in_order, entry
 from gapbeam.solver.system.operators import Array
 
 FAR_APART = 1.0e-3  # of the depth: beyond it the difference quotient of the potential is exact enough

@@ -24,7 +24,7 @@ import scipy
 
 from gapbeam.solver.contact.laws.contact_law import StagePressure
 from gapbeam.solver.contact.solve.condensation import Condensed, ForceResponse
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.operators import Array
 
 RELATIVE_TOLERANCE = 1.0e-11

@@ -39,7 +39,7 @@ from gapbeam.solver.contact.laws.springs import at_points
 from gapbeam.solver.contact.solve.condensation import Condensed, CondensedOperator
 from gapbeam.solver.contact.solve.contact_solve import ContactSolution, solve_contact
 from gapbeam.solver.contact.solve.slip_solve import NEGLIGIBLE, law_compliance, solve_slip
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator, State
 

@@ -23,7 +23,7 @@ import numpy as np
 import scipy
 
 from gapbeam.solver.contact.laws.damper import CoulombFriction
-from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.operators import Array
 
 RELATIVE_TOLERANCE = 1.0e-12  # of the largest limit

@@ -32,8 +32,8 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import (
     own_series,
     probe_series,
 )
-from gapbeam.solver.record_table import SLIP_MODES
-from gapbeam.solver.wording import counted
+from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.schema.record_table import SLIP_MODES
 
 Array = np.ndarray
 

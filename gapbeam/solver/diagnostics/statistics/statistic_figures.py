@@ -38,7 +38,7 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import (
 )
 from gapbeam.solver.diagnostics.statistics.block_means import MOST_MISSED, correlation_time, varies
 from gapbeam.solver.integrators.noise_bias import NoiseBias, bias_at
-from gapbeam.solver.record_table import SLIP_MODES
+from gapbeam.solver.schema.record_table import SLIP_MODES
 
 Doubt = Literal["not resolved", "biased"]
 

@@ -15,14 +15,13 @@ from functools import cached_property
 
 import numpy as np
 
+from gapbeam.solver.compilation.jit import compile_in_another_process, is_kept, is_pending
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT, IMPLICIT
 from gapbeam.solver.contact.laws.point_law import LawTable
 from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.history_rows import Instants
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.errors import NotConverged, RunError
 from gapbeam.solver.integrators.time_scheme import kernel_of
-from gapbeam.solver.jit import compile_in_another_process, is_kept, is_pending
 from gapbeam.solver.march.compiled import march_kernel as of
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records, is_due, take_snapshot, widened
 from gapbeam.solver.march.compiled.ledger_kernel import (
@@ -51,6 +50,7 @@ from gapbeam.solver.march.compiled.plan_arrays import (
 )
 from gapbeam.solver.march.compiled.tangent_kernel import monodromy_along
 from gapbeam.solver.march.stepwise_march import March, Paused, begun, whole_step
+from gapbeam.solver.messages.errors import NotConverged, RunError
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import ModalSystem, modal_system
 from gapbeam.solver.system.operators import Array, row_product

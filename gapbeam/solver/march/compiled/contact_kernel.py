@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gapbeam.solver.compilation.jit import compiled, compiled_apart
 from gapbeam.solver.contact.laws.point_law import LawTable, Point, StepNumbers, numbers_at, stage_pressure
 from gapbeam.solver.contact.solve.contact_solve import (
     EPSILON,
@@ -20,7 +21,6 @@ from gapbeam.solver.contact.solve.contact_solve import (
     ROUND_OFF,
     SETTLED,
 )
-from gapbeam.solver.jit import compiled, compiled_apart
 from gapbeam.solver.march.compiled.ordered_cholesky import OrderedFactor, empty_factor, solve_with, update_factor
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, add_responses, count_in_play, in_play
 from gapbeam.solver.system.operators import Array

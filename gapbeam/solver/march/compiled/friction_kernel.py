@@ -15,13 +15,13 @@ from math import sqrt
 
 import numpy as np
 
+from gapbeam.solver.compilation.jit import compiled, compiled_apart
 from gapbeam.solver.contact.laws.damper import NOTHING
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, stage_pressure
 from gapbeam.solver.contact.solve.contact_solve import RELATIVE_TOLERANCE, ROUND_OFF
 from gapbeam.solver.contact.solve.friction_solve import ENOUGH
 from gapbeam.solver.contact.solve.slip_solve import FLATTEST, NEGLIGIBLE
 from gapbeam.solver.contact.solve.slip_solve import ROUND_OFF as ROUND_OFF_OF_SLIP
-from gapbeam.solver.jit import compiled, compiled_apart
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, point_at
 from gapbeam.solver.march.compiled.ordered_cholesky import eliminate
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, count_in_play, fill, in_play, inner_product, turns

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.jit import shared
+from gapbeam.solver.compilation.jit import shared
 from gapbeam.solver.march.compiled.contact_kernel import Solution
 from gapbeam.solver.march.compiled.point_motions import AroundPoints
 from gapbeam.solver.march.compiled.rubbing_points import Rubbing

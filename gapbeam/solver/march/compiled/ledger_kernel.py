@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gapbeam.solver.compilation.jit import compiled
 from gapbeam.solver.diagnostics.contact_episodes import (
     FaceTouches,
     Peak,
@@ -35,7 +36,6 @@ from gapbeam.solver.diagnostics.energy_ledger import (
     unresolved_energy,
 )
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records
 from gapbeam.solver.system.operators import Array, Indices
 

@@ -12,12 +12,12 @@ from math import sqrt
 
 import numpy as np
 
+from gapbeam.solver.compilation.jit import compiled, compiled_apart, entry, long_entry, twin
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at
 from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.diagnostics.energy_ledger import StepEnergies, total_energy
-from gapbeam.solver.jit import compiled, compiled_apart, entry, long_entry, twin
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
 from gapbeam.solver.march.compiled.kernel_tables import (
     KernelState,

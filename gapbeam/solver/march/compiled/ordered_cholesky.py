@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.jit import compiled
+from gapbeam.solver.compilation.jit import compiled
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, count_in_play, delassus_entry, in_play
 from gapbeam.solver.system.operators import Array, Indices
 

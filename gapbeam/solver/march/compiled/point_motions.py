@@ -25,7 +25,7 @@ import numpy as np
 from numba.core.types.misc import NoneType
 from numba.extending import overload
 
-from gapbeam.solver.jit import compiled, compiled_apart
+from gapbeam.solver.compilation.jit import compiled, compiled_apart
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import ContactOperator
 

@@ -23,8 +23,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gapbeam.solver.compilation.jit import compiled, compiled_apart
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, stage_pressure, touch_factor
-from gapbeam.solver.jit import compiled, compiled_apart
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, point_at, solve_contact
 from gapbeam.solver.march.compiled.friction_kernel import solve_with_friction
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room

@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gapbeam.solver.compilation.jit import compiled
 from gapbeam.solver.contact.laws.damper import BREAKS_AWAY, NOTHING, CoulombFriction
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT
 from gapbeam.solver.contact.laws.springs import at_points
-from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, add_rows, fill, inner_product, turns
 from gapbeam.solver.system.operators import Array, Indices
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from gapbeam.solver.compilation.jit import compiled
 from gapbeam.solver.contact.laws.point_law import LawTable, StepNumbers
-from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, Scheme, WallRows
 from gapbeam.solver.march.compiled.point_motions import (

@@ -20,8 +20,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from gapbeam.solver.compilation.jit import allocating, allocating_entry
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, step_slopes
-from gapbeam.solver.jit import allocating, allocating_entry
 from gapbeam.solver.march.compiled.plan_arrays import inverse_updates
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.jit import compiled
+from gapbeam.solver.compilation.jit import compiled
 from gapbeam.solver.march.compiled.contact_kernel import Solution
 from gapbeam.solver.march.compiled.point_motions import (
     AroundPoints,

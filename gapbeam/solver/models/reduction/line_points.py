@@ -14,7 +14,7 @@ import numpy as np
 from gapbeam.solver.case.case import Beam, Case
 from gapbeam.solver.case.model_choice import line_radii
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.reduction.contact_lines import across_lines
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gapbeam.solver.errors import RunError
 from gapbeam.solver.linear_algebra.iterative_factor import ConjugateGradients
+from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.models.reduction.modal_basis import symmetric_part, unit_directions
 from gapbeam.solver.system.operators import Array, Indices
 

@@ -16,9 +16,9 @@ from petsc4py import PETSc
 from scipy.linalg import eigh
 from slepc4py import SLEPc
 
-from gapbeam.solver.errors import RunError
 from gapbeam.solver.linear_algebra.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
+from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.models.reduction.lobpcg import lowest_shapes
 from gapbeam.solver.system.operators import Array, Factor
 

@@ -22,7 +22,7 @@ from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.integrators.spectral_analysis import carried_error, scheme_error
 from gapbeam.solver.loads.load_choice import forcing_frequencies, load_direction
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.record_table import HISTORY_FILE
+from gapbeam.solver.schema.record_table import HISTORY_FILE
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 

@@ -24,9 +24,9 @@ import numpy as np
 from numpy.lib import format as format_of_arrays
 from numpy.typing import NDArray
 
-from gapbeam.solver.record_table import CHECKPOINT_FOLDER, CHECKPOINTS, KEPT_MODEL
 from gapbeam.solver.run.output.atomic_files import new_file, own_folder, part_of, put_in_place, written
 from gapbeam.solver.run.output.parallel_tables import PIECE, ParallelTable, Pieces
+from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, CHECKPOINTS, KEPT_MODEL
 
 VERSION = 6
 KEPT = 2

@@ -15,10 +15,10 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.errors import UserError
 from gapbeam.solver.march.stepwise_march import Paused
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import apart
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.record_table import CASE_FILE, CHECKPOINT_FOLDER
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
     BrokenCheckpoint,
     Contents,
@@ -42,7 +42,7 @@ from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, on_rank_zero_with
 from gapbeam.solver.run.output.results_folder import clear
-from gapbeam.solver.wording import apart
+from gapbeam.solver.schema.record_table import CASE_FILE, CHECKPOINT_FOLDER
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -12,7 +12,7 @@ import numpy as np
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
     BrokenCheckpoint,

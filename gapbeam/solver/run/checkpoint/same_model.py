@@ -30,7 +30,6 @@ from gapbeam.solver.loads.places import patterned
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.models.reduction.projection import DenseRow
-from gapbeam.solver.record_table import SUMMARY_FILE
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
     BrokenCheckpoint,
     Contents,
@@ -41,6 +40,7 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
 from gapbeam.solver.run.checkpoint.kept_model import EXPANSION, Matrices, has_basis, matrices_of, sum_of, taken_up
 from gapbeam.solver.run.checkpoint.state_checks import NODES, POINTS, DofLayout, layout_of
 from gapbeam.solver.run.output.parallel_tables import on_rank_zero_with, taken
+from gapbeam.solver.schema.record_table import SUMMARY_FILE
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import h5py
 
-from gapbeam.solver.errors import NotWritten
+from gapbeam.solver.messages.errors import NotWritten
 from gapbeam.solver.run.output.disk_errors import ADVICE, is_of_disk
 
 

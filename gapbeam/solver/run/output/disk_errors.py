@@ -6,7 +6,7 @@ import errno
 import re
 from pathlib import Path
 
-from gapbeam.solver.errors import NotWritten, RunError, UserError
+from gapbeam.solver.messages.errors import NotWritten, RunError, UserError
 
 NUMBERS = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EROFS)
 ADVICE = "look for a full disk, a quota, or a folder that was moved or made read-only"

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gapbeam.solver.diagnostics.history_rows import Recorder
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.record_table import FIELDS, HISTORY, STRESS_FIELDS, VECTOR_FIELDS
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.schema.record_table import FIELDS, HISTORY, STRESS_FIELDS, VECTOR_FIELDS
 
 if TYPE_CHECKING:
     from gapbeam.solver.models.model import Model

@@ -26,12 +26,18 @@ from scipy.sparse import csr_matrix
 from gapbeam.meshes.mesh_readings import vector_space
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.assembly.face_quadrature import FacePoints, at_nodes, face_points, gather_points
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.periodic.continuation import CurvePoint, ResponseCurve
 from gapbeam.solver.periodic.periodic_response import SteadyModel
 from gapbeam.solver.periodic.response_branches import Branches
-from gapbeam.solver.record_table import (
+from gapbeam.solver.run.output import parallel_tables
+from gapbeam.solver.run.output.atomic_files import new_hdf5, part_of, put_in_place, to_disk, written
+from gapbeam.solver.run.output.hdf5_files import AT_ONCE, FieldPieces, GrowingSeries, refuse_other_data
+from gapbeam.solver.run.output.nodal_stresses import CornerValues, StressFields
+from gapbeam.solver.run.output.parallel_tables import FieldGrid, ParallelTable, Pieces, RankRows, around, dataset
+from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.schema.record_table import (
     CURVE_FILE,
     CURVE_TABLE_FILE,
     FIELD_FOLDER,
@@ -41,12 +47,6 @@ from gapbeam.solver.record_table import (
     STRESS_FIELDS,
     VECTOR_FIELDS,
 )
-from gapbeam.solver.run.output import parallel_tables
-from gapbeam.solver.run.output.atomic_files import new_hdf5, part_of, put_in_place, to_disk, written
-from gapbeam.solver.run.output.hdf5_files import AT_ONCE, FieldPieces, GrowingSeries, refuse_other_data
-from gapbeam.solver.run.output.nodal_stresses import CornerValues, StressFields
-from gapbeam.solver.run.output.parallel_tables import FieldGrid, ParallelTable, Pieces, RankRows, around, dataset
-from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.seat.contact_modes import HeldModes
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Snapshots

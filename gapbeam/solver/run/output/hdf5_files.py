@@ -30,11 +30,11 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.record_table import FIELD_FOLDER
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.output.atomic_files import new_file, own_folder, to_disk
 from gapbeam.solver.run.output.parallel_tables import FieldGrid, dataset
 from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.schema.record_table import FIELD_FOLDER
 from gapbeam.solver.system.operators import Array
 
 Shape = tuple[int | None, ...]  # None: any length

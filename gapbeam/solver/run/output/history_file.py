@@ -23,8 +23,13 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure, figure_values
 from gapbeam.solver.diagnostics.point_contact import PointContact
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.record_table import (
+from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.run.output.atomic_files import Sink, copy_beside, own_folder, part_of, put_in_place, written
+from gapbeam.solver.run.output.hdf5_files import Shape, refuse_other_data
+from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.run.output.wear_file import angles
+from gapbeam.solver.schema.record_table import (
     FORMAT_VERSION,
     HISTORY,
     HISTORY_FILE,
@@ -33,12 +38,7 @@ from gapbeam.solver.record_table import (
     POINTS_FILE,
     history_pieces,
 )
-from gapbeam.solver.run.output.atomic_files import Sink, copy_beside, own_folder, part_of, put_in_place, written
-from gapbeam.solver.run.output.hdf5_files import Shape, refuse_other_data
-from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording import counted
 
 BLOCK = 1024  # records that lie side by side in a file
 KEPT = 2**13  # records kept in memory between writes, at most

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gapbeam.solver.diagnostics.contact_episodes import ImpactList
-from gapbeam.solver.record_table import IMPACT_COLUMNS, IMPACTS_FILE
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.schema.record_table import IMPACT_COLUMNS, IMPACTS_FILE
 
 HEAD = ",".join(["face", *(f"{name} ({unit})" if unit else name for name, unit in IMPACT_COLUMNS.items())])
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from types import TracebackType
 
-from gapbeam.solver.errors import NotWritten
+from gapbeam.solver.messages.errors import NotWritten
 
 LOG = logging.getLogger("gapbeam")
 WAITING = 4  # blocks of steps whose output waits, at most: what keeps memory bounded

@@ -18,7 +18,7 @@ import scipy
 from numpy.typing import NDArray
 
 from gapbeam.meshes.rank_zero import on_rank_zero
-from gapbeam.solver.record_table import FIELDS_DATA_FILE, VECTOR_FIELDS
+from gapbeam.solver.schema.record_table import FIELDS_DATA_FILE, VECTOR_FIELDS
 from gapbeam.solver.system.operators import Array, Indices
 
 if TYPE_CHECKING:

@@ -25,8 +25,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from gapbeam.solver.diagnostics.energy_gates import describe_energy
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.record_table import LOG_FILE, PROGRESS_FILE
 from gapbeam.solver.run.output.results_folder import finite, write_beside
+from gapbeam.solver.schema.record_table import LOG_FILE, PROGRESS_FILE
 
 if TYPE_CHECKING:
     from mpi4py import MPI

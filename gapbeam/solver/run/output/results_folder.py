@@ -25,11 +25,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from gapbeam.solver import record_table as records
-from gapbeam.solver.errors import UserError
-from gapbeam.solver.record_table import LOCK_FILE
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.output.atomic_files import new_file, part_of
 from gapbeam.solver.run.output.disk_errors import no_place
+from gapbeam.solver.schema import record_table as records
+from gapbeam.solver.schema.record_table import LOCK_FILE
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.record_table import SHAPES_FILE
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.structure import StructurePoint
+from gapbeam.solver.schema.record_table import SHAPES_FILE
 from gapbeam.solver.system.operators import Array
 
 ANGLES = 48  # of the outline of a region in a plane

@@ -15,9 +15,9 @@ import numpy as np
 from gapbeam.solver.case.face_wear import FaceWear
 from gapbeam.solver.diagnostics.point_contact import SlidingWork
 from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
-from gapbeam.solver.record_table import WEAR_COLUMNS, WEAR_FILE
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.schema.record_table import WEAR_COLUMNS, WEAR_FILE
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator
 

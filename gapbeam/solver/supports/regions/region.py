@@ -9,9 +9,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.schema.table import Table
 from gapbeam.solver.supports.support import Face
-from gapbeam.solver.table import Table
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from gapbeam.solver.errors import Fault, Key
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.schema.table import Number
 from gapbeam.solver.supports.regions.around_face import BoreFace, ProfileFace, WallsFace
 from gapbeam.solver.supports.regions.region import AroundRegion, Placement, Slot, Stop, place_around
-from gapbeam.solver.table import Number
-from gapbeam.solver.wording import counted
 
 FEWEST, MOST = 3, 3600  # angles
 STEEPEST = 0.1  # slope of the wall, up to which the radii of the section stand for its normals

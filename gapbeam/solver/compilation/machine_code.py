@@ -1,4 +1,4 @@
-"""numba, and its cache of machine code, which `gapbeam.solver.jit` loads with the first compilation."""
+"""numba, and its cache of machine code, which `gapbeam.solver.compilation.jit` loads with the first compilation."""
 
 from __future__ import annotations
 

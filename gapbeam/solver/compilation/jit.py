@@ -24,7 +24,7 @@ from types import FunctionType
 from typing import Any, TypeVar
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-MARK = b"gapbeam.solver.jit"  # a file that compiles functions imports them from this module
+MARK = b"gapbeam.solver.compilation.jit"  # a file that compiles functions imports them from this module
 HEARD = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1, signal.SIGALRM)  # what ends a run
 POLL = 0.05  # s between looks at a process that compiles
 REORDERED = {"reassoc", "contract", "nsz"}  # sums may be reordered for SIMD; infinities and NaN keep their meaning
@@ -52,7 +52,7 @@ def cache_folder() -> Path | None:
     if base is None:
         return None
     digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.rglob("*.py")):
+    for source in sorted(Path(__file__).parents[1].rglob("*.py")):
         text = source.read_bytes()
         if MARK in text:
             digest.update(text)
@@ -160,14 +160,14 @@ class _Late:
 
     @cached_property
     def _made(self) -> Any:
-        from gapbeam.solver.machine_code import linked
+        from gapbeam.solver.compilation.machine_code import linked
 
         return linked(self.py_func, self._options)
 
     @cached_property
     def _called(self) -> Any:
         """The copy that Python calls."""
-        from gapbeam.solver.machine_code import dispatcher
+        from gapbeam.solver.compilation.machine_code import dispatcher
 
         return dispatcher(self.py_func, self._options, None, report_not_kept)
 
@@ -188,7 +188,7 @@ class _Entry(_Late):
 
     @cached_property
     def _made(self) -> Any:
-        from gapbeam.solver.machine_code import dispatcher
+        from gapbeam.solver.compilation.machine_code import dispatcher
 
         return dispatcher(self.py_func, self._options | {"no_cfunc_wrapper": True}, cache_folder(), report_not_kept)
 

@@ -1,0 +1,1 @@
+"""Compilation of loops by numba, and its machine code on disk."""

@@ -1,0 +1,1 @@
+"""Messages: faults with their places, errors, and words that several of them share."""

@@ -15,7 +15,7 @@ from gapbeam.solver.scene.solid_cells import FACETS, KINDS, facet_of, rule_of, s
 from gapbeam.solver.scene_file.scene_reader import read_scene
 from gapbeam.solver.system.operators import Array
 from tests.scene.solid_grids import grid, with_sets
-from tests.shared.slips import Change, check_refused, put
+from tests.shared.slips import Change, check_slip, put
 
 YOUNG, POISSON, PRESSURE = 2e11, 0.3, 1e6
 STEEL = gb.material(YOUNG, 7800.0, POISSON)
@@ -290,8 +290,6 @@ SLIPS: dict[str, tuple[Change, str, str]] = {
 def test_slips_of_pairs_of_faces_are_refused(tmp_path: Path, slip: str) -> None:
     """Status 2, at the key that is wrong, in words that name it."""
     given = sled(tmp_path)
-    change, where, words = SLIPS[slip]
-    change(given, tmp_path)
     if slip == "a face of a mass":
         given["joint"] = []
-    check_refused(given, where, words)
+    check_slip(given, SLIPS[slip], tmp_path)

@@ -37,3 +37,10 @@ def check_refused(given: Tables, where: str, words: str) -> None:
     assert refused.value.exit_status == 2
     assert any(re.search(where, fault.where) for fault in refused.value.faults), str(refused.value)
     assert re.search(words, str(refused.value)), str(refused.value)
+
+
+def check_slip(given: Tables, slip: tuple[Change, str, str], folder: Path) -> None:
+    """Assert that tables are refused after a change, as `check_refused` does."""
+    change, where, words = slip
+    change(given, folder)
+    check_refused(given, where, words)

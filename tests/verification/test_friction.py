@@ -19,16 +19,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.contact.laws.contact_law import ContactLaw
+from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
 from gapbeam.solver.contact.laws.damper import CoulombFriction
 from gapbeam.solver.contact.laws.springs import Spring
-from gapbeam.solver.contact.solve.slip_solve import solve_slip
+from gapbeam.solver.contact.solve.condensation import CondensedOperator, ForceResponse
+from gapbeam.solver.contact.solve.friction_solve import Sliding, solve_contact_and_friction
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Interface, Load
+from gapbeam.solver.system.operators import Array, Interface, Load
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
 from tests.shared.toys import IMPLICIT, SCHEMES, ledger_of, steps_of
 
@@ -223,7 +224,7 @@ def test_a_mass_in_the_air_feels_no_friction() -> None:
     coefficient=st.sampled_from([1e-6, 0.3, 10.0]),
     slip_velocity=st.floats(-9.0, 1.0).map(lambda power: 10.0**power),
 )
-def test_slip_solve_satisfies_law_and_balance(
+def test_friction_of_coupled_points_satisfies_law_and_balance(
     seed: int, components: int, coefficient: float, slip_velocity: float
 ) -> None:
     """Random coupled points, of which some carry nothing: h = -b v / sqrt(|v|^2 + v0^2) at v = v_free + S h."""
@@ -232,7 +233,12 @@ def test_slip_solve_satisfies_law_and_balance(
     root = random.standard_normal((components * points, components * points))
     compliance, free = 0.1 * root @ root.T, random.standard_normal((points, components))
     normal = np.where(random.random(points) < 0.3, 0.0, 10.0 ** random.uniform(-6.0, 1.0, points))
-    found = solve_slip(law, law.limit(normal), free, compliance, 0.5, np.zeros_like(free)).friction
+    nothing = np.zeros(points)
+    found = solve_contact_and_friction(
+        Sliding(law, 0.5, free, np.zeros_like(free)), CoupledAlongFaces(points, compliance), 1.0, nothing,
+        np.ones(points), lambda _depth: StagePressure(normal, nothing, normal), nothing,
+    ).friction  # fmt: skip
+    assert found is not None
     slip = free + 0.5 * (compliance @ found.reshape(-1)).reshape(free.shape)
     expected = -coefficient * normal[:, None] * slip / np.sqrt(np.sum(slip**2, axis=1) + slip_velocity**2)[:, None]
     most = coefficient * normal.max()
@@ -240,3 +246,23 @@ def test_slip_solve_satisfies_law_and_balance(
     assert np.abs(found - expected).max() <= most * max(1e-11, 1e-13 / slip_velocity)
     assert np.all(found[normal == 0.0] == 0.0)
     assert np.all(np.linalg.norm(found, axis=1) <= coefficient * normal * (1.0 + 1e-9))
+
+
+class CoupledAlongFaces(CondensedOperator):
+    """Points that move along faces under each other's friction, and whose gaps nothing moves."""
+
+    symmetric = True
+
+    def __init__(self, points: int, along: Array) -> None:
+        self.largest_compliance = 0.0
+        self.compliance = np.zeros((points + len(along), points + len(along)))
+        self.compliance[points:, points:] = along
+
+    def respond_all(self, forces: Array, friction: Array) -> tuple[Array, Array]:
+        """Return no gaps, and what friction moves."""
+        moved = self.compliance @ np.concatenate([forces, friction.reshape(-1)])
+        return moved[: len(forces)], moved[len(forces) :].reshape(friction.shape)
+
+    def respond(self, forces: Array) -> ForceResponse:
+        """Return no gaps."""
+        return ForceResponse(np.zeros_like(forces))

@@ -104,7 +104,28 @@ def solve_contact(
     """
     first = held if start is None else start
     patience = max_iterations if patience is None else patience
-    solution = _solve_by_softening(condensed, scale, held_depth, weights, law, held, first, patience, max_iterations)
+
+    def solve(shift: Array | float) -> ContactSolution:
+        nonlocal first
+        shifted = held_depth if augmented is None else held_depth + shift
+        found = _solve_by_softening(condensed, scale, shifted, weights, law, held, first, patience, max_iterations)
+        first = found.forces
+        return found
+
+    return with_multipliers(solve, held_depth, augmented)
+
+
+def with_multipliers(
+    solve: Callable[[Array | float], ContactSolution], held_depth: Array, augmented: float | None
+) -> ContactSolution:
+    """Return the solution of a step, with multipliers where they are asked for.
+
+    Args:
+        solve: Solves for the penetration d + shift of a shift, m, whose law is the one given; from its last solution.
+        held_depth: d_held, (m,), m.
+        augmented: Relative penetration to reach by multipliers, or None.
+    """
+    solution = solve(0.0)
     if augmented is None:
         return solution
     shift, allowed = np.zeros_like(held_depth), augmented * _deepest(solution)
@@ -112,10 +133,7 @@ def solve_contact(
         if _deepest(solution) <= allowed:
             return solution
         shift = np.maximum(shift + solution.depth, 0.0)
-        # solved for d + shift, whose law is the one given
-        shifted = _solve_by_softening(
-            condensed, scale, held_depth + shift, weights, law, held, solution.forces, patience, max_iterations
-        )
+        shifted = solve(shift)
         iterations = solution.iterations + shifted.iterations
         solution = replace(shifted, depth=shifted.depth - shift, iterations=iterations)
     raise NotConverged(
@@ -169,36 +187,36 @@ def _solve(
     change = start - held
     response = condensed.respond(change) if start is not held else None
     depth = held_depth if response is None else held_depth - scale * response.gaps
-    size = _largest(held_depth)
-    least = max(NOTHING, EPSILON * _largest(held / weights))
+    size = largest(held_depth)
+    least = max(NOTHING, EPSILON * largest(held / weights))
     residuals: list[float] = []
     for iteration in range(max_iterations + 1):
         stage, forces = law(depth), held + change
         mismatch = forces / weights - stage.pressure
-        residual = _largest(mismatch)
+        residual = largest(mismatch)
         if not np.isfinite(residual * residual):  # products in a search would overflow before the residual does
             break
         residuals.append(residual)
-        wanted = max(RELATIVE_TOLERANCE * _largest(stage.pressure), least)
+        wanted = max(RELATIVE_TOLERANCE * largest(stage.pressure), least)
         cancelled = scale * condensed.largest_compliance * float(np.abs(change).sum())
         floor = ROUND_OFF * float(stage.slope.max(initial=0.0)) * max(size, cancelled)
         stalled = len(residuals) > 1 and residual >= 0.5 * residuals[-2]
         if residual <= wanted:
-            return _settled(held, change, depth, stage, iteration, size, response)
+            return settled_solution(held, change, depth, stage, iteration, held_depth, response)
         newton, newton_response = _newton_change(
             condensed, scale, held_depth, weights, depth, stage, held, not stalled, response
         )
         update = newton - change
         if stalled:
-            moves, most = _largest(update), _largest(forces)
+            moves, most = largest(update), largest(forces)
             # a nearly rigid law turns round-off in depths into pressures, but the forces no longer move
             at_floor = residual <= floor and moves <= SETTLED * most
             # or nothing moves but by round-off: which sums a processor takes side by side decides what is missed
             stands = residual <= NEARLY * max(wanted, floor) and moves <= RELATIVE_TOLERANCE * most
             if at_floor or (stands and iteration > PATIENCE):
-                return _settled(held, change, depth, stage, iteration, size, response)
+                return settled_solution(held, change, depth, stage, iteration, held_depth, response)
         # iterations leave an error in depths that a search would take for a slope
-        exhausted = condensed.iterative and _largest(update) <= SETTLED * _largest(forces)
+        exhausted = condensed.iterative and largest(update) <= SETTLED * largest(forces)
         if not exhausted and iteration >= (FULL_STEPS if condensed.symmetric else FULL_STEPS_NOT_SYMMETRIC):
             # a product with D is a solve there, and both responses are known as well as it would be
             known = response if condensed.iterative else None
@@ -220,26 +238,26 @@ def _solve(
     )
 
 
-def _largest(values: Array) -> float:
+def largest(values: Array) -> float:
     """Return the largest absolute value; 0 where there is none."""
     return float(np.abs(values).max()) if values.size else 0.0
 
 
-def _settled(
+def settled_solution(
     held: Array,
     change: Array,
     depth: Array,
     stage: StagePressure,
     iterations: int,
-    size: float,
-    response: ForceResponse | None,
+    held_depth: Array,
+    response: ForceResponse | None = None,
 ) -> ContactSolution:
     """Return the solution, without the round-off that is left of forces where the law knows none.
 
     The change keeps it: the penetration follows the change, and nearly free bodies move far under round-off.
     """
     forces = np.where(stage.pressure == 0.0, 0.0, held + change)
-    unresolved = UNRESOLVED * size * float(np.abs(forces).sum())
+    unresolved = UNRESOLVED * largest(held_depth) * float(np.abs(forces).sum())
     return ContactSolution(forces, change, depth, stage, iterations, unresolved, response=response)
 
 

@@ -1,9 +1,6 @@
 """Contact with friction in a compiled step: forces along and across the faces by one Newton iteration.
 
-    d = d_held - s G A^-1 (H^T (f - f_held) + T^T h),    f = w P(d)
-    v = v_free + c T A^-1 (H^T (f - f_held) + T^T h),    h = -mu <f> v / sqrt(|v|^2 + v0^2)
-
-The linearized laws are those of `solve.friction_solve`. Where friction that hardly slides keeps the iteration in a
+The equations are those of `solve.friction_equations`. Where friction that hardly slides keeps the iteration in a
 cycle, the step is solved with a large v0 first, which then falls to what was given.
 
 Only points that touch, or that the forces would press on, have equations.
@@ -11,40 +8,26 @@ Only points that touch, or that the forces would press on, have equations.
 
 from __future__ import annotations
 
-from math import sqrt
-
 import numpy as np
 
 from gapbeam.solver.compilation.jit import compiled, compiled_apart
-from gapbeam.solver.contact.laws.damper import NOTHING
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, stage_pressure
-from gapbeam.solver.contact.solve.contact_solve import RELATIVE_TOLERANCE, ROUND_OFF
-from gapbeam.solver.contact.solve.friction_solve import ENOUGH
-from gapbeam.solver.contact.solve.slip_solve import FLATTEST, NEGLIGIBLE
-from gapbeam.solver.contact.solve.slip_solve import ROUND_OFF as ROUND_OFF_OF_SLIP
+from gapbeam.solver.contact.solve.contact_solve import ROUND_OFF
+from gapbeam.solver.contact.solve.friction_equations import (
+    EASY,
+    HARDER,
+    MOST_UPDATES,
+    Missed,
+    PressedPoints,
+    Rubbing,
+    made_of,
+    set_equations,
+)
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, point_at
 from gapbeam.solver.march.compiled.ordered_cholesky import eliminate
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, count_in_play, fill, in_play, inner_product, turns
-from gapbeam.solver.march.compiled.rubbing_points import (
-    Rubbing,
-    aim,
-    coefficient_at,
-    coupling,
-    made_of,
-    nothing_rubs,
-    opened_by,
-    respond,
-)
+from gapbeam.solver.march.compiled.rubbing_points import aim, nothing_rubs, opened_by, respond
 from gapbeam.solver.system.operators import Array
-
-MOST_UPDATES = 25
-EASY, HARDER = 2.0**20, 0.25  # v0 at first over the v0 of the law, and the factor by which it changes
-
-
-@compiled
-def _slip(friction: Rubbing, row: int, weight: float) -> float:
-    """Return the slip velocity of a listed point along a direction, m/s."""
-    return made_of(friction, row, friction.free) + weight * made_of(friction, row, friction.moved)
 
 
 @compiled_apart
@@ -124,23 +107,20 @@ def _iterate(
 ) -> int:  # fmt: skip
     """Solve from the forces in `friction` with v0 multiplied by `ease`; return the iterations, below 0: it failed."""
     balance, step, law, rubbed, velocity, weight = arguments
-    creep, before, before_slip = ease * friction.slip_velocity, np.inf, np.inf
+    creep, before = ease * friction.slip_velocity, Missed(np.inf, np.inf)
+    points = PressedPoints(balance.held, balance.weights, found.slope)
     for iteration in range(most + 1):
         respond(friction)
         _list_points(friction, around, balance, step, rubbed, velocity)
         missed, largest, steepest, deepest = _press(friction, balance, step, law, found)
         if not np.isfinite(missed):
             return -1 - iteration
-        missed_slip, limit, fastest, count = _rub(friction, balance, rubbed, weight, creep, found)
-        if missed <= ENOUGH * largest and missed_slip <= ENOUGH * limit:
+        floor = ROUND_OFF * steepest * deepest
+        count, before = set_equations(
+            friction, points, balance.scale, rubbed, weight, creep, missed, largest, floor, before
+        )
+        if count < 0:
             return iteration
-        floor = max(RELATIVE_TOLERANCE * largest, ROUND_OFF * steepest * deepest)
-        floor_of_slip = limit * max(RELATIVE_TOLERANCE, ROUND_OFF_OF_SLIP * fastest / creep)
-        stalled = missed >= 0.5 * before or missed_slip >= 0.5 * before_slip
-        if stalled and missed <= floor and missed_slip <= floor_of_slip:
-            return iteration
-        before, before_slip = missed, missed_slip
-        _linearize(friction, balance, rubbed, weight, creep, found, count, limit)
         if not eliminate(friction.matrix, friction.right, count):
             return -1 - iteration
         for row in range(count):
@@ -168,108 +148,3 @@ def _press(
         steepest, total = max(steepest, balance.weights[i] * slope), total + abs(friction.missed[row])
         deepest = max(deepest, abs(balance.held_depth[i]))
     return (missed if np.isfinite(total) else np.nan), largest, steepest, deepest
-
-
-@compiled
-def _rub(
-    friction: Rubbing, balance: Balance, rubbed: Array, weight: float, creep: float, found: Solution
-) -> tuple[float, float, float, int]:
-    """Evaluate the law of friction, and order the forces to solve for.
-
-    Return how far it is missed, N, the largest limit of a force, N, the largest free slip, m/s, and their number.
-    """
-    missed, largest, fastest, count = 0.0, 0.0, 0.0, 0
-    along = friction.on_face.shape[1]
-    for number in range(friction.chosen[0]):
-        i, row = friction.points[number], number * (1 + along)
-        force = balance.held[i] + friction.forces[row]
-        bound = coefficient_at(friction, rubbed, i) * force if force > NOTHING else 0.0
-        square, held = creep * creep, 0.0
-        for a in range(1, 1 + along):
-            slip = _slip(friction, row + a, weight)
-            friction.missed[row + a] = slip  # until all of them are known
-            square += slip * slip
-            held += abs(friction.forces[row + a])
-            fastest = max(fastest, abs(made_of(friction, row + a, friction.free)) if bound > 0.0 else 0.0)
-        largest = max(largest, bound)
-        for a in range(1, 1 + along):
-            friction.missed[row + a] = friction.forces[row + a] + bound * friction.missed[row + a] / sqrt(square)
-            missed = max(missed, abs(friction.missed[row + a]))
-        if found.slope[i] > 0.0 or friction.missed[row] != 0.0:
-            friction.order[count] = row
-            count += 1
-        if bound > 0.0 or held > 0.0:
-            for a in range(1, 1 + along):
-                friction.order[count] = row + a
-                count += 1
-    return missed, largest, fastest, count
-
-
-@compiled
-def _linearize(
-    friction: Rubbing, balance: Balance, rubbed: Array, weight: float, creep: float, found: Solution, count: int,
-    limit: float,
-) -> None:  # fmt: skip
-    """Set the equations of the ordered forces; all rows are gaps, m, those of slip over c / s."""
-    scale, along, row = balance.scale, friction.on_face.shape[1], 0
-    while row < count:
-        force = friction.order[row]
-        point = friction.points[force // (1 + along)]
-        if force % (1 + along) == 0:
-            stiffness = balance.weights[point] * found.slope[point]
-            _set_row(friction, scale, row, count, stiffness > 0.0)
-            softness = 1.0 / stiffness if stiffness > 0.0 else scale * coupling(friction, force, force)
-            friction.matrix[row, row] += softness
-            friction.right[row] = -softness * friction.missed[force]
-            row += 1
-        else:
-            mu, normal = coefficient_at(friction, rubbed, point), balance.held[point] + friction.forces[force - 1]
-            _set_rows_of_slip(friction, scale, mu, normal, weight, creep, row, count, limit)
-            row += along
-
-
-@compiled
-def _set_row(friction: Rubbing, scale: float, row: int, count: int, coupled: bool) -> None:
-    """Set a row to what the ordered forces do to its motion; to 0 where its force is known."""
-    for column in range(count):
-        entry = scale * coupling(friction, friction.order[row], friction.order[column]) if coupled else 0.0
-        friction.matrix[row, column] = entry
-
-
-@compiled
-def _set_rows_of_slip(
-    friction: Rubbing, scale: float, mu: float, normal: float, weight: float, creep: float, row: int, count: int,
-    limit: float,
-) -> None:  # fmt: skip
-    """Set the rows of a point that rubs: (b J)^-1 (dh + phi mu df) + c T A^-1 (...) = -(b J)^-1 q, over c / s."""
-    matrix, right, along, first = friction.matrix, friction.right, friction.on_face.shape[1], friction.order[row]
-    bound = mu * normal if normal > NOTHING else 0.0
-    rubs = bound > NEGLIGIBLE * limit
-    for a in range(along):
-        _set_row(friction, scale, row + a, count, rubs)
-        if not rubs:
-            own = scale * coupling(friction, first + a, first + a)
-            matrix[row + a, row + a], right[row + a] = own, -own * friction.missed[first + a]
-    if rubs:
-        square, length = creep * creep, 0.0
-        for a in range(along):
-            slip = _slip(friction, first + a, weight)
-            square += slip * slip
-            length += friction.forces[first + a] * friction.forces[first + a]
-        speed, within = sqrt(square), bound / max(sqrt(length), bound)
-        one = _slip(friction, first, weight) / speed
-        pulled = -within * friction.forces[first] / bound
-        xx, yy, xy, two = 1.0 + FLATTEST - pulled * one, 1.0, 0.0, 0.0
-        if along == 2:
-            two = _slip(friction, first + 1, weight) / speed
-            across = -within * friction.forces[first + 1] / bound
-            yy, xy = 1.0 + FLATTEST - across * two, -0.5 * (pulled * two + across * one)
-        inverse = scale / weight * speed / bound / (xx * yy - xy * xy)
-        column = row - 1 if row > 0 and friction.order[row - 1] == first - 1 else -1
-        for a in range(along):
-            for b in range(along):
-                part = inverse * ((yy if a == 0 else xx) if a == b else -xy)
-                matrix[row + a, row + b] += part
-                if column >= 0:
-                    matrix[row + a, column] += part * mu * (one if b == 0 else two)
-                right[row + a] = (right[row + a] if b > 0 else 0.0) - part * friction.missed[first + b]

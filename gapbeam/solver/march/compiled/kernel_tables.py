@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.compilation.jit import shared
+from gapbeam.solver.contact.solve.friction_equations import Rubbing
 from gapbeam.solver.march.compiled.contact_kernel import Solution
 from gapbeam.solver.march.compiled.point_motions import AroundPoints
-from gapbeam.solver.march.compiled.rubbing_points import Rubbing
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.slip_modes import SlipModes
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT, IMPLICIT, MEAN
+from gapbeam.solver.contact.solve.friction_equations import Rubbing, room_for_friction
 from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.time_scheme import kernel_of
@@ -25,7 +26,6 @@ from gapbeam.solver.march.compiled.kernel_tables import (
 )
 from gapbeam.solver.march.compiled.ledger_kernel import OF_IMPACT, RECORDED
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, around_points
-from gapbeam.solver.march.compiled.rubbing_points import Rubbing, room_for_friction
 from gapbeam.solver.march.stepwise_march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, RankOnes

@@ -10,109 +10,13 @@ the axis and of the surface, along the direction of the step:
 from __future__ import annotations
 
 from math import sqrt
-from typing import NamedTuple
-
-import numpy as np
 
 from gapbeam.solver.compilation.jit import compiled
-from gapbeam.solver.contact.laws.damper import BREAKS_AWAY, NOTHING, CoulombFriction
+from gapbeam.solver.contact.laws.damper import BREAKS_AWAY, NOTHING
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT
-from gapbeam.solver.contact.laws.springs import at_points
+from gapbeam.solver.contact.solve.friction_equations import Rubbing, coefficient_at
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, add_rows, fill, inner_product, turns
 from gapbeam.solver.system.operators import Array, Indices
-
-
-class Rubbing(NamedTuple):
-    """Coulomb friction at m points along k directions, and room for a step; of c listed points, each 1 + k forces.
-
-    Attributes:
-        rows: B in modal coordinates, (b, n): those of G or R first.
-        compliance: B A^-1 B^T, (b, b).
-        own: The first row that is for the friction of a point alone, (m,).
-        terms: Most rows of B that a motion is made of.
-        sliding: Coefficient mu of points that slide, (m,).
-        sticking: And of points that stick, (m,).
-        slip_velocity: v0, m/s.
-        remembers: Whether it matters if points stick.
-        points: The points with equations, (m,).
-        chosen: Their number c, (1,).
-        listed: 1 for these points, (m,).
-        parts: The rows of B of each of their motions, (m (1 + k), 3).
-        share: And their shares S, (m (1 + k), 3).
-        forces: f - f_held and h of each, (m (1 + k),), N.
-        missed: By how much they miss their laws, (m (1 + k),), N.
-        order: Of them, those that the laws do not give at once, (m (1 + k),).
-        right: Right side of their equations, (m (1 + k),).
-        matrix: Room for these equations, (m (1 + k), m (1 + k)).
-        on_rows: Forces on the rows of B, (b,), N.
-        moved: What they make of the motions of B, (b,).
-        free: Motions of B in the balance while the forces stay, where they are asked for, (b,), m/s.
-        on_face: Friction force on each face, (faces, k), N.
-    """
-
-    rows: Array
-    compliance: Array
-    own: Indices
-    terms: int
-    sliding: Array
-    sticking: Array
-    slip_velocity: float
-    remembers: bool
-    points: Indices
-    chosen: Indices
-    listed: Array
-    parts: Indices
-    share: Array
-    forces: Array
-    missed: Array
-    order: Indices
-    right: Array
-    matrix: Array
-    on_rows: Array
-    moved: Array
-    free: Array
-    on_face: Array
-
-
-def room_for_friction(
-    rows: Array, compliance: Array, own: Indices, terms: int, law: CoulombFriction, on_face: Array
-) -> Rubbing:
-    """Return friction with room; arguments as in `Rubbing`."""
-    points, bodies = len(own), len(rows)
-    size = points * (1 + on_face.shape[1])
-    sliding, sticking = (at_points(one.coefficient, points) for one in (law, law.of_points(np.zeros(points))))
-    return Rubbing(
-        rows=rows,
-        compliance=compliance,
-        own=own,
-        terms=terms,
-        sliding=np.array(sliding, dtype=float),
-        sticking=np.array(sticking, dtype=float),
-        slip_velocity=law.slip_velocity,
-        remembers=law.static_coefficient is not None,
-        points=np.zeros(points, dtype=np.int64),
-        chosen=np.zeros(1, dtype=np.int64),
-        listed=np.zeros(points),
-        parts=np.zeros((size, 3), dtype=np.int64),
-        share=np.zeros((size, 3)),
-        forces=np.zeros(size),
-        missed=np.zeros(size),
-        order=np.zeros(size, dtype=np.int64),
-        right=np.zeros(size),
-        matrix=np.empty((size, size)),
-        on_rows=np.zeros(bodies),
-        moved=np.zeros(bodies),
-        free=np.zeros(bodies),
-        on_face=on_face,
-    )
-
-
-@compiled
-def coefficient_at(friction: Rubbing, rubbed: Array, point: int) -> float:
-    """Return mu of a point in a step: whether it slides stands in the last column of its memory."""
-    slides = rubbed[point, rubbed.shape[1] - 1] > 0.0
-    mu: float = friction.sliding[point] if slides else friction.sticking[point]
-    return mu
 
 
 @compiled
@@ -124,15 +28,6 @@ def nothing_rubs(friction: Rubbing | None) -> None:
         friction.chosen[0] = 0
         fill(friction.moved, 0.0)
         fill(friction.on_rows, 0.0)
-
-
-@compiled
-def made_of(friction: Rubbing, row: int, motions: Array) -> float:
-    """Return a motion of a listed point, from those of the rows of B, (b,)."""
-    total = 0.0
-    for term in range(friction.terms):
-        total += friction.share[row, term] * motions[friction.parts[row, term]]
-    return total
 
 
 @compiled
@@ -213,17 +108,6 @@ def respond(friction: Rubbing) -> None:
             for term in range(friction.terms):
                 friction.on_rows[friction.parts[row, term]] += friction.share[row, term] * friction.forces[row]
     add_rows(friction.compliance, friction.on_rows, 1.0, friction.moved)
-
-
-@compiled
-def coupling(friction: Rubbing, one: int, other: int) -> float:
-    """Return the motion of one force for a unit of another."""
-    total = 0.0
-    for a in range(friction.terms):
-        for b in range(friction.terms):
-            entry = friction.compliance[friction.parts[one, a], friction.parts[other, b]]
-            total += friction.share[one, a] * friction.share[other, b] * entry
-    return total
 
 
 @compiled

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from gapbeam.solver.compilation.jit import compiled
 from gapbeam.solver.contact.laws.point_law import LawTable, StepNumbers
+from gapbeam.solver.contact.solve.friction_equations import Rubbing
 from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, Scheme, WallRows
 from gapbeam.solver.march.compiled.point_motions import (
@@ -27,7 +28,7 @@ from gapbeam.solver.march.compiled.point_solve import (
     open_gaps,
     solve_points,
 )
-from gapbeam.solver.march.compiled.rubbing_points import Rubbing, keep_friction
+from gapbeam.solver.march.compiled.rubbing_points import keep_friction
 from gapbeam.solver.march.compiled.turning_points import END, START
 from gapbeam.solver.system.operators import Array
 

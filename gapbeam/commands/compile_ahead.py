@@ -80,9 +80,20 @@ def _differentiate(simulation: Simulation) -> None:
     monodromy(CompiledLoop(plan).modal, plan.law, False, plan.dt, np.zeros((2, plan.system.contact.size)))
 
 
+def _march_both_ways(simulation: Simulation) -> None:
+    """March a model by its compiled loop, and a step without it."""
+    from gapbeam.solver.march.stepwise_march import march
+
+    _march(simulation)
+    next(march(simulation.plan, simulation.start(simulation.seat())))
+
+
 BEAM = ("model.type=beam",)
+RUBBING = (*BEAM, "contact.friction={coefficient=0.3}")
 WORK = (
     Work("time loop of beams between flat faces", "demo", BEAM, _march),
     Work("time loop of beams in holes", "tube-holes", BEAM, _march),
+    Work("time loop of beams that rub on flat faces", "demo", RUBBING, _march_both_ways),
+    Work("time loop of beams that rub in holes", "tube-holes", RUBBING, _march),
     Work("derivatives for shooting", "demo", BEAM, _differentiate),
 )

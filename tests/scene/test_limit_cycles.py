@@ -291,22 +291,30 @@ def test_atlas_over_the_velocity_has_the_cycles_of_the_equations(tmp_path: Path)
     assert (tmp_path / "a/atlas-responses.png").stat().st_size > 0
 
 
-def test_starts_that_come_to_two_frequencies_are_not_shot_at(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.slow(minutes=0.1)
+def test_starts_that_come_to_two_frequencies_are_named_and_not_shot_at(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two masses, each in a cycle of its own of another frequency: together they never repeat, nor are they chaotic.
 
-    Either mass alone comes to its cycle.
+    Both frequencies and forces are those of either mass alone.
     """
     law, asked = gb.KelvinVoigt(stiffness=400.0, damping=4.0), list[Any]()
     bodies = [gb.mass(1.0, stiffness=k, damping=0.1, name=name) for k, name in ((100.0, "one"), (190.0, "two"))]
     stops = [gb.Contact(one["at"], gb.Slot(2e-3), law, name=f"stop {one.name}") for one in bodies]
     pushes = [gb.Feedback(one["at"], one["at"], [], [], [], [0.0, 1.0]) for one in bodies]
-    alone = gb.Scene(bodies[0], contacts=stops[:1], feedbacks=pushes[:1])
-    point = cycle_atlas(alone, alone.state(), 8, 2.0, 0, 100, 60, 2).points[0]
-    assert [(one.order, one.count) for one in point.responses] == [(1, 8)]
+    cycles = []
+    for parts in zip(bodies, stops, pushes, strict=True):
+        alone = gb.Scene(parts[0], contacts=parts[1:2], feedbacks=parts[2:])
+        point = cycle_atlas(alone, alone.state(), 3, 2.0, 0, 100, 60, 2).points[0]
+        assert [(one.order, one.count, one.frequencies) for one in point.responses] == [(1, 3, ())]
+        cycles.append(point.responses[0])
     monkeypatch.setattr(cycle_search, "limit_cycle", lambda *given, **_: asked.append(given))
     both = gb.Scene(*bodies, contacts=stops, feedbacks=pushes)
-    point = cycle_atlas(both, both.state(), 8, 2.0, 0, 100, 60, 2).points[0]
-    assert (point.unsettled, point.chaotic, point.responses, asked) == (1.0, 0.0, [], [])
+    point = cycle_atlas(both, both.state(), 3, 2.0, 0, 100, 60, 2).points[0]
+    assert (point.unsettled, point.chaotic, asked) == (0.0, 0.0, [])
+    (found,) = point.responses
+    assert (found.order, found.count, found.multipliers) == (-1, 3, pytest.approx(1.0, abs=0.05))
+    assert sorted(found.frequencies) == pytest.approx([1.0 / one.period for one in cycles], rel=2e-3)
+    assert found.peak_force == pytest.approx(cycles[0].peak_force | cycles[1].peak_force, rel=5e-3)
 
 
 def test_a_free_motion_sets_no_period() -> None:

@@ -13,7 +13,7 @@ from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journa
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas
-from gapbeam.studies.atlas.response_search import CHAOTIC
+from gapbeam.studies.atlas.response_search import CHAOTIC, NEVER
 
 OPEN = "#F0E442"  # yellow: not settled, or failed
 
@@ -58,7 +58,7 @@ def draw_responses(found: Atlas, point: str) -> Figure:
     base = np.zeros(len(over))
     for number, order in enumerate(orders):
         share = np.array([sum(r.share for r in one.responses if r.order == order) for one in found.points])
-        _band(shares, over, base, base + share, COLORS[number % len(COLORS)], f"order {order}")
+        _band(shares, over, base, base + share, COLORS[number % len(COLORS)], _named(order))
         base = base + share
     chaos = np.array([one.chaotic for one in found.points])
     if chaos.any():
@@ -69,6 +69,10 @@ def draw_responses(found: Atlas, point: str) -> Figure:
     if shares.get_legend_handles_labels()[0]:
         shares.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
+
+
+def _named(order: int) -> str:
+    return "two frequencies" if order == NEVER else f"order {order}"
 
 
 def _band(axes: Axes, over: Array, low: Array, high: Array, color: str, label: str) -> None:
@@ -102,7 +106,7 @@ def draw_basins(found: Atlas, x: tuple[str, str], y: tuple[str, str], scene: Any
 
     right, up, which = place(x), place(y), found.which[at]
     one = found.points[at]
-    names = [f"order {r.order}, {100 * r.share:.0f} %" for r in one.responses]
+    names = [f"{_named(r.order)}, {100 * r.share:.0f} %" for r in one.responses]
     colors = [COLORS[i % len(COLORS)] for i in range(len(names))]
     figure, grid = panels(1, height=3.4, width=4.6)
     axes = grid[0][0]

@@ -4,12 +4,13 @@ Starts are mixtures of the fastest growing oscillation of the scene with all con
 large as those that first touch a contact, times drawn factors. They march in lock-step. A start has come to rest where
 its motion is 1e-6 of the largest start, and to a cycle where its state is within 1 % of the line through the states of
 the cycle, over its size: where in a step a contact closes moves a cycle by some tenths of a percent. Cycles are shot
-from motions that nearly repeat.
+from motions that nearly repeat; what is left may have two frequencies.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import pi
 from typing import Any
 
@@ -27,7 +28,18 @@ from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, share_of
-from gapbeam.studies.atlas.response_search import BATCHES, CHAOTIC, FAILED, UNSETTLED, StrobeMap, growth
+from gapbeam.studies.atlas.response_search import (
+    BATCHES,
+    CHAOTIC,
+    FAILED,
+    LINE,
+    NEVER,
+    SIZE,
+    UNSETTLED,
+    StrobeMap,
+    growth,
+)  # fmt: skip
+from gapbeam.studies.atlas.two_frequencies import TwoFrequencies, two_frequencies
 
 MIXED = 4
 """Oscillations of which starts are mixtures."""
@@ -40,6 +52,8 @@ LOOKED, SHORTEST = 5, 0.2
 REPEATED, NEARLY = 0.1, 2.0
 """Difference of a motion from itself a lag earlier, over its size, up to which it nearly repeats; the first lag whose
 difference is below so much of the least one, or as small as half a step leaves, is the period."""
+RECORDED, SAMPLED = 128, 20
+"""Periods of a record in which two frequencies are looked for, and its samples in a period at most."""
 TRIES = 3
 """Starts in a row from which shooting comes to nothing, after which the others march on."""
 
@@ -128,7 +142,7 @@ class CycleSearch:
         self.rests = bool(
             self.values.real.max() < 0.0 or np.any(touched(scene.slabs(), scene.places(rest.q, rest.t))[0])
         )
-        self.found: list[tuple[LimitCycle | None, Array]] = []
+        self.found: list[tuple[LimitCycle | TwoFrequencies | None, Array]] = []
         self.exponent = float("nan")
 
     def run(self, rounds: int) -> None:
@@ -153,6 +167,28 @@ class CycleSearch:
             chaotic = mean > 3.0 * error
             self.which[left[chaotic]] = CHAOTIC
             self.exponent = float(mean[chaotic].mean()) if chaotic.any() else self.exponent
+            calm = ~chaotic & np.isfinite(mean)
+            if calm.any():
+                self.find_two_frequencies(left[calm], mean[calm])
+
+    def find_two_frequencies(self, left: Any, exponent: Any) -> None:
+        """Give starts whose motion has two frequencies, and these exponents, 1/s, to such motions."""
+        T = self.strobe.period
+        part = max(k for k in range(1, SAMPLED + 1) if self.steps % k == 0)
+        finer = replace(self.strobe, period=T / part, steps=self.steps // part)
+        _, record = finer.record(np.zeros(len(left), dtype=int), self.X[:, left], RECORDED * part)
+        for k, i in enumerate(left):
+            size = float(np.sqrt(record[..., k].var(axis=0).sum()))
+            lines = two_frequencies(record[..., k], size, driven=False)
+            if lines is None:
+                continue
+            lines = lines._replace(frequencies=tuple(part / float(T[0]) * f for f in lines.frequencies))
+            near = LINE / (RECORDED * float(T[0]))
+            known = (number for number, (one, _) in enumerate(self.found)
+                     if isinstance(one, TwoFrequencies) and lines.is_same(one, near, SIZE))  # fmt: skip
+            self.which[i] = next(known, len(self.found))
+            if self.which[i] == len(self.found):
+                self.found.append((lines, np.exp(exponent[k] * T)))
 
     def march(self, members: Any) -> tuple[Any, Any]:
         """March starts; return the distance of their motions from repeating, and the periods after which they do, s."""
@@ -177,7 +213,7 @@ class CycleSearch:
             self.which[calm] = number
         for number, (one, states) in enumerate(self.found):
             left = np.flatnonzero(self.which == UNSETTLED)
-            if one is not None and len(left):
+            if isinstance(one, LimitCycle) and len(left):
                 self.which[left[self.apart(self.X[:, left], states) <= NEAR]] = number
 
     def apart(self, X: Any, states: Array) -> Any:
@@ -210,7 +246,7 @@ class CycleSearch:
             marcher.advance(1)
             states.append(marcher.state.x[:, 0])
         known = (k for k, (one, line) in enumerate(self.found)
-                 if one is not None and self.apart(states[0][:, None], line)[0] <= NEAR)  # fmt: skip
+                 if isinstance(one, LimitCycle) and self.apart(states[0][:, None], line)[0] <= NEAR)  # fmt: skip
         self.which[i] = next(known, len(self.found))
         if self.which[i] == len(self.found):
             self.found.append((self.finer(cycle), np.column_stack(states)))
@@ -230,29 +266,32 @@ class CycleSearch:
         count, named = len(self.which), list[Response]()
         first = float(self.strobe.period[0])
         calm = max([first, *(one.delay for one in self.scene.feedbacks)])  # a march is as long as a delay, or longer
-        order = np.argsort([-np.sum(self.which == k) for k in range(len(self.found))], kind="stable")
-        for k in order:
-            cycle, _ = self.found[k]
-            mine = int(np.sum(self.which == k))
-            share, interval = share_of(mine, count)
-            period = float("nan") if cycle is None else cycle.period
-            span = calm if cycle is None else period
-            state = self.rest if cycle is None else cycle.state
-            steps = self.steps if cycle is None else cycle.steps
+        ranked = np.argsort([-np.sum(self.which == k) for k in range(len(self.found))], kind="stable")
+        for k in ranked:
+            motion, grown = self.found[k]
+            mine = np.flatnonzero(self.which == k)
+            share, interval = share_of(len(mine), count)
+            order, state, span, steps, per = 0, self.rest, calm, self.steps, 1
+            multipliers, period, frequencies = np.exp(self.values * first), float("nan"), tuple[float, ...]()
+            if isinstance(motion, LimitCycle):
+                order, state, span, steps = 1, motion.state, motion.period, motion.steps
+                multipliers, period = motion.multipliers, motion.period
+            elif motion is not None:
+                order, state, per = NEVER, state_of(self.scene, self.X[:, mine[:1]], self.strobe.t), RECORDED
+                span, steps, multipliers, frequencies = per * first, per * self.steps, grown, motion.frequencies
             once = ensemble(
                 self.scene, step=span / steps, end=state.t + span, start=state, members=1, period=np.array([span])
             )
             named.append(
                 Response(
-                    0 if cycle is None else 1, state, np.vstack([state.q, state.v]).T,
-                    np.exp(self.values * first) if cycle is None else cycle.multipliers, mine, share, interval,
+                    order, state, np.vstack([state.q, state.v]).T, multipliers, len(mine), share, interval,
                     {name: np.linalg.norm(np.atleast_1d(one[..., 0])) for name, one in once.peak.items()},
-                    {name: float(one[0]) for name, one in once.impacts.items()},
-                    {name: float(one[0]) for name, one in once.peak_force.items()}, period,
+                    {name: float(one[0]) / per for name, one in once.impacts.items()},
+                    {name: float(one[0]) for name, one in once.peak_force.items()}, period, frequencies=frequencies,
                 )
             )  # fmt: skip
         shares = [float(np.mean(self.which == kind)) for kind in (CHAOTIC, UNSETTLED, FAILED)]
-        rank = np.concatenate([np.argsort(order), [FAILED, UNSETTLED, CHAOTIC]]).astype(int)
+        rank = np.concatenate([np.argsort(ranked), [FAILED, UNSETTLED, CHAOTIC]]).astype(int)
         return AtlasPoint(values, float("nan"), named, shares[0], self.exponent, *shares[1:]), rank[self.which]
 
 
@@ -285,20 +324,20 @@ def cycle_atlas(
 
 @journal_style()
 def draw_cycles(points: Sequence[AtlasPoint], over: dict[str, Array]) -> Figure:
-    """Draw the peak force of each limit cycle, and shares of starts, others too, over the first key of an atlas."""
+    """Draw the peak force of each cycle or motion of two frequencies, and shares of starts, over the first key."""
     path = next(iter(over), "")
     figure, grid = panels(2, height=2.0, sharex=True)
     for number, one in enumerate(points):
         x = one.values.get(path, float(number))
         for r in one.responses:
-            color = GRAY if r.order == 0 else BLACK
-            grid[0][0].plot(x, max(r.peak_force.values(), default=0.0), "o", color=color, ms=3.0)
-            grid[1][0].plot(x, r.share, "o", color=color, ms=3.0)
+            color, mark = GRAY if r.order == 0 else BLACK, "s" if r.frequencies else "o"
+            grid[0][0].plot(x, max(r.peak_force.values(), default=0.0), mark, color=color, ms=3.0)
+            grid[1][0].plot(x, r.share, mark, color=color, ms=3.0)
         others = one.chaotic + one.unsettled + one.failed
         if others > 0.0:
             grid[1][0].plot(x, others, "o", color=BLACK, ms=4.0, mfc="none")
     grid[0][0].set_ylabel("largest force (N)")
-    grid[1][0].set_ylabel("share (gray: rest, open: others)")
+    grid[1][0].set_ylabel("share (gray: rest, square: two frequencies, open: others)")
     for row in grid:
         row[0].margins(0.05, 0.1)
     grid[1][0].set_xlabel(path)

@@ -207,7 +207,7 @@ def follow_responses(
     values = [float(next(iter(one.values.values()), np.nan)) for one in points]
     if any(len(one.values) != 1 for one in points) or not np.all(np.diff(values) > 0.0):
         raise UserError("follow: expected an atlas over one parameter whose values increase")
-    left = {(i, k) for i, one in enumerate(points) for k in range(len(one.responses))}
+    left = {(i, k) for i, one in enumerate(points) for k, each in enumerate(one.responses) if each.order >= 1}
     found = []
     while left:
         i, k = min(left)
@@ -242,7 +242,9 @@ def _way(
         place, number = there, None
         for other, one in enumerate(points[j].responses):
             x = np.hstack([one.strobes, np.tile(place.x[len(one.strobes[0]) :], (one.order, 1))])
-            if one.order == follower.order and min(follower.apart(y, place.x) for y in x) <= SAME:
+            if one.order != follower.order:
+                continue
+            if min(follower.apart(y, place.x) for y in x) <= SAME:
                 number = other
                 left.discard((j, other))
         chain.append((place, number))

@@ -26,13 +26,15 @@ from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, Re
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """A stable periodic response, found by shooting.
+    """A stable response: a periodic one, found by shooting, rest, or a motion of two frequencies, by its spectrum.
 
     Attributes:
-        order: Periods of the load after which it repeats; without such a load 1, a limit cycle, or 0, rest.
+        order: Periods of the load after which it repeats; without such a load 1, a limit cycle, or 0, rest; -1: it has
+            two frequencies, and never repeats.
         state: At the start of a period: a march from it repeats.
         strobes: States (q, v) at its periods, (order, 2 n).
-        multipliers: Of small disturbances over all its periods, complex; the largest is below 1 in size.
+        multipliers: Of small disturbances over all its periods, complex; the largest is below 1 in size. Of two
+            frequencies: the one of the largest exponent over a period, about 1.
         count: Starts that come to it.
         share: Of all starts at this parameter point.
         interval: Of the share, 95 % (Wilson), for starts drawn at random.
@@ -41,6 +43,7 @@ class Response:
         peak_force: By contact, N.
         period: Of a limit cycle, s; NaN where the loads have a period, and at rest.
         figures: Of one's own, by name.
+        frequencies: Hz, where there are two: under a load its own, and the one beside it, up to a half of it.
     """
 
     order: int
@@ -55,6 +58,7 @@ class Response:
     peak_force: dict[str | int, float]
     period: float = float("nan")
     figures: dict[str, float] = field(default_factory=dict)
+    frequencies: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +68,7 @@ class AtlasPoint:
     Attributes:
         values: Parameters by path.
         period: Of the load, s; NaN where none varies.
-        responses: Stable periodic ones, largest share first.
+        responses: Stable ones, largest share first.
         chaotic: Share of starts whose motion is chaotic: its exponent is above 0 by more than three standard errors.
         exponent: Mean exponent of these, 1/s; NaN where there are none.
         unsettled: Share of starts that neither came to a response nor are chaotic: march longer, or look at the orders.
@@ -114,7 +118,8 @@ def atlas(
     All starts march in lock-step; members whose strobes repeat are candidates; a candidate counts where shooting
     converges, its multipliers are below 1 in size, and a member has come to 1e-3 of it and comes nearer. Orbits are
     compared by their converged states, and orders are the least. Members that do not settle march again, `rounds` times
-    in all; then their exponent decides whether they are chaotic. Those that are not march once more. Motion that is
+    in all; then their exponent decides whether they are chaotic. Those that are not march once more, and are
+    looked at for a second frequency beside the load. Motion that is
     chaotic for that long may still end in a response later.
 
     Args:
@@ -187,11 +192,13 @@ def _summary(search: ResponseSearch, i: int, values: dict[str, float], exponent:
     for k in search.ranked(i):
         one = search.found[k]
         share, interval = share_of(len(one.members), search.each)
+        load = 1.0 / float(search.strobe.period[i])
+        both = tuple(load * f for f in (1.0, *one.frequencies)) if one.frequencies else ()
         state = state_of(search.strobe.scene, one.orbit.x[:, None], search.strobe.t)
         responses.append(
             Response(
                 one.order, state, one.strobes, one.orbit.multipliers, len(one.members), share, interval,
-                one.peak, one.impacts, one.peak_force, figures=one.figures,
+                one.peak, one.impacts, one.peak_force, figures=one.figures, frequencies=both,
             )
         )  # fmt: skip
     chaos = exponent[(search.point == i) & (search.which == CHAOTIC)]

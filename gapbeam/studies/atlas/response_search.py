@@ -20,6 +20,7 @@ from gapbeam.solver.scene.limit_cycle import change_of_orbit, state_of
 from gapbeam.solver.scene.linear_scheme import RESOLVED, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
+from gapbeam.studies.atlas.two_frequencies import TwoFrequencies, two_frequencies
 
 CONVERGED, SHIFT, PASSES = 1e-10, 1e-6, 12
 
@@ -86,6 +87,11 @@ class StrobeMap:
         moved = np.einsum("n,n...->...", self.weight, X[:n] ** 2) + (X[n : 2 * n] ** 2).sum(axis=0)
         return np.sqrt(moved + (X[2 * n :] ** 2).sum(axis=0))
 
+    def record(self, points: Any, X: Array, samples: int) -> tuple[Any, Any]:
+        """Return a march of so many periods, and displacements times their frequencies, (samples, n, members)."""
+        many = self.march(points, X, samples, strobes=samples)
+        return many, np.sqrt(self.weight)[:, None] * many.strobes[:, : self.scene.size]
+
 
 @dataclass(frozen=True, eq=False)
 class ShotOrbit:
@@ -93,7 +99,7 @@ class ShotOrbit:
 
     Attributes:
         x: The state, (2 n + states,).
-        multipliers: Over all periods of the orbit, complex.
+        multipliers: Over all periods of the orbit, complex; of two frequencies: of the exponent over a period.
     """
 
     x: Array
@@ -171,6 +177,11 @@ NEAR, REPEATS, SAME = 1e-3, 1e-2, 1e-6
 """Tolerances over the motion: of members to their orbit, of strobes of candidates, and of two equal orbits."""
 REST = 1e-9
 """Share of the largest start below which motions are rest."""
+NEVER = -1
+"""Order of motions of two frequencies: they never repeat."""
+STROBES, LINE, SIZE = 256, 0.1, 1e-2
+"""Strobes of a record in which two frequencies are looked for; distances of frequencies, in lines of the record, and of
+sizes at which two of its motions are one."""
 
 
 @dataclass
@@ -186,6 +197,12 @@ class FoundOrbit:
     peak_force: dict[str | int, float]
     figures: dict[str, float]
     members: list[int] = field(default_factory=list)
+    lines: TwoFrequencies | None = None
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """Frequencies beside the load, over its frequency; none where the orbit repeats."""
+        return () if self.lines is None else self.lines.frequencies
 
 
 class ResponseSearch:
@@ -221,6 +238,7 @@ class ResponseSearch:
             self.settle_once()
         exponent = self.judge()
         self.settle_once()
+        self.find_two_frequencies(exponent)
         return exponent
 
     def settle_once(self) -> None:
@@ -247,6 +265,8 @@ class ResponseSearch:
     def assign(self) -> None:
         """Give members that have come to a known orbit to it."""
         for number, one in enumerate(self.found):
+            if one.order == NEVER:
+                continue
             first = one.point * self.each
             mine = first + np.flatnonzero(self.which[first : first + self.each] == UNSETTLED)
             if not len(mine):
@@ -347,6 +367,32 @@ class ResponseSearch:
             self.which[left[np.isnan(mean)]] = FAILED
             self.which[left[mean > 3.0 * error]] = CHAOTIC
         return exponent
+
+    def find_two_frequencies(self, exponent: Any) -> None:
+        """Give members of a second frequency beside the load, whose motion never repeats, to such motions."""
+        left = np.flatnonzero(self.which == UNSETTLED)
+        if not len(left):
+            return
+        many, record = self.strobe.record(self.point[left], self.X[:, left], STROBES)
+        for k, i in enumerate(left):
+            lines = two_frequencies(record[..., k], self.scale(self.late[..., i]), driven=True)
+            if lines is None:
+                continue
+            point = int(self.point[i])
+            known = (n for n in self.at.get(point, []) if (other := self.found[n].lines) is not None
+                     and lines.is_same(other, LINE / STROBES, SIZE))  # fmt: skip
+            number = next(known, len(self.found))
+            if number == len(self.found):
+                growing = np.exp(np.array([exponent[i] * self.strobe.period[point]]))
+                peak, impacts, force = (
+                    {name: value[..., k] / per for name, value in table.items()}
+                    for table, per in ((many.peak, 1.0), (many.impacts, STROBES), (many.peak_force, 1.0))
+                )
+                orbit, strobes = ShotOrbit(self.X[:, i].copy(), growing), self.late[..., i]
+                self.found.append(FoundOrbit(point, orbit, NEVER, strobes, peak, impacts, force, {}, lines=lines))
+                self.at.setdefault(point, []).append(number)
+            self.which[i] = number
+            self.found[number].members.append(int(i))
 
     def ranked(self, i: int) -> list[int]:
         """Return the numbers of the orbits at a parameter point that members came to, largest share first."""

@@ -99,8 +99,8 @@ class AtlasResult(PrintedResult):
         several = sum(count + (one.chaotic > 0.0) > 1 for count, one in zip(counts, self.atlas.points, strict=True))
         chaos = sum(one.chaotic > 0.0 for one in self.atlas.points)
         left = float(np.mean([one.unsettled + one.failed for one in self.atlas.points]))
-        rests = sum(r.order == 0 for one in self.atlas.points for r in one.responses)
-        kind = "stable response" if rests else "stable periodic response"
+        periodic = all(r.order >= 1 for one in self.atlas.points for r in one.responses)
+        kind = "stable periodic response" if periodic else "stable response"
         words = f"{counted(sum(counts), kind)} at {counted(len(counts), 'point')}, {several} with several responses"
         words += f", {chaos} with chaos" if chaos else ""
         rest = f"; {left:.1%} of the starts did not settle: raise settle, rounds or orders" if left else ""
@@ -275,7 +275,8 @@ def _resumed(record: dict[str, Any], starts: SceneState) -> Atlas:
         kinds = {"state": SceneState(**state), "strobes": _floats(one["strobes"]), "multipliers": real + 1j * imaginary}
         peak = {name: _floats(value)[()] for name, value in one["peak"].items()}
         kinds |= {"period": float(_floats(one["period"]))}
-        responses.append(Response(**one | kinds | {"peak": peak, "interval": tuple(one["interval"])}))
+        kinds |= {name: tuple(one.get(name, ())) for name in ("interval", "frequencies")}
+        responses.append(Response(**one | kinds | {"peak": peak}))
     known = {name: float(_floats(record["point"][name])) for name in ("exponent", "period")}
     point = AtlasPoint(**record["point"] | {"responses": responses} | known)
     strobes = {name: _floats(value) for name, value in record["strobes"].items()}
@@ -363,7 +364,7 @@ def _record(one: AtlasPoint) -> dict[str, Any]:
             "peak": {name: np.asarray(value).tolist() for name, value in r.peak.items()},
             "impacts": {str(name): value for name, value in r.impacts.items()},
             "peak_force": {str(name): value for name, value in r.peak_force.items()},
-            "period": r.period, "figures": r.figures,
+            "period": r.period, "figures": r.figures, "frequencies": list(r.frequencies),
         }
         for r in one.responses
     ]  # fmt: skip

@@ -125,7 +125,8 @@ class SceneModel:
         for i, which in enumerate(search.which):
             if which >= 0:
                 one = search.found[which]
-                names[i], order[i], X[:, i] = name_of(one), one.order, one.orbit.x
+                names[i], order[i] = name_of(one), max(one.order, 1)
+                X[:, i] = X[:, i] if one.frequencies else one.orbit.x
             else:
                 names[i], order[i] = WORDS[which], 1 if which == CHAOTIC else 0
         figures: dict[str, Array] = {}
@@ -175,6 +176,8 @@ def name_of(one: FoundOrbit) -> str:
 
     Of a face with several contact points, only whether it is touched: their impacts depend on the mesh.
     """
+    if one.frequencies:
+        return "two frequencies"
     parts = []
     for face, contacts in faces_of(one.impacts).items():
         hits = round(one.impacts[contacts[0]] * one.order)

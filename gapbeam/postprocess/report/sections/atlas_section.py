@@ -42,6 +42,8 @@ def _kind(response: Record) -> str:
     """Return the kind of a response in words."""
     if response["order"] == 0:
         return "rest"
+    if response.get("frequencies"):
+        return f"two frequencies, {' and '.join(f'{float(one):.4g}' for one in response['frequencies'])} Hz"
     period = response.get("period")
     return f"order {response['order']}" if period is None else f"cycle of {1.0 / float(period):.4g} Hz"
 
@@ -61,7 +63,7 @@ def atlas_sections(folder: Path, command: str) -> list[ReportSection]:
     left = sum(float(one["unsettled"]) + float(one["failed"]) for one in records) / len(records)
     several = sum(len(one["responses"]) + bool(one["chaotic"]) > 1 for one in records)
     found = sum(len(one["responses"]) for one in records)
-    text = f"{counted(found, 'stable periodic response')} at {counted(len(records), 'point')}; several at {several}."
+    text = f"{counted(found, 'stable response')} at {counted(len(records), 'point')}; several at {several}."
     blocks: list[Block] = [
         Verdict("warning", f"{text} {left:.1%} of the starts did not settle.") if left else Verdict("passed", text)
     ]

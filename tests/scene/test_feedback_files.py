@@ -105,6 +105,26 @@ def test_a_file_has_the_forces_that_python_makes(tmp_path: Path) -> None:
         assert all(np.abs(slow[1] - one).min() < 1e-6 * abs(one) for one in slow[0])
 
 
+def test_check_says_whether_a_controller_is_unstable() -> None:
+    """Growth and frequency are of the eigenvalues of m x'' + c x' + k x = C z, z' = A z + x, by hand."""
+    servo = {"name": "servo", "type": "controller", "sense": ["rig.at"], "act": ["rig.at"], "A": [[-30.0]],
+             "B": [[1.0, 0.0]], "C": [[-3e5]]}  # fmt: skip
+    law = {"type": "kelvin-voigt", "stiffness": 5e5, "damping": 600.0}
+    model = {"type": "mass", "mass": 2.0, "stiffness": 8e3, "damping": 8.0}
+    stop = {"name": "stop", "between": ["rig.at"], "region": {"type": "slot", "clearance": 2e-3}, "law": law}
+    sections = gb.check({"structure": [{"name": "rig", "model": model}], "pair": [stop], "feedback": [servo],
+                         "time": {"step": 1e-4, "end": 0.1}}).sections  # fmt: skip
+    assert sections["contacts"] == (("stop", "Slot", "KelvinVoigt, at rig.at"),)
+    states = []
+    for k, c, row in zip((5.08e5, 8e3), (608.0, 8.0), sections["feedback"], strict=False):
+        matrix = np.array([[0.0, 1.0, 0.0], [-k / 2.0, -c / 2.0, -1.5e5], [1.0, 0.0, -30.0]])
+        value = max(np.linalg.eigvals(matrix), key=lambda one: float(one.real))
+        assert row[1] == f"{value.real:.4g} 1/s, {abs(value.imag) / (2.0 * pi):.4g} Hz"
+        states.append(row[2])
+    assert states == ["all closed; stable", "all idle; unstable"]
+    assert sections["feedback"][2][1:] == ("0 of 1", "unstable without stop")
+
+
 def test_check_says_how_far_the_flow_is_from_unstable(tmp_path: Path) -> None:
     """Critical velocities of check are those of `critical_velocity`; Connors' that of his formula by hand."""
     given = tables(tmp_path)

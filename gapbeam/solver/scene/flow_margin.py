@@ -126,6 +126,21 @@ def at_factor(scene: Scene, factor: float) -> Scene:
     return scene.with_parts(scene.contacts, scene.loads, feedbacks)
 
 
+def leading(scene: Scene, closed: Closed = ()) -> complex:
+    """Return the eigenvalue of largest growth, 1/s, motions that nothing holds left out; 0 where nothing moves.
+
+    Args:
+        scene: See `eigenvalues`.
+        closed: See `eigenvalues`.
+
+    Raises:
+        UserError: As `eigenvalues`.
+    """
+    values = eigenvalues(scene, closed)
+    moving = np.abs(values) > FREE * np.abs(values).max(initial=0.0)
+    return complex(values[moving][0]) if moving.any() else 0j
+
+
 def flow_margin(scene: Scene, closed: Closed = ()) -> FlowMargin:
     """Return the first velocity at which a scene turns unstable, within three octaves of the present one.
 
@@ -140,13 +155,8 @@ def flow_margin(scene: Scene, closed: Closed = ()) -> FlowMargin:
         raise UserError("flow margin: the scene has no force of a flow")
     at_factor(scene, 1.0)
 
-    def leading(factor: float) -> complex:
-        values = eigenvalues(at_factor(scene, factor), closed)
-        moving = np.abs(values) > FREE * np.abs(values).max()
-        return complex(values[moving][0]) if moving.any() else 0j
-
     def growth(factor: float) -> float:
-        value = leading(factor)
+        value = leading(at_factor(scene, factor), closed)
         return value.real - UNDECIDED * abs(value)
 
     lowest, last, factor = 0.0, -inf, 1.0
@@ -164,7 +174,7 @@ def flow_margin(scene: Scene, closed: Closed = ()) -> FlowMargin:
                 return FlowMargin(0.0, float("nan"), lowest, lowest)
         if last <= 0.0 < now:
             found = float(scipy.optimize.brentq(growth, factor * 2.0 ** (-1.0 / PARTS), factor, rtol=1e-12))
-            frequency = abs(leading(found).imag)
+            frequency = abs(leading(at_factor(scene, found), closed).imag)
             for one in flows_of(at_factor(scene, found)) if frequency > 0.0 else ():
                 one.check(frequency)
             return FlowMargin(found, frequency, lowest, float(factor))

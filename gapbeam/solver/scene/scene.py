@@ -247,6 +247,10 @@ class Scene:
             for one, name in every
         }
 
+    def short_name(self, name: str) -> str:
+        """Return the name in `point_names` of a point that is given as there or as "structure.name"; others stay."""
+        return {f"{one.structure.name}.{one.name}": short for short, one in self.point_names.items()}.get(name, name)
+
     @cached_property
     def contact_names(self) -> tuple[str, ...]:
         """A name for each contact: its own, or "contact" with its number."""

@@ -13,20 +13,21 @@ from rich.text import Text
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.coefficient_fit import CoefficientFit
+from gapbeam.solver.scene.feedback import Joint
 from gapbeam.solver.scene.flow_force import Flow
-from gapbeam.solver.scene.flow_margin import FlowMargin, connors_of_modes, flow_margin, flows_of
+from gapbeam.solver.scene.flow_margin import UNDECIDED, FlowMargin, connors_of_modes, flow_margin, flows_of, leading
 from gapbeam.solver.scene.linear_stability import idle_supports
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
-from gapbeam.solver.scene.structure import Structure
-from gapbeam.solver.scene_file.feedback_tables import ConnorsCheck
+from gapbeam.solver.scene.structure import Structure, StructurePoint
+from gapbeam.solver.scene_file.feedback_tables import ConnorsCheck, Controller
 from gapbeam.solver.scene_file.scene_reader import ReadScene
 from gapbeam.solver.system.dense_operators import SparseOperators
 
 
 def flow_rows(read: ReadScene) -> tuple[Row, ...]:
-    """Return name, value and explanation of all that is known of the flow before a run; none without [[feedback]]."""
+    """Return name, value and explanation of what is known of [[feedback]] before a run; none without it."""
     if not read.case.feedback:
         return ()
     scene = read.scene
@@ -68,15 +69,18 @@ def _drawn(fit: CoefficientFit) -> tuple[Row, ...]:
 
 
 def _margins(scene: Scene, supports: Sequence[str]) -> Iterator[Row]:
-    """Yield critical velocities with all supports closed and with all idle, and how many may be idle."""
+    """Yield critical velocities, or growth without a flow, all supports closed or idle, and how many may be idle."""
     flows = flows_of(scene)
-    if not flows:
+    if all(isinstance(one, Joint) for one in scene.feedbacks):
         return
-    sets = [("critical velocity", supports, "all closed"), ("critical velocity", (), "all idle")]
-    for name, closed, words in sets[: 1 + bool(supports)]:
+    name = "critical velocity" if flows else "growth, linear"
+    for closed, words in [(supports, "all closed"), ((), "all idle")][: 1 + bool(supports)]:
         words = words if supports else "no supports with play"
         try:
-            yield name, *_margin_words(flow_margin(scene, closed), flows[0], words)
+            if flows:
+                yield name, *_margin_words(flow_margin(scene, closed), flows[0], words)
+            else:
+                yield name, *_growth_words(leading(scene, closed), words)
         except UserError as error:
             yield name, "not known", f"{words}: {error}"
     if not supports:
@@ -91,6 +95,12 @@ def _margins(scene: Scene, supports: Sequence[str]) -> Iterator[Row]:
         yield "supports that may be idle", "none", "unstable with all closed"
     else:
         yield "supports that may be idle", f"{found.tolerated} of {len(supports)}", worst
+
+
+def _growth_words(found: complex, words: str) -> tuple[str, str]:
+    """Return the growth of the motion that decays least, or grows most, and what that is."""
+    state = "unstable" if found.real > UNDECIDED * abs(found) else "stable"
+    return f"{found.real:.4g} 1/s, {abs(found.imag) / (2.0 * pi):.4g} Hz", f"{words}; {state}"
 
 
 def _margin_words(found: FlowMargin, flow: Flow, words: str) -> tuple[str, str]:
@@ -165,7 +175,7 @@ def describe_scene(read: ReadScene) -> SceneDescription:
     seated, rest = _rest(scene)
     steps = round(time.end / read.step)
     how = "sparse matrices, factored once" if scene.is_large else "all modes of the structures"
-    flow = flow_rows(read)
+    flow, controlled = flow_rows(read), all(isinstance(one, Controller) for one in read.case.feedback)
     drawn = {f"coefficients of {one.name}": _drawn(one.law.fit) for one in flows_of(scene) if one.law.fit is not None}
     return SceneDescription(
         read.case.title or read.name,
@@ -178,7 +188,11 @@ def describe_scene(read: ReadScene) -> SceneDescription:
                 for name, point in one.points.items()
             ),
             "contacts": tuple(
-                (one.name, one.region.kind.name, f"{one.law.kind.name}, at {' and '.join(p.name for p in one.points)}")
+                (
+                    one.name,
+                    one.region.kind.name,
+                    f"{one.law.kind.name}, at {' and '.join(map(_full, one.points))}",
+                )
                 for one in scene.contacts
             ),
             "march": (
@@ -187,11 +201,15 @@ def describe_scene(read: ReadScene) -> SceneDescription:
                 ("with", how, f"{scene.size} DOFs"),
             ),
             "seat at t = 0": rest,
-            **({"flow": flow} if flow else {}),
+            **({"feedback" if controlled else "flow": flow} if flow else {}),
             **drawn,
         },
         seated,
     )
+
+
+def _full(point: StructurePoint) -> str:
+    return f"{point.structure.name}.{point.name}"
 
 
 def _body(structure: Structure) -> Row:

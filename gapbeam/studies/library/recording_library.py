@@ -158,7 +158,7 @@ def library(
         scene: With loads that repeat, and known amplitudes.
         distributions: Frozen distributions of scipy.stats, by path as of `scene.with_`; estimates stay between their
             ends, or quantiles 1e-3 and 0.999 where they have none.
-        point: Whose motion is recorded: a point of one motion, by name.
+        point: Whose motion is recorded: a point of one motion, by name, or as "structure.name".
         quantity: Recorded: "displacement", "velocity" or "acceleration", relative to the frame of the scene.
         period: Of the loads, s.
         members: A power of two from 256 to 16384.
@@ -181,6 +181,7 @@ def library(
     Source: see `Regression` in gapbeam.studies.library.calibrated_regression.
     """
     T = float(positive(period, "library: period"))
+    point = scene.short_name(point)
     _check(scene, point, quantity, members, noise, periods, harmonics, settle, steps, scheme)
     samples = KEPT_SAMPLES * harmonics
     begin, each = starts or scene.state(), -(-steps // samples) * samples

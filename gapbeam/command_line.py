@@ -7,6 +7,7 @@ Exit status: 0 done; 1 internal error; 2 a fault of the input; 3 energy was crea
 
 from __future__ import annotations
 
+import gc
 import json
 import logging
 import re
@@ -18,7 +19,6 @@ from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
-from rich.console import Console, Group
 
 from gapbeam.commands.command_group import SuggestingGroup
 from gapbeam.commands.compare import fraction
@@ -39,6 +39,7 @@ NOT_WRITTEN = 6
 DOUBTFUL = 5  # finished, but what was asked for cannot be claimed
 INTERRUPTED = 130
 SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0}
+LOADED = 300_000  # objects that a run of a case loads, with all libraries
 
 app = typer.Typer(
     name="gapbeam",
@@ -132,6 +133,8 @@ def run(
     if taken is not None:
         outcome = judged_by(outcome, taken)
     if first_rank():
+        from rich.console import Console
+
         console = Console(stderr=outcome.exit_status != 0, soft_wrap=True, highlight=False)
         if outcome.exit_status in (0, DOUBTFUL):  # the message of a failure is in the log already
             console.print(f"done: {harmless(with_options(outcome.message))}", markup=False)
@@ -165,6 +168,8 @@ def check(case: CaseArgument, override: Overrides = None) -> int:
 
     description = check_file(case, override or [])
     if first_rank():
+        from rich.console import Console, Group
+
         Console(soft_wrap=True).print(Group(*description.tables()))
     return 0
 
@@ -193,6 +198,7 @@ for study in STUDIES:
 
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line and leave with its exit status."""
+    _leave_what_loads()
     if arguments is None:
         outlive_the_screen()
         arguments = words_of_the_command()
@@ -206,6 +212,18 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     for remark in REMARKS:
         logging.getLogger("gapbeam").warning("%s", remark)
     leave(_said(_dispatch(arguments, talks), talks))
+
+
+def _leave_what_loads() -> None:
+    """Look for garbage once there are more objects than a run loads: none of these is, and looking takes 0.1 s."""
+    usual = gc.get_threshold()
+
+    def first(_phase: str, _found: Mapping[str, int]) -> None:
+        gc.callbacks.remove(first)
+        gc.set_threshold(*usual)
+
+    gc.callbacks.append(first)
+    gc.set_threshold(LOADED)
 
 
 def _said(status: int, talks: bool) -> int:
@@ -280,10 +298,11 @@ def _log_to_terminal(talks: bool) -> None:
 
 def _terminal_handler() -> logging.Handler:
     """Return a handler with colors on a terminal, and whole lines where there is none; nothing commands that."""
-    console = Console(stderr=True, highlight=False)
-    if console.is_terminal:
+    if sys.stderr.isatty():
+        from rich.console import Console
         from rich.logging import RichHandler
 
+        console = Console(stderr=True, highlight=False)
         handler: logging.Handler = RichHandler(console=console, show_path=False, show_time=False, markup=False)
         handler.setFormatter(_Harmless("%(message)s"))
     else:

@@ -10,17 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import typer
-from rich.console import Console, Group, RenderableType
-from rich.live import Live
-from rich.progress_bar import ProgressBar
-from rich.table import Table
-from rich.text import Text
 
 from gapbeam.commands.terminal import CaseArgument, Overrides, progress_bar
 from gapbeam.process.terminal_text import harmless, with_options
 from gapbeam.process.usage_errors import BadParameter
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from gapbeam.postprocess.results.run_watch import RunWatch
 PictureFormat = StrEnum("PictureFormat", ["png", "pdf", "svg"])
 AccelerationChoice = StrEnum("AccelerationChoice", ["absolute", "relative"])
@@ -274,6 +271,9 @@ def watch(
 
     Exit status: the run's own once it has ended; 0 with --once while it goes on; 4 where its process is gone.
     """
+    from rich.console import Console
+    from rich.live import Live
+
     from gapbeam.postprocess.results.run_watch import look_at
 
     console = Console(highlight=False)
@@ -315,6 +315,10 @@ def line(seen: RunWatch) -> str:
 
 def frame(seen: RunWatch) -> RenderableType:
     """Return a run as rows of name and value."""
+    from rich.console import Group
+    from rich.table import Table
+    from rich.text import Text
+
     rows = Table.grid(padding=(0, 2))
     rows.add_column(style="bold")
     rows.add_column(overflow="fold")
@@ -336,6 +340,8 @@ def _rows(seen: RunWatch) -> Iterator[tuple[str, RenderableType]]:
     else:
         share = min(1.0, progress["time"] / progress["end"])
         yield "marched", _marched(progress)
+        from rich.progress_bar import ProgressBar
+
         yield "", ProgressBar(total=1.0, completed=share, width=BAR)
         yield "time left", _left(seen) + _where(seen)
     if seen.state != "ended" and progress:

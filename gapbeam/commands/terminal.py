@@ -11,13 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console, RenderableType
-from rich.table import Table
-from rich.text import Text
-
-from gapbeam.studies.engine.workers import TimeLeft
 
 if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
     from rich.progress import Progress
 
     from gapbeam.postprocess.report.folder_report import Kind
@@ -29,6 +25,8 @@ LINE = 30.0  # s between plain lines where there is no terminal
 
 def screen(width: int) -> Console:
     """Return the console of tables; without a terminal to fit them to they have so many columns."""
+    from rich.console import Console
+
     console = Console(soft_wrap=True, highlight=False)
     if not console.is_terminal:
         console.width = max(console.width, width)
@@ -46,6 +44,9 @@ def print_study(tables: Iterable[RenderableType], lines: Iterable[object], width
 
 def print_closing(closing: Mapping[str, Any], console: Console) -> None:
     """Print the table that closes a run, as its summary has it; names of figures give way where lines are short."""
+    from rich.table import Table
+    from rich.text import Text
+
     rows, columns = closing["rows"], list(closing["rows"][0]) if closing["rows"] else []
     heads = {name: f"figure, {closing['part']}" if name == "figure" and closing["part"] else name for name in columns}
     widths = {name: max(len(heads[name]), *(len(row[name]) for row in rows)) for name in columns}
@@ -66,6 +67,8 @@ class Bar:
     """One bar of a progress display, with the time left; lines in the log where there is no terminal."""
 
     def __init__(self, progress: Progress, words: str) -> None:
+        from gapbeam.studies.engine.workers import TimeLeft
+
         self._progress, self._task, self._words = progress, progress.add_task(words, total=None, left=""), words
         self._left, self._shown = TimeLeft(), time.monotonic()
 
@@ -82,6 +85,7 @@ class Bar:
 @contextmanager
 def progress_bar(words: str) -> Iterator[Bar]:
     """Show a bar on a terminal; elsewhere a line now and then."""
+    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
     console = Console(stderr=True)

@@ -25,7 +25,6 @@ from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
-from gapbeam.solver.periodic.periodic_response import ProbeFigures
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, remove_unasked
 from gapbeam.solver.run.checkpoint.resume import find_left, left_state, refuse_to_resume
 from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
@@ -43,7 +42,6 @@ from gapbeam.solver.run.output.results_folder import (
     write_beside,
     write_summary,
 )
-from gapbeam.solver.run.periodic_search import search
 from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
 from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
 from gapbeam.solver.run.stop_rule import StopRule, refuse_not_met, statistics_words
@@ -252,16 +250,18 @@ def _run(
         CompiledLoop.compile_ahead(plan, start if left is None else left.paused, signals.check)
         summary["wall_time"]["compilation"] = time.perf_counter() - clock
     if left is None and isinstance(model.case.analysis, Periodic):
+        from gapbeam.solver.periodic.periodic_response import ProbeFigures
+        from gapbeam.solver.run.periodic_search import search
+
         signals.march_begins()
         assert isinstance(seat, Seat)
         response = search(model, seat.state, model.case.analysis, folder, comm, summary, interruption)
         model, plan, start = response.steady.model, response.steady.plan, response.start
+        probes = ProbeFigures(model)
+        steps = probes.listening(response.steps)
     if response is None:
         kept = {"seat": summary["seat"], "resumed": summary["resumed"], "every": steps_between(model)}
         checkpoints = Checkpoints(folder, model, comm, kept, model.case.output.checkpoint_interval)
-    probes = ProbeFigures(model)
-    if response is not None:
-        steps = probes.listening(response.steps)
     consumers = consumers or RunConsumers(model, folder, comm, start, rule)
     signals.march_begins()
     try:

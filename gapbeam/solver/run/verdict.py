@@ -53,7 +53,6 @@ from gapbeam.solver.models.bending_stiffness import bending_remarks
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.basis_report import basis_remarks
 from gapbeam.solver.models.time_step import frequency_of_interest
-from gapbeam.solver.periodic.continuation import LARGEST_NUMBER
 from gapbeam.solver.run.assumptions.frequency_findings import of_frequencies, recorded_content
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose, of_restraint
 from gapbeam.solver.run.outcome import BOUNDS, all_rates, times_rate, wear_words, work_rate
@@ -246,6 +245,8 @@ def judge_curve(curve: Mapping[str, Any] | None) -> None:
     """
     if curve is None or not curve["missing"]:
         return
+    from gapbeam.solver.periodic.continuation import LARGEST_NUMBER
+
     unit = curve["unit"]
     gaps = "; ".join(f"{gap['low']:.6g} to {gap['high']:.6g} {unit} ({gap['reason']})" for gap in curve["missing"])
     advice = (

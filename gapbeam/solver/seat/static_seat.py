@@ -53,13 +53,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.solve.condensation import Condensed, condensed_operator
 from gapbeam.solver.contact.solve.contact_solve import ContactSolution, solve_contact
+from gapbeam.solver.contact.solve.step_length import root_of_slope
 from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.seat.escape import RigidMotions, find_escape
 from gapbeam.solver.system.dense_operators import DenseOperators
@@ -162,7 +162,7 @@ def _length(system: SemiDiscreteSystem, law: ContactLaw, force: Array, u: Array,
 
     if slope(1.0) <= -WHOLE * slope(0.0):
         return 1.0
-    return float(scipy.optimize.brentq(slope, 0.0, 1.0, xtol=1.0e-12)) if slope(0.0) < 0.0 else 1.0
+    return root_of_slope(slope) if slope(0.0) < 0.0 else 1.0
 
 
 def _resolved_share(system: SemiDiscreteSystem, law: ContactLaw, total: float, u: Array) -> float:
@@ -383,7 +383,7 @@ class _Search:
             forces = contact.weights * self._law.static(contact.depth(there)).pressure
             return float(first + length * second - forces @ (contact.at(there).gap_matrix @ change))
 
-        return float(scipy.optimize.brentq(slope, 0.0, 1.0)) if slope(1.0) > -OVERSHOT * slope(0.0) > 0.0 else 1.0
+        return root_of_slope(slope) if slope(1.0) > -OVERSHOT * slope(0.0) > 0.0 else 1.0
 
     def _round_off(self) -> Array:
         """Return an update that round-off in K u alone makes, (n,), m. Collective."""

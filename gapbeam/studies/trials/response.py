@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -40,11 +40,10 @@ from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
 from gapbeam.solver.run.verdict import assumptions, doubts_of, judge, judge_run
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
-from gapbeam.studies.engine.study_engine import Engine
-from gapbeam.studies.engine.study_journal import StudyJournal
-from gapbeam.studies.engine.worker_memory import worker_memory
-from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.trials.axes import Axis, overrides_of, points_of
+
+if TYPE_CHECKING:
+    from gapbeam.studies.engine.workers import Workers
 
 VERDICTS: dict[type[RunError], str] = {
     AssumptionBroken: "assumption broken",
@@ -304,6 +303,10 @@ def run_grid(
         UserError: The grid is too large.
         NotWritten: The journal cannot be written.
     """
+    from gapbeam.studies.engine.study_engine import Engine
+    from gapbeam.studies.engine.study_journal import StudyJournal
+    from gapbeam.studies.engine.worker_memory import worker_memory
+
     points = points_of(axes)
     works = [(case.absolute(), overrides_of(axes, point, fixed)) for point in points]
     cases = [_read(work) for work in works]

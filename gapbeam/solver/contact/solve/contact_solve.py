@@ -20,10 +20,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
 from gapbeam.solver.contact.laws.contact_law import StagePressure
 from gapbeam.solver.contact.solve.condensation import Condensed, ForceResponse
+from gapbeam.solver.contact.solve.step_length import root_of_slope
 from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.operators import Array
 
@@ -299,7 +299,7 @@ def _exact_step(
         pressure = law(depth + length * change).pressure
         return float(-change @ (forces + length * update - weights * pressure))
 
-    return float(scipy.optimize.brentq(slope, 0.0, 1.0)) if slope(0.0) < 0.0 < slope(1.0) else 1.0
+    return root_of_slope(slope) if slope(0.0) < 0.0 < slope(1.0) else 1.0
 
 
 def _shorter_step(

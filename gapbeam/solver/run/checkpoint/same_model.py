@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import TypeAdapter
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, eigh
 
 from gapbeam.meshes.rank_zero import on_rank_zero
@@ -163,7 +164,7 @@ NOTHING = "nothing"
 def keys_of(case: Case) -> dict[str, Any]:
     """Return the values of a case by their dotted keys, with checksums for the paths of its files; for JSON."""
     case = with_checksums(case)
-    keys = dict(_flat("", case.model_dump(mode="json")))
+    keys = dict(_flat("", TypeAdapter(Case).dump_python(case, mode="json")))
     for load in case.load:
         keys.pop(f"load.{load.name}.file", None)
     if case.mesh.file is not None:

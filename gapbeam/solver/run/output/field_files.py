@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
@@ -28,9 +28,6 @@ from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.assembly.face_quadrature import FacePoints, at_nodes, face_points, gather_points
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.periodic.continuation import CurvePoint, ResponseCurve
-from gapbeam.solver.periodic.periodic_response import SteadyModel
-from gapbeam.solver.periodic.response_branches import Branches
 from gapbeam.solver.run.output import parallel_tables
 from gapbeam.solver.run.output.atomic_files import new_hdf5, part_of, put_in_place, to_disk, written
 from gapbeam.solver.run.output.hdf5_files import AT_ONCE, FieldPieces, GrowingSeries, refuse_other_data
@@ -47,7 +44,12 @@ from gapbeam.solver.schema.record_table import (
     STRESS_FIELDS,
     VECTOR_FIELDS,
 )
-from gapbeam.solver.seat.contact_modes import HeldModes
+
+if TYPE_CHECKING:
+    from gapbeam.solver.periodic.continuation import CurvePoint, ResponseCurve
+    from gapbeam.solver.periodic.periodic_response import SteadyModel
+    from gapbeam.solver.periodic.response_branches import Branches
+    from gapbeam.solver.seat.contact_modes import HeldModes
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Snapshots
 

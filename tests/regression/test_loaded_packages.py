@@ -12,6 +12,7 @@ from tests.shared.command import DEMO, PROJECT, programmed, settings
 FIELDS = {"dolfinx", "gmsh", "mpi4py", "petsc4py"}
 PICTURES = {"matplotlib", "plotly", "pyvista", "vtk"}
 TABLES = {"pandas", "scipy.signal", "scipy.stats", "xarray"}
+OTHERS = {"gapbeam.solver.periodic.shooting", "gapbeam.studies.engine.workers", "multiprocessing", "scipy.optimize"}
 MARCH = {"h5py", "numba", "scipy.linalg", "scipy.optimize", "scipy.sparse"}
 
 
@@ -25,7 +26,7 @@ MARCH = {"h5py", "numba", "scipy.linalg", "scipy.optimize", "scipy.sparse"}
         pytest.param(
             ("run", DEMO, *settings("model.type=beam", "time.end=1e-3", "output.errors=none")),
             0,
-            FIELDS | PICTURES | TABLES,
+            FIELDS | PICTURES | TABLES | OTHERS,
         ),
     ],
     ids=["mistake", "mistake-in-structures", "beam"],

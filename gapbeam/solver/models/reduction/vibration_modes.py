@@ -168,7 +168,7 @@ def _solved(solver: SLEPc.EPS, solve: _Solve, wanted: int, most: int) -> int:
         solver.setFromOptions()
         try:
             solver.solve()
-        except PETSc.Error as error:
+        except (PETSc.Error, SystemError) as error:  # the latter where petsc4py >= 3.25 leaves the error of a solve set
             if solve.stopped is not None:
                 _STOPPED.append(solver)
                 raise solve.stopped from None

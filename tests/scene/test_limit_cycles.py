@@ -335,6 +335,7 @@ def hopeless() -> dict[str, tuple[Callable[[], Any], type[Exception], str]]:
     slow = gb.mass(1.0, stiffness=100.0, damping=2.0, name="slow")
     calm = gb.Scene(slow, contacts=[gb.Contact(slow["at"], gb.Slot(1e-3), law, name="stop")])
     push = gb.Feedback(tube["at"], tube["at"], [], [], [], [0.0, 0.5])
+    fast = gb.Feedback(tube["at"], tube["at"], [], [], [], [1.02e4, 1.0])  # beyond the stiffness of the stop
     shake = gb.Force(tube["at"], lambda t: np.sin(t), name="shake")
     still, moved = gb.Scene(tube, contacts=[stop]), gb.Scene(tube, contacts=[stop], feedbacks=[push], loads=[shake])
     return {
@@ -360,6 +361,13 @@ def hopeless() -> dict[str, tuple[Callable[[], Any], type[Exception], str]]:
             ),
             gb.NotConverged,
             "limit cycle: ",
+        ),
+        "diverges": (
+            lambda: gb.limit_cycle(
+                gb.Scene(tube, contacts=[stop], feedbacks=[fast]), steps=100, cycles=200,
+                start=gb.Scene(tube, feedbacks=[fast]).state(velocity={tube: 1e-2}),
+            ),
+            gb.NotConverged, "grows without limit",
         ),
     }  # fmt: skip
 

@@ -318,14 +318,10 @@ def _settled(
                 amplitudes.append(0.5 * (high - low))
                 size, middle = amplitudes[1] if len(amplitudes) == 2 else size, 0.5 * (high + low)
                 high, low, seen = now, now, t
-                if size and amplitudes[-1] < VANISHED * size:
-                    raise NotConverged("limit cycle: the motion decays to rest; start from a larger one")
-                if size and amplitudes[-1] > UNBOUND * size:
-                    raise NotConverged("limit cycle: the motion grows without limit; no contact stops it")
+                _check_bounds(amplitudes[-1], size)
             elif t - seen > 2.0 * around:  # the middle lies beside a motion that decays or drifts
                 size, middle = size or 0.5 * (high - low), 0.5 * (high + low)
-                if 0.5 * (high - low) < VANISHED * size:
-                    raise NotConverged("limit cycle: the motion decays to rest; start from a larger one")
+                _check_bounds(0.5 * (high - low), size)
                 high, low, seen = now, now, t
             last = now
         spans = np.diff(crossings[-4:])
@@ -336,6 +332,14 @@ def _settled(
             f"limit cycle: no oscillation in {cycles} periods of {around:.4g} s; give a period or a start"
         )
     return marcher.state, float(np.diff(crossings[-4:]).mean())
+
+
+def _check_bounds(amplitude: float, size: float) -> None:
+    """Refuse motions that vanish or grow beyond all limits, over the size that they had; 0 is none yet."""
+    if amplitude < VANISHED * size:
+        raise NotConverged("limit cycle: the motion decays to rest; start from a larger one")
+    if size and amplitude > UNBOUND * size:
+        raise NotConverged("limit cycle: the motion grows without limit; no contact stops it")
 
 
 def _parts(scene: Scene, found: LimitCycle) -> list[int]:

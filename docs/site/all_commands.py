@@ -39,7 +39,7 @@ def command_section(name: str, command: click.Command) -> str:
     usage = " ".join(command.collect_usage_pieces(context))
     rows = [option_row(option) for option in command.params if option.param_type_name == "option"]
     arguments = [
-        f"* `{argument.metavar or argument.human_readable_name}`: {cell(argument.help)}"
+        f"* `{argument.metavar or argument.name.upper()}`: {cell(argument.help)}"
         for argument in command.params
         if argument.param_type_name == "argument" and getattr(argument, "help", None)
     ]

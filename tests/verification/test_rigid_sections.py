@@ -99,6 +99,23 @@ def test_stations_move_as_the_section_does() -> None:
 
 
 @pytest.mark.slow(minutes=0.1)
+@pytest.mark.parametrize("region", ["hole", {"type": "polygon", "walls": [-60.0, 60.0]}], ids=["hole", "V-block"])
+def test_a_bar_hangs_on_an_elastic_joint_that_leaves_it_free_sideways(region: Any) -> None:
+    """Round-off moves it aside by less than 1e-6 of the clearance; q L^4 / 8 E I + q L / k + q L^3 / 2 c within 1 %."""
+    vertical, rotation = 2.0e5, 4.0e4
+    stiffness = {"axial": vertical, "vertical": vertical, "rotation": rotation}
+    joint = [{"type": "elastic", "name": "root", "point": 0.0, "stiffness": stiffness}]
+    supports = [{"clearance": 3.0e-3, "region": region} | one for one in HOLES]
+    forces, (_, (aside, tip)) = seated(model_of(RIGID, joint=joint, support=supports))
+    line_load = 7850.0 * 0.25 * np.pi * DIAMETER**2 * 9.81
+    bending = 2.0e11 * np.pi * DIAMETER**4 / 64.0
+    springs = line_load * LENGTH * (1.0 / vertical + 0.5 * LENGTH**2 / rotation)
+    assert not forces.any()
+    assert tip == pytest.approx(-line_load * LENGTH**4 / (8.0 * bending) - springs, rel=0.01)
+    assert abs(aside) < 3.0e-9
+
+
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("section", ["round", {"type": "tube", "wall": 0.002}])
 def test_seats_are_those_of_the_surface(section: Any) -> None:
     """Reactions within 1 % (0.2 %, in fact) of those of the surface that deforms and of a statically determinate bar.

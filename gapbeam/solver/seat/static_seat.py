@@ -285,13 +285,15 @@ class _Search:
                     STALLED, NOISE_SAFETY * float(np.sqrt(abs(hidden) / (abs(energy) + potential)))
                 )
             self._moves.append(float(np.max(np.abs(self._depth - self._before))))
-            settled = settled and self._moves[-1] <= self._limit(noise is not None)
+            still = self._moves[-1] <= self._limit(noise is not None)
+            settled = settled and still
             if settled and _stand_still(contact, self._forces, moved[VALUE], noise, self._operators):
                 self._refuse_escape(looked or not self._has_left())
                 pressure = self._forces / contact.weights
                 return Seat(_at_rest(self._u, self._depth, pressure, carries_acceleration), updates[-1], len(updates))
             rates = updates if updates[-1] > 0.0 else self._moves  # a rigid motion about a joint takes no strain energy
-            creeps = len(rates) >= PATIENCE and not rates[-1] <= SLOW * rates[-3]
+            slow = len(rates) >= PATIENCE and not rates[-1] <= SLOW * rates[-3]
+            creeps = slow and not (still and updates[-1] <= STALLED)  # softer springs would let it drift by round-off
             if creeps or (self._hard >= HARD and not looked):
                 self._refuse_escape(looked)
                 if not looked and takes_newton(system):

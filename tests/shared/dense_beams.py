@@ -46,16 +46,25 @@ def dense_beam(size: int = 8, points: int = 12, seed: int = 0, damping: float = 
     return SemiDiscreteSystem(operators, contact, loads, damping, 1.0e-5)
 
 
-def dense_shaft(sections: int = 3, around: int = 24, seed: int = 0, damping: float = 0.3) -> SemiDiscreteSystem:
-    """A shaft of rigid sections in two holes: every section has two DOFs of its own, and points around it.
+def dense_shaft(
+    sections: int = 3,
+    around: int = 24,
+    seed: int = 0,
+    damping: float = 0.3,
+    clearance: tuple[float, float] = (0.005, 0.02),
+    rubs: bool = False,
+) -> SemiDiscreteSystem:
+    """A shaft of rigid sections in two holes: every section has DOFs of its own, and points around it.
 
     Args:
         sections: Sections, those of the first half in the first hole.
         around: Contact points around each.
         seed: Of the matrices.
         damping: Of M, 1/s; that of K follows.
+        clearance: Between these are the gaps of the points.
+        rubs: Whether sections have the other four motions of rigid ones too, and the points directions to rub along.
     """
-    random, size = np.random.default_rng(seed), 2 * sections
+    random, size = np.random.default_rng(seed), (6 if rubs else 2) * sections
     mixed = random.standard_normal((size, size)) + 2.0 * np.eye(size)
     stiffness = mixed.T @ np.diag(np.geomspace(4.0, 4.0e3, size)) @ mixed
     turns = np.tile(2.0 * np.pi * np.arange(around) / around, sections)
@@ -71,10 +80,11 @@ def dense_shaft(sections: int = 3, around: int = 24, seed: int = 0, damping: flo
         interface=Interface(size, np.arange(size), np.arange(size)),
         gap_matrix=csr_matrix(gaps),
         weights=random.uniform(0.5, 1.5, len(order)) / len(order),
-        initial_gap=random.uniform(0.005, 0.02, len(order)),
+        initial_gap=random.uniform(*clearance, len(order)),
         faces=owners,
         support=Support(faces, area=1.0),
         positions=positions,
+        tangents=_slips(positions[:, 1:], numbers, size) if rubs else None,
     )
     weight, push = random.standard_normal((2, size))
     loads = (
@@ -82,6 +92,20 @@ def dense_shaft(sections: int = 3, around: int = 24, seed: int = 0, damping: flo
         Load("push", push, lambda time: 8.0 * float(np.sin(9.0 * time))),
     )
     return SemiDiscreteSystem(DenseOperators(mixed.T @ mixed, stiffness), contact, loads, damping, 1.0e-5)
+
+
+def _slips(places: np.ndarray, numbers: np.ndarray, size: int) -> csr_matrix:
+    """Return the motions of points on sections along x and around, (2 m, size): the last DOFs of a section cause them.
+
+    They are an axial motion, two rotations of the section out of its plane, and one about the axis.
+    """
+    (y, z), every, first = places.T, np.arange(len(places)), size - 4 * (numbers + 1)
+    slips = np.zeros((len(places), 2, size))
+    for column, shares in enumerate((np.ones(len(places)), y, z)):
+        slips[every, 0, first + column] = shares
+    slips[every, 1, first + 3] = 1.0
+    slips[every, 1, 2 * numbers], slips[every, 1, 2 * numbers + 1] = -z, y
+    return csr_matrix(slips.reshape(-1, size))
 
 
 def thrown_start(system: SemiDiscreteSystem, speed: float = 1.0) -> State:

@@ -135,3 +135,20 @@ def test_a_beam_without_a_number_of_elements_gets_enough(support: float, spacing
         assert np.sum(places < support * (1.0 + 1e-9)) >= 6
         assert [line for line in warnings(read_case(DEMO, {**short, "model.elements": 102})) if "elements" in line]
     assert read_case_text(case_to_toml(case)).model == case.model
+
+
+@pytest.mark.parametrize(
+    ("changes", "stations"),
+    [
+        ({}, 8),
+        ({"model.elements": 40}, 8),
+        ({"model.stations": 3}, 3),
+        ({"support": [{"name": "pad", "from": 0.0, "to": 0.01, "clearance": 1e-4, "region": "slot"}]}, None),
+    ],
+    ids=["holes", "with a number of elements", "given", "in a slot"],
+)
+def test_a_beam_in_holes_touches_at_a_few_sections(changes: dict[str, object], stations: int | None) -> None:
+    """All points of the mesh, over a thousand in a hole, carry the same forces (`test_graded_beams`)."""
+    holes = {"model": {"type": "beam"}, "contact.friction": {"coefficient": 0.2}, "contact.stiffness": 1.0e11}
+    case = read_case(CASE_FOLDER / "tube-holes.toml", {**holes, **changes})
+    assert case.model.stations == stations

@@ -138,7 +138,7 @@ PLATES = [(0.49, 0.51), (0.98, 1.01), (1.4, 1.45)]
         {"type": "beam", "elements": 60, "spacing": "graded", "stations": 1},
         {"type": "beam", "elements": 60, "spacing": "graded", "stations": 3},
     ],
-    ids=["points of the mesh", "one station", "three stations"],
+    ids=["stations by default", "one station", "three stations"],
 )
 @pytest.mark.parametrize("rubs", [False, True], ids=["smooth", "rubs"])
 def test_a_basis_of_many_elements_is_the_whole_system(
@@ -167,8 +167,9 @@ def test_the_seat_on_stations_is_that_on_the_points_of_the_mesh() -> None:
     """A heavy tube on its plates: what each plate carries, with 1 to 8 stations and with all points of the mesh."""
     carried = []
     for stations in (None, 1, 3, 8):
-        model = {"type": "beam", "elements": 80, "spacing": "graded"} | ({"stations": stations} if stations else {})
-        simulation = Simulation.of_case(tube(6.0, [(1.99, 2.01), (3.98, 4.02)], model), MPI.COMM_SELF)
+        model = BeamModel(type="beam", elements=80, spacing="graded", stations=stations)
+        case = tube(6.0, [(1.99, 2.01), (3.98, 4.02)], "beam").model_copy(update={"model": model})
+        simulation = Simulation.of_case(case, MPI.COMM_SELF)
         state, contact = simulation.seat().state, simulation.model.system.contact
         up = contact.across[:, 1] * contact.weights * state.pressure
         carried.append([up[contact.faces == face].sum() for face in (0, 1)])

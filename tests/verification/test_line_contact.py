@@ -232,12 +232,11 @@ def test_auto_takes_as_many_stations_as_bending_waves_ask_for(width: float) -> N
     [
         {"contact": {"stiffness": STIFFNESS, "law": {"type": "piecewise-linear", "depths": [1e-5], "factors": [2.0]}}},
         {"contact": {"formulation": "unilateral"}},
-        {"model": {"type": "beam", "elements": 60}},
     ],
-    ids=["a law without a line", "constraints", "points of the mesh"],
+    ids=["a law without a line", "constraints"],
 )
 def test_other_contact_keeps_its_area(change: dict[str, Any]) -> None:
-    """Laws whose resultant is not known, formulations without a law, and models without stations."""
+    """Laws whose resultant is not known, and formulations without a law."""
     case = long_tube(0.02, **change)
     assert line_radii(case) == (None, None, None)
     assert not any("along lines" in words for words in case.model.reasons)

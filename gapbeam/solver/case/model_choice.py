@@ -224,14 +224,14 @@ LEVELS: tuple[tuple[str, ModelTable], ...] = (
 
 
 def chosen_case(case: Case) -> Case:
-    """Return a case with the model that "auto" stands for, and why; or with enough elements where a beam has no number.
+    """Return a case with the model that "auto" stands for, and why; or a beam with what was not given of its model.
 
     Raises:
         CaseError: No model fits: what all of them contradict, or else the reasons of each.
     """
     asked = case.model
-    if isinstance(asked, BeamModel) and not asked.model_fields_set & {"elements", "spacing"}:
-        return case.model_copy(update={"model": asked.resolving(scene_figures(case, "motion"))})
+    if isinstance(asked, BeamModel):
+        return case.model_copy(update={"model": asked.fitted(scene_figures(case, "motion"))})
     if not isinstance(asked, AutoModel):
         return case
     wanted = wanted_of(case) if asked.wanted == "auto" else asked.wanted

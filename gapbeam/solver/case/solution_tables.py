@@ -204,8 +204,8 @@ class BeamModel(_AnyModel):
         default=None,
         ge=1,
         le=MOST_STATIONS,
-        description="sections that touch along each support around the beam, at Gauss points; default the points of "
-        "the mesh",
+        description="sections that touch along each support around the beam, at Gauss points; default "
+        f"{STATIONS} where all supports are around the beam (on lines: as waves ask for), else the points of the mesh",
     )
     motions: Literal["auto"] | tuple[BeamMotion, ...] = Field(
         default="auto",
@@ -229,14 +229,12 @@ class BeamModel(_AnyModel):
         return 2 * motions * (self.elements + 1) <= (FEW if self.graded else DENSE)
 
     def fitted(self, scene: SceneFigures) -> Self:
-        """Return the model with enough elements.
+        """Return the model with what was not given: enough elements, and a few sections that touch around the beam."""
+        given = self.model_fields_set
+        whole = self if given & {"elements", "spacing"} else self._resolving(scene)
+        return whole if "stations" in given else whole.model_copy(update={"stations": scene.stations})
 
-        A few sections touch where elements are graded, and where flat walls are met along lines.
-        """
-        enough = self.resolving(scene)
-        return enough.model_copy(update={"stations": scene.stations}) if enough.graded or scene.rolls else enough
-
-    def resolving(self, scene: SceneFigures) -> Self:
+    def _resolving(self, scene: SceneFigures) -> Self:
         """Return the model with elements as short as bending waves and supports ask for.
 
         Where equal ones would be many, and graded ones are much fewer, these are taken.

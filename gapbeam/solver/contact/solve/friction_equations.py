@@ -12,7 +12,7 @@ With the laws missed by r = f - w P and q = h + b phi, an update (df, dh) of New
 on the points whose law has a slope kappa, or a limit b > 0. With p = phi this is the tangent of the law, which hardly
 sees friction once the point slips; with the p of the forces it is as positive, and a small v0 does no harm.
 
-G and T are made of a few rows B of the system, r = S B.
+G and T are made of a few rows B of the system, r = S B, see `RubbingTable`.
 
 Source: Chan, Golub and Mulet (1999), SIAM J. Sci. Comput. 20, 1964-1977, for J.
 """
@@ -28,6 +28,7 @@ from gapbeam.solver.compilation.jit import compiled, entry
 from gapbeam.solver.contact.laws.damper import NOTHING, CoulombFriction
 from gapbeam.solver.contact.laws.springs import at_points
 from gapbeam.solver.contact.solve.contact_solve import RELATIVE_TOLERANCE
+from gapbeam.solver.contact.solve.section_solve import SharedMotions, room_for_motions
 from gapbeam.solver.system.operators import Array, Indices
 
 ENOUGH = 1.0e-12  # of the largest force
@@ -38,14 +39,37 @@ MOST_UPDATES = 25
 EASY, HARDER = 2.0**20, 0.25  # v0 at first over the v0 of the law, and the factor by which it changes
 
 
+class RubbingTable(NamedTuple):
+    """The rows of B that the motions of all points are made of; the motion across the face comes first.
+
+    Attributes:
+        terms: Most rows that a motion is made of.
+        parts: The rows of each motion, (m, 1 + k, 3).
+        share: Their shares S, (m, 1 + k, 3).
+        own: The first row for the friction of each station in a round hole, (m,); elsewhere it does not matter.
+    """
+
+    terms: int
+    parts: Indices
+    share: Array
+    own: Indices
+
+
+def rows_of_their_own(first: Indices, along: int) -> tuple[Indices, Array]:
+    """Return parts and shares where each motion has its own row: the one across, and those along from `first` on."""
+    points = len(first)
+    parts, share = np.zeros((points, 1 + along, 3), dtype=np.int64), np.zeros((points, 1 + along, 3))
+    parts[:, 0, 0], parts[:, 1:, 0], share[:, :, 0] = np.arange(points), first[:, None] + np.arange(along), 1.0
+    return parts, share
+
+
 class Rubbing(NamedTuple):
     """Coulomb friction at m points along k directions, and room for a step; of c listed points, each 1 + k forces.
 
     Attributes:
         rows: B in modal coordinates, (b, n): those of G or R first.
         compliance: B A^-1 B^T, (b, b).
-        own: The first row that is for the friction of a point alone, (m,).
-        terms: Most rows of B that a motion is made of.
+        table: What the motions of all points are made of.
         sliding: Coefficient mu of points that slide, (m,).
         sticking: And of points that stick, (m,).
         slip_velocity: v0, m/s.
@@ -53,7 +77,7 @@ class Rubbing(NamedTuple):
         points: The points with equations, (m,).
         chosen: Their number c, (1,).
         listed: 1 for these points, (m,).
-        parts: The rows of B of each of their motions, (m (1 + k), 3).
+        parts: The rows of B of each of their motions in the step, (m (1 + k), 3).
         share: And their shares S, (m (1 + k), 3).
         forces: f - f_held and h of each, (m (1 + k),), N.
         missed: By how much they miss their laws, (m (1 + k),), N.
@@ -62,14 +86,14 @@ class Rubbing(NamedTuple):
         matrix: Room for these equations, (m (1 + k), m (1 + k)).
         on_rows: Forces on the rows of B, (b,), N.
         moved: What they make of the motions of B, (b,).
-        free: Motions of B in the balance while the forces stay, where they are asked for, (b,), m/s.
+        free: Motions of B in the balance while the forces stay, NaN where none was asked for, (b,), m/s.
         on_face: Friction force on each face, (faces, k), N.
+        shared: Room for equations of the motions that points share.
     """
 
     rows: Array
     compliance: Array
-    own: Indices
-    terms: int
+    table: RubbingTable
     sliding: Array
     sticking: Array
     slip_velocity: float
@@ -88,20 +112,18 @@ class Rubbing(NamedTuple):
     moved: Array
     free: Array
     on_face: Array
+    shared: SharedMotions
 
 
-def room_for_friction(
-    rows: Array, compliance: Array, own: Indices, terms: int, law: CoulombFriction, on_face: Array
-) -> Rubbing:
-    """Return friction with room; arguments as in `Rubbing`."""
-    points, bodies = len(own), len(compliance)
-    size = points * (1 + on_face.shape[1])
+def room_for_friction(table: RubbingTable, rows: Array, compliance: Array, law: CoulombFriction, faces: int) -> Rubbing:
+    """Return friction with room, on so many faces; other arguments as in `Rubbing`."""
+    points, motions, _ = table.parts.shape
+    size, bodies = points * motions, len(compliance)
     sliding, sticking = (at_points(one.coefficient, points) for one in (law, law.of_points(np.zeros(points))))
     return Rubbing(
         rows=rows,
         compliance=compliance,
-        own=own,
-        terms=terms,
+        table=table,
         sliding=np.array(sliding, dtype=float),
         sticking=np.array(sticking, dtype=float),
         slip_velocity=law.slip_velocity,
@@ -119,7 +141,8 @@ def room_for_friction(
         on_rows=np.zeros(bodies),
         moved=np.zeros(bodies),
         free=np.zeros(bodies),
-        on_face=on_face,
+        on_face=np.zeros((faces, motions - 1)),
+        shared=room_for_motions(bodies if table.terms > 1 else 0),
     )
 
 
@@ -150,7 +173,7 @@ class Missed(NamedTuple):
 def made_of(friction: Rubbing, row: int, motions: Array) -> float:
     """Return a motion of a listed point, from those of the rows of B, (b,)."""
     total = 0.0
-    for term in range(friction.terms):
+    for term in range(friction.table.terms):
         total += friction.share[row, term] * motions[friction.parts[row, term]]
     return total
 
@@ -159,8 +182,8 @@ def made_of(friction: Rubbing, row: int, motions: Array) -> float:
 def coupling(friction: Rubbing, one: int, other: int) -> float:
     """Return the motion of one force for a unit of another."""
     total = 0.0
-    for a in range(friction.terms):
-        for b in range(friction.terms):
+    for a in range(friction.table.terms):
+        for b in range(friction.table.terms):
             entry = friction.compliance[friction.parts[one, a], friction.parts[other, b]]
             total += friction.share[one, a] * friction.share[other, b] * entry
     return total
@@ -173,21 +196,23 @@ def _slip(friction: Rubbing, row: int, weight: float) -> float:
 
 
 @compiled
-def set_equations(
-    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float,
-    missed: float, largest: float, floor: float, before: Missed,
-) -> tuple[int, Missed]:  # fmt: skip
-    """Set the equations of an update, of the forces in `friction.order`; see `set_friction_equations`."""
+def order_forces(
+    friction: Rubbing, points: PressedPoints, rubbed: Array, weight: float, creep: float, missed: float,
+    largest: float, floor: float, before: Missed,
+) -> tuple[int, Missed, float]:  # fmt: skip
+    """Evaluate the law of friction, and order the forces to solve for; arguments as in `set_friction_equations`.
+
+    Return their number, -1 where none needs an update, what is missed, and the largest limit of a force, N.
+    """
     missed_slip, limit, fastest, count = _rub(friction, points, rubbed, weight, creep)
     now = Missed(missed, missed_slip)
     if missed <= ENOUGH * largest and missed_slip <= ENOUGH * limit:
-        return -1, now
+        return -1, now, limit
     floor_of_slip = limit * max(RELATIVE_TOLERANCE, ROUND_OFF * fastest / creep)
     stalled = missed >= 0.5 * before.contact or missed_slip >= 0.5 * before.friction
     if stalled and missed <= max(RELATIVE_TOLERANCE * largest, floor) and missed_slip <= floor_of_slip:
-        return -1, now
-    _linearize(friction, points, scale, rubbed, weight, creep, count, limit)
-    return count, now
+        return -1, now, limit
+    return count, now, limit
 
 
 @entry
@@ -213,7 +238,10 @@ def set_friction_equations(
     Returns:
         The number of equations, -1 where the forces need no update; and what is missed.
     """
-    return set_equations(friction, points, scale, rubbed, weight, creep, missed, largest, floor, before)
+    count, now, limit = order_forces(friction, points, rubbed, weight, creep, missed, largest, floor, before)
+    if count > 0:
+        linearize(friction, points, scale, rubbed, weight, creep, count, limit)
+    return count, now
 
 
 @compiled
@@ -252,7 +280,40 @@ def _rub(
 
 
 @compiled
-def _linearize(
+def law_of_slip(
+    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, limit: float,
+    first: int,
+) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+    """Return the linearized law of friction of a point, whose forces along the face begin at `first`.
+
+    dh = -q - mu e df - b J dz, with dz the motions for c = s: mu e along both directions, and the entries xx, yy, xy
+    of b J; all of them 0 where the point does not rub.
+    """
+    along = friction.on_face.shape[1]
+    point = friction.points[first // (1 + along)]
+    mu, normal = coefficient_at(friction, rubbed, point), points.held[point] + friction.forces[first - 1]
+    bound = mu * normal if normal > NOTHING else 0.0
+    if bound <= NEGLIGIBLE * limit:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    square, length = creep * creep, 0.0
+    for a in range(along):
+        moved = _slip(friction, first + a, weight)
+        square += moved * moved
+        length += friction.forces[first + a] * friction.forces[first + a]
+    speed, within = sqrt(square), bound / max(sqrt(length), bound)
+    one = _slip(friction, first, weight) / speed
+    pulled = -within * friction.forces[first] / bound
+    xx, yy, xy, two = 1.0 + FLATTEST - pulled * one, 1.0, 0.0, 0.0
+    if along == 2:
+        two = _slip(friction, first + 1, weight) / speed
+        across = -within * friction.forces[first + 1] / bound
+        yy, xy = 1.0 + FLATTEST - across * two, -0.5 * (pulled * two + across * one)
+    factor = weight / scale * bound / speed
+    return mu * one, mu * two, factor * xx, factor * yy, factor * xy, 1.0
+
+
+@compiled
+def linearize(
     friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, count: int,
     limit: float,
 ) -> None:  # fmt: skip
@@ -269,8 +330,7 @@ def _linearize(
             friction.right[row] = -softness * friction.missed[force]
             row += 1
         else:
-            mu, normal = coefficient_at(friction, rubbed, point), points.held[point] + friction.forces[force - 1]
-            _set_rows_of_slip(friction, scale, mu, normal, weight, creep, row, count, limit)
+            _set_rows_of_slip(friction, points, scale, rubbed, weight, creep, limit, row, count)
             row += along
 
 
@@ -284,38 +344,24 @@ def _set_row(friction: Rubbing, scale: float, row: int, count: int, coupled: boo
 
 @compiled
 def _set_rows_of_slip(
-    friction: Rubbing, scale: float, mu: float, normal: float, weight: float, creep: float, row: int, count: int,
-    limit: float,
+    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, limit: float,
+    row: int, count: int,
 ) -> None:  # fmt: skip
-    """Set the rows of a point that rubs: (b J)^-1 (dh + phi mu df) + c T A^-1 (...) = -(b J)^-1 q, over c / s."""
+    """Set the rows of a point that rubs: (b J)^-1 (dh + mu e df) + c T A^-1 (...) = -(b J)^-1 q, over c / s."""
     matrix, right, along, first = friction.matrix, friction.right, friction.on_face.shape[1], friction.order[row]
-    bound = mu * normal if normal > NOTHING else 0.0
-    rubs = bound > NEGLIGIBLE * limit
+    one, two, xx, yy, xy, rubs = law_of_slip(friction, points, scale, rubbed, weight, creep, limit, first)
     for a in range(along):
-        _set_row(friction, scale, row + a, count, rubs)
-        if not rubs:
+        _set_row(friction, scale, row + a, count, rubs > 0.0)
+        if rubs == 0.0:
             own = scale * coupling(friction, first + a, first + a)
             matrix[row + a, row + a], right[row + a] = own, -own * friction.missed[first + a]
-    if rubs:
-        square, length = creep * creep, 0.0
-        for a in range(along):
-            slip = _slip(friction, first + a, weight)
-            square += slip * slip
-            length += friction.forces[first + a] * friction.forces[first + a]
-        speed, within = sqrt(square), bound / max(sqrt(length), bound)
-        one = _slip(friction, first, weight) / speed
-        pulled = -within * friction.forces[first] / bound
-        xx, yy, xy, two = 1.0 + FLATTEST - pulled * one, 1.0, 0.0, 0.0
-        if along == 2:
-            two = _slip(friction, first + 1, weight) / speed
-            across = -within * friction.forces[first + 1] / bound
-            yy, xy = 1.0 + FLATTEST - across * two, -0.5 * (pulled * two + across * one)
-        inverse = scale / weight * speed / bound / (xx * yy - xy * xy)
+    if rubs > 0.0:
+        inverse = 1.0 / (xx * yy - xy * xy) if along == 2 else 1.0 / xx
         column = row - 1 if row > 0 and friction.order[row - 1] == first - 1 else -1
         for a in range(along):
             for b in range(along):
-                part = inverse * ((yy if a == 0 else xx) if a == b else -xy)
+                part = inverse * (((yy if a == 0 else xx) if a == b else -xy) if along == 2 else 1.0)
                 matrix[row + a, row + b] += part
                 if column >= 0:
-                    matrix[row + a, column] += part * mu * (one if b == 0 else two)
+                    matrix[row + a, column] += part * (one if b == 0 else two)
                 right[row + a] = (right[row + a] if b > 0 else 0.0) - part * friction.missed[first + b]

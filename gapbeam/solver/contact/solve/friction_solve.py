@@ -29,7 +29,9 @@ from gapbeam.solver.contact.solve.friction_equations import (
     Missed,
     PressedPoints,
     Rubbing,
+    RubbingTable,
     room_for_friction,
+    rows_of_their_own,
     set_friction_equations,
 )
 from gapbeam.solver.messages.errors import NotConverged
@@ -79,10 +81,11 @@ class Sliding:
             compliance: [G; T] A^-1 [G; T]^T, (m + m k, m + m k).
         """
         points, along = self.free_slip.shape
-        own = points + along * np.arange(points)
-        room = room_for_friction(np.zeros((0, 0)), compliance, own, 1, self.law, np.zeros((1, along)))
-        room.points[:], room.chosen[0], room.share[:, 0] = np.arange(points), points, 1.0
-        room.parts[:, 0] = np.column_stack([room.points, own[:, None] + np.arange(along)]).reshape(-1)
+        first = points + along * np.arange(points)
+        parts, share = rows_of_their_own(first, along)
+        room = room_for_friction(RubbingTable(1, parts, share, first), np.zeros((0, 0)), compliance, self.law, 1)
+        room.points[:], room.chosen[0] = np.arange(points), points
+        room.parts[:], room.share[:] = parts.reshape(-1, 3), share.reshape(-1, 3)
         room.free[points:] = self.free_slip.reshape(-1)
         return room
 

@@ -21,11 +21,13 @@ from gapbeam.solver.contact.solve.contact_solve import (
     ROUND_OFF,
     SETTLED,
 )
+from gapbeam.solver.contact.solve.section_solve import WORTH, find_motions, use, use_none
 from gapbeam.solver.march.compiled.ordered_cholesky import OrderedFactor, empty_factor, solve_with, update_factor
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, add_responses, count_in_play, in_play
 from gapbeam.solver.system.operators import Array
 
 BISECTIONS = 60
+UNTRIED, SOLVED, SINGULAR = 0, 1, 2
 
 
 class Balance(NamedTuple):
@@ -213,6 +215,9 @@ def _newton_change(balance: Balance, found: Solution) -> bool:
             known = True
     if active == 0:
         return True
+    solved = _by_sections(around, balance, found, active)
+    if solved != UNTRIED:
+        return solved == SOLVED
     if known:
         _set_response(balance, found.newton, found.deeper)
         for number in range(count_in_play(around, size)):
@@ -226,6 +231,49 @@ def _newton_change(balance: Balance, found: Solution) -> bool:
     solve_with(factor, found.target)
     for row in range(active):
         found.newton[order[row]] = found.target[row]
+    return True
+
+
+@compiled
+def _by_sections(around: AroundPoints | None, balance: Balance, found: Solution, active: int) -> int:
+    """Solve as `_newton_change` for the motions of sections where so many active points are many beside these."""
+    if around is None:
+        return UNTRIED
+    use_none(around.shared)
+    for number in range(around.chosen[0]):
+        i = around.near[number]
+        if found.compliance[i] > 0.0 or found.newton[i] != 0.0:
+            for a in range(2):
+                use(around.shared, around.pairs[i, a])
+    if WORTH * around.shared.number[0] > active:
+        return UNTRIED
+    return SOLVED if _newton_of_sections(balance, around, found) else SINGULAR
+
+
+@compiled
+def _newton_of_sections(balance: Balance, around: AroundPoints, found: Solution) -> bool:
+    """Solve for the motions of sections: f = kappa (d - c . z) at active points, else known; tell whether it can be."""
+    shared, direction = around.shared, around.directions
+    for number in range(around.chosen[0]):
+        i = around.near[number]
+        stiffness = 1.0 / found.compliance[i] if found.compliance[i] > 0.0 else 0.0
+        force = stiffness * found.update[i] if stiffness > 0.0 else found.newton[i]
+        if force != 0.0 or stiffness > 0.0:
+            for a in range(2):
+                row = shared.place[around.pairs[i, a]]
+                shared.known[row] += direction[i, a] * force
+                for b in range(2):
+                    column = shared.place[around.pairs[i, b]]
+                    shared.effect[row, column] += stiffness * direction[i, a] * direction[i, b]
+    if not find_motions(shared, balance.delassus, balance.scale):
+        return False
+    for number in range(around.chosen[0]):
+        i = around.near[number]
+        if found.compliance[i] > 0.0:
+            moved = 0.0
+            for a in range(2):
+                moved += direction[i, a] * shared.moved[shared.place[around.pairs[i, a]]]
+            found.newton[i] = (found.update[i] - moved) / found.compliance[i]
     return True
 
 

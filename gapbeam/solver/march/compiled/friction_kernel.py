@@ -13,6 +13,7 @@ import numpy as np
 from gapbeam.solver.compilation.jit import compiled, compiled_apart
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, stage_pressure
 from gapbeam.solver.contact.solve.contact_solve import ROUND_OFF
+from gapbeam.solver.contact.solve.elimination import eliminate
 from gapbeam.solver.contact.solve.friction_equations import (
     EASY,
     HARDER,
@@ -20,11 +21,13 @@ from gapbeam.solver.contact.solve.friction_equations import (
     Missed,
     PressedPoints,
     Rubbing,
+    law_of_slip,
+    linearize,
     made_of,
-    set_equations,
+    order_forces,
 )
+from gapbeam.solver.contact.solve.section_solve import WORTH, find_motions, use, use_none
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, point_at
-from gapbeam.solver.march.compiled.ordered_cholesky import eliminate
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, count_in_play, fill, in_play, inner_product, turns
 from gapbeam.solver.march.compiled.rubbing_points import aim, nothing_rubs, opened_by, respond
 from gapbeam.solver.system.operators import Array
@@ -52,6 +55,7 @@ def solve_with_friction(
     """
     if not again:
         nothing_rubs(friction)
+        fill(friction.free, np.nan)
     for number in range(friction.chosen[0]):
         aim(friction, around, number)
     _list_points(friction, around, balance, step, rubbed, velocity)
@@ -95,9 +99,10 @@ def _list_points(
             friction.forces[row] = balance.weights[i] * step.old_pressure[i] if turns(around, i) else 0.0
             for a in range(along):
                 friction.forces[row + 1 + a] = balance.weights[i] * rubbed[i, a]
-                for term in range(friction.terms):
+                for term in range(friction.table.terms):
                     used = friction.parts[row + 1 + a, term]
-                    friction.free[used] = inner_product(friction.rows[used], velocity)
+                    if np.isnan(friction.free[used]):
+                        friction.free[used] = inner_product(friction.rows[used], velocity)
 
 
 @compiled_apart
@@ -116,15 +121,11 @@ def _iterate(
         if not np.isfinite(missed):
             return -1 - iteration
         floor = ROUND_OFF * steepest * deepest
-        count, before = set_equations(
-            friction, points, balance.scale, rubbed, weight, creep, missed, largest, floor, before
-        )
+        count, before, limit = order_forces(friction, points, rubbed, weight, creep, missed, largest, floor, before)
         if count < 0:
             return iteration
-        if not eliminate(friction.matrix, friction.right, count):
+        if not _change(friction, points, balance.scale, rubbed, weight, creep, limit, count):
             return -1 - iteration
-        for row in range(count):
-            friction.forces[friction.order[row]] += friction.right[row]
     return -1 - most
 
 
@@ -148,3 +149,117 @@ def _press(
         steepest, total = max(steepest, balance.weights[i] * slope), total + abs(friction.missed[row])
         deepest = max(deepest, abs(balance.held_depth[i]))
     return (missed if np.isfinite(total) else np.nan), largest, steepest, deepest
+
+
+@compiled
+def _change(
+    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, limit: float,
+    count: int,
+) -> bool:  # fmt: skip
+    """Change the ordered forces by what the linearized laws ask for; tell whether that can be.
+
+    Args as in `friction_equations.linearize`.
+    """
+    shared = friction.shared
+    if friction.table.terms > 1:
+        use_none(shared)
+        for row in range(count):
+            force = friction.order[row]
+            for term in range(friction.table.terms):
+                if friction.share[force, term] != 0.0:
+                    use(shared, friction.parts[force, term])
+    if friction.table.terms > 1 and WORTH * shared.number[0] <= count:
+        _add_laws(friction, points, scale, rubbed, weight, creep, limit, count)
+        if not find_motions(shared, friction.compliance, scale):
+            return False
+        _follow_motions(friction, points, scale, rubbed, weight, creep, limit, count)
+    else:
+        linearize(friction, points, scale, rubbed, weight, creep, count, limit)
+        if not eliminate(friction.matrix, friction.right, count):
+            return False
+    for row in range(count):
+        friction.forces[friction.order[row]] += friction.right[row]
+    return True
+
+
+@compiled
+def _add_laws(
+    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, limit: float,
+    count: int,
+) -> None:  # fmt: skip
+    """Add up what the laws of all ordered forces do to the motions, and set the forces of still motions."""
+    along, row = friction.on_face.shape[1], 0
+    pressed, at_once = False, 0.0
+    while row < count:
+        force = friction.order[row]
+        point = friction.points[force // (1 + along)]
+        if force % (1 + along) == 0:
+            pressed, at_once = True, -friction.missed[force]
+            friction.right[row] = at_once
+            _add(friction, force, force, points.weights[point] * points.slope[point], at_once)
+            row += 1
+            continue
+        pressed = pressed and row > 0 and friction.order[row - 1] == force - 1
+        share = points.weights[point] * points.slope[point] if pressed else 0.0
+        mu_one, mu_two, xx, yy, xy, _ = law_of_slip(friction, points, scale, rubbed, weight, creep, limit, force)
+        for a in range(along):
+            pull, own = (mu_one, xx) if a == 0 else (mu_two, yy)
+            friction.right[row + a] = -friction.missed[force + a] - (pull * at_once if pressed else 0.0)
+            _add(friction, force + a, force + a, own, friction.right[row + a])
+            if along == 2:
+                _add(friction, force + a, force + 1 - a, xy, 0.0)
+            if share > 0.0:
+                _add(friction, force + a, force - 1, -pull * share, 0.0)
+        row += along
+
+
+@compiled
+def _add(friction: Rubbing, force: int, other: int, stiffness: float, known: float) -> None:
+    """Add a force that resists the motion along another, and its known part."""
+    shared = friction.shared
+    for a in range(friction.table.terms):
+        one = friction.share[force, a]
+        if one != 0.0:
+            place = shared.place[friction.parts[force, a]]
+            shared.known[place] += one * known
+            for b in range(friction.table.terms):
+                two = friction.share[other, b]
+                if two != 0.0 and stiffness != 0.0:
+                    shared.effect[place, shared.place[friction.parts[other, b]]] += one * stiffness * two
+
+
+@compiled
+def _follow_motions(
+    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, limit: float,
+    count: int,
+) -> None:  # fmt: skip
+    """Bring the forces of still motions to those of the motions that were found."""
+    along, row, changed = friction.on_face.shape[1], 0, 0.0
+    while row < count:
+        force = friction.order[row]
+        point = friction.points[force // (1 + along)]
+        if force % (1 + along) == 0:
+            changed = -points.weights[point] * points.slope[point] * _found_along(friction, force)
+            friction.right[row] += changed
+            row += 1
+            continue
+        if not (row > 0 and friction.order[row - 1] == force - 1):
+            changed = 0.0
+        mu_one, mu_two, xx, yy, xy, _ = law_of_slip(friction, points, scale, rubbed, weight, creep, limit, force)
+        first = _found_along(friction, force)
+        second = _found_along(friction, force + 1) if along == 2 else 0.0
+        friction.right[row] -= mu_one * changed + xx * first + xy * second
+        if along == 2:
+            friction.right[row + 1] -= mu_two * changed + xy * first + yy * second
+        row += along
+
+
+@compiled
+def _found_along(friction: Rubbing, force: int) -> float:
+    """Return the motion along a force that was found."""
+    total = 0.0
+    for term in range(friction.table.terms):
+        if friction.share[force, term] != 0.0:
+            place = friction.shared.place[friction.parts[force, term]]
+            total += friction.share[force, term] * friction.shared.moved[place]
+    return total

@@ -26,6 +26,7 @@ from gapbeam.solver.march.compiled.kernel_tables import (
 )
 from gapbeam.solver.march.compiled.ledger_kernel import OF_IMPACT, RECORDED
 from gapbeam.solver.march.compiled.point_motions import AroundPoints, around_points
+from gapbeam.solver.march.compiled.rubbing_table import rubbing_table
 from gapbeam.solver.march.stepwise_march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, RankOnes
@@ -67,33 +68,26 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
         delassus=delassus,
         largest=_largest(delassus, around),
         around=None if around is None else around._replace(rows=widened(around.rows)),
-        friction=_friction(plan, modal, gaps, 1 if around is None else 3, condensed) if rubs else None,
+        friction=_friction(plan, modal, gaps, around, condensed) if rubs else None,
     )
 
 
-def _friction(plan: March, modal: ModalSystem, gaps: Array, terms: int, condensed: Callable[[Array], Array]) -> Rubbing:
+def _friction(
+    plan: March, modal: ModalSystem, gaps: Array, around: AroundPoints | None, condensed: Callable[[Array], Array]
+) -> Rubbing:
     """Return the friction of a plan.
 
     Args:
         plan: The plan.
         modal: Its system.
         gaps: G or R, the first rows of B.
-        terms: Most rows of B that a motion is made of.
+        around: The points around sections; None: others.
         condensed: Returns B A^-1 B^T.
     """
-    law, contact, circles = plan.law.friction, plan.system.contact, plan.system.contact.turning
+    law, contact = plan.law.friction, plan.system.contact
     assert law is not None
-    along = modal.tangents.shape[1]
-    sizes = np.full(contact.size, along)
-    if circles is not None:
-        sizes[circles.points] = modal.surfaces.shape[1]
-    own, surfaces = len(gaps) + np.cumsum(sizes) - sizes, list(modal.tangents)
-    if circles is not None:
-        for point, rows in zip(circles.points, modal.surfaces, strict=True):
-            surfaces[point] = rows
-    rows = np.concatenate([gaps, *surfaces])
-    on_face = np.zeros((len(contact.face_names), along))
-    return room_for_friction(widened(rows), condensed(rows), own.astype(np.int64), terms, law, on_face)
+    table, rows = rubbing_table(modal, gaps, around)
+    return room_for_friction(table, widened(rows), condensed(rows), law, len(contact.face_names))
 
 
 def _largest(delassus: Array, around: AroundPoints | None) -> float:

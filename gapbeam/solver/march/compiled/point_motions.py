@@ -26,6 +26,7 @@ from numba.core.types.misc import NoneType
 from numba.extending import overload
 
 from gapbeam.solver.compilation.jit import compiled, compiled_apart
+from gapbeam.solver.contact.solve.section_solve import SharedMotions, room_for_motions
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
@@ -59,6 +60,7 @@ class AroundPoints(NamedTuple):
         turning: Points that are stations in round holes, (t,).
         holes: Middle m and clearance c of the hole of each station at the start of the step, the radius of its section,
             and m and c at the end of the step; NaN at points whose directions are fixed, (m, 7), m.
+        shared: Room for the equations of the motions s.
     """
 
     pairs: Indices
@@ -81,6 +83,7 @@ class AroundPoints(NamedTuple):
     pressed: Array
     turning: Indices
     holes: Array
+    shared: SharedMotions
 
 
 def around_points(
@@ -129,6 +132,7 @@ def around_points(
         pressed=np.zeros(len(rows) // 2),
         turning=np.zeros(0, dtype=np.int64) if circles is None else circles.points.astype(np.int64),
         holes=_holes(contact),
+        shared=room_for_motions(len(rows)),
     )
 
 

@@ -25,11 +25,11 @@ import numpy as np
 
 from gapbeam.solver.compilation.jit import compiled, compiled_apart
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, stage_pressure, touch_factor
+from gapbeam.solver.contact.solve.elimination import eliminate
 from gapbeam.solver.contact.solve.friction_equations import Rubbing
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, point_at, solve_contact
 from gapbeam.solver.march.compiled.friction_kernel import solve_with_friction
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room
-from gapbeam.solver.march.compiled.ordered_cholesky import eliminate
 from gapbeam.solver.march.compiled.point_motions import (
     AroundPoints,
     add_rows,

@@ -1,8 +1,9 @@
 """Points that rub in a compiled step: their motions, the forces on them, and the memory that a step leaves.
 
-G and T are made of a few rows B of the system, r = S B: of a point that does not turn, each motion is a row of its own;
-around sections, G is made of the two motions of the axis. The motions of a station in a round hole are made of those of
-the axis and of the surface, along the direction of the step:
+G and T are made of a few rows B of the system, r = S B: of a point alone, each motion is a row of its own; around a
+section, points share the two motions of the axis and, where the section keeps its shape, three along x and one about x
+(`rubbing_table`). The motions of a station in a round hole are made of those of the axis and of the surface, along the
+direction of the step:
 
     along x: the axis, and -R o . its change across,    around: o x the axis, and -R the rotation
 """
@@ -15,7 +16,14 @@ from gapbeam.solver.compilation.jit import compiled
 from gapbeam.solver.contact.laws.damper import BREAKS_AWAY, NOTHING
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT
 from gapbeam.solver.contact.solve.friction_equations import Rubbing, coefficient_at
-from gapbeam.solver.march.compiled.point_motions import AroundPoints, add_rows, fill, inner_product, turns
+from gapbeam.solver.march.compiled.point_motions import (
+    AroundPoints,
+    add_rows,
+    fill,
+    inner_product,
+    set_products,
+    turns,
+)
 from gapbeam.solver.system.operators import Array, Indices
 
 
@@ -34,7 +42,7 @@ def nothing_rubs(friction: Rubbing | None) -> None:
 def moved_in(friction: Rubbing, row: int, x: Array) -> float:
     """Return a motion of a listed point along modal coordinates, (n,)."""
     total = 0.0
-    for term in range(friction.terms):
+    for term in range(friction.table.terms):
         if friction.share[row, term] != 0.0:
             total += friction.share[row, term] * inner_product(friction.rows[friction.parts[row, term]], x)
     return total
@@ -56,20 +64,13 @@ def opened_by(friction: Rubbing, around: AroundPoints | None, point: int) -> flo
 def aim(friction: Rubbing, around: AroundPoints | None, number: int) -> None:
     """Set the rows of B that the motions of a listed point are made of, along the direction of the step."""
     i, along = friction.points[number], friction.on_face.shape[1]
-    row, own = number * (1 + along), friction.own[friction.points[number]]
+    row = number * (1 + along)
     for a in range(1 + along):
         for term in range(3):  # named by a tuple, arrays would lose what is written beside inlined `turns` (numba)
-            friction.parts[row + a, term] = own
-            friction.share[row + a, term] = 0.0
-        if a > 0:
-            friction.parts[row + a, 0] = own + a - 1
-            friction.share[row + a, 0] = 1.0
-    if around is None:
-        friction.parts[row, 0] = i
-        friction.share[row, 0] = 1.0
-    else:
+            friction.parts[row + a, term] = friction.table.parts[i, a, term]
+            friction.share[row + a, term] = friction.table.share[i, a, term]
+    if around is not None:
         for term in range(2):
-            friction.parts[row, term] = around.pairs[i, term]
             friction.share[row, term] = around.directions[i, term]
         if turns(around, i):
             _aim_station(friction, around, row, i)
@@ -81,7 +82,7 @@ def _aim_station(friction: Rubbing, around: AroundPoints, row: int, point: int) 
 
     Its motions begin at `row`.
     """
-    index, share, own, radius = friction.parts, friction.share, friction.own[point], around.holes[point, 3]
+    index, share, own, radius = friction.parts, friction.share, friction.table.own[point], around.holes[point, 3]
     aside, up, length = around.directions[point, 0], around.directions[point, 1], 0.0
     length += sqrt(aside * aside + up * up)
     aside = aside / length if length > 0.0 else 0.0
@@ -105,7 +106,7 @@ def respond(friction: Rubbing) -> None:
     fill(friction.moved, 0.0)
     for row in range(friction.chosen[0] * (1 + friction.on_face.shape[1])):
         if friction.forces[row] != 0.0:
-            for term in range(friction.terms):
+            for term in range(friction.table.terms):
                 friction.on_rows[friction.parts[row, term]] += friction.share[row, term] * friction.forces[row]
     add_rows(friction.compliance, friction.on_rows, 1.0, friction.moved)
 
@@ -175,11 +176,15 @@ def keep_friction(
                 for a in range(along):
                     rubbed[i, a] *= share
         if friction.remembers:
+            set_products(friction.rows, stage_velocity, friction.free)
             slowest = (BREAKS_AWAY * friction.slip_velocity) * (BREAKS_AWAY * friction.slip_velocity)
             for i in range(len(weights)):
                 now, old, both = 0.0, 0.0, 0.0
                 for a in range(along):
-                    slip = inner_product(friction.rows[friction.own[i] + a], stage_velocity)
+                    slip = 0.0
+                    for term in range(friction.table.terms):
+                        part = friction.table.parts[i, 1 + a, term]
+                        slip += friction.table.share[i, 1 + a, term] * friction.free[part]
                     before = rubbed[i, along + a]
                     now, old, both = now + slip * slip, old + before * before, both + slip * before
                     rubbed[i, along + a] = slip

@@ -276,7 +276,7 @@ def _potential(model: Model, places: Array) -> Array:
     """Return the potential of contact and structure at places, (places,), J."""
     contact = model.system.contact
     depths = places @ -_gaps(model).T - contact.initial_gap
-    pressed = model.law.spring.potential(np.maximum(depths, 0.0)) @ contact.weights
+    pressed = model.law.potential(np.maximum(depths, 0.0)) @ contact.weights
     return np.asarray(pressed + 0.5 * np.einsum("ij,ij->i", places @ _dense(model).stiffness, places))
 
 

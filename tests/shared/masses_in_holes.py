@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.contact.formulations.circle_contact import circle_contact
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.law_choice import Law
-from gapbeam.solver.contact.laws.ramp_law import shaped_law
+from gapbeam.solver.contact.laws.yielding_law import shaped_law
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun
 from gapbeam.solver.supports.regions.around_face import BoreFace

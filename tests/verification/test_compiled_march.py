@@ -202,7 +202,7 @@ def test_round_off_of_other_coordinates_is_not_created_energy() -> None:
     motion = arrays_of_state(modal, thrown_start(system))
     motion.q[:] = 1.0e-3  # far more than round-off
     created, residual = accounts.ledger.created, accounts.ledger.residual
-    measure_in_modes(accounts, modal.squares, motion)
+    measure_in_modes(accounts, modal.squares, motion, None)
     assert accounts.ledger.strain == pytest.approx(0.5e-6 * modal.squares.sum(), rel=1e-12)
     assert accounts.ledger.kinetic == pytest.approx(0.5 * float(motion.v @ motion.v), rel=1e-12)
     scale = accounts.ledger.strain + accounts.ledger.kinetic

@@ -14,7 +14,9 @@ import gapbeam
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic, PiecewiseLinear
-from gapbeam.solver.contact.laws.ramp_law import shaped_law
+from gapbeam.solver.contact.laws.yielding_law import shaped_law
+from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
+from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from tests.shared.interrupted import differing, run_in_parts
 from tests.shared.toys import SCHEMES, ledger_of, start, steps_of, stopped_oscillator
 from tests.verification.test_own_contact import AREA, LENGTH, MASS, stops, tables
@@ -112,6 +114,28 @@ def test_a_mass_thrown_at_a_stop_that_stiffens(name: str) -> None:
         assert -steps[-1].new.v[0, 0] == pytest.approx(SPEED, rel=1e-10)
 
 
+@pytest.mark.parametrize("hardening", [0.0, 0.2, None], ids=["yields", "hardens", "stiffens"])
+@pytest.mark.parametrize("name", MIDPOINT)
+def test_the_compiled_loop_takes_the_same_steps(name: str, hardening: float | None) -> None:
+    """Thrown at a stop twice, a mass on a spring has the motion, the set and the loss of the march step by step."""
+    system = stopped_oscillator(spring=1.0e3)
+    law, first = yielding(hardening or 0.0), start(stopped_oscillator(), v=SPEED)
+    if hardening is None:
+        chosen = PiecewiseLinear(type="piecewise-linear", depths=(1.0e-3, 1.5e-3), factors=(8.0, 2.0))
+        law = shaped_law(chosen, make_law(chosen, STIFFNESS, 1.0e-8, damping=20.0))
+    plan = March(system, law, SCHEMES[name], EffectiveOperators(system, SCHEMES[name]), 2.0e-4, 1500)
+    steps, loop = list(march(plan, first)), CompiledLoop(plan).follow(first, 1500)
+    assert sum(one.new.depth[0] > 0.0 >= one.old.depth[0] for one in steps) > 1
+    places = [float(step.new.u[0, 0]) for step in steps]
+    assert float(loop.end.u[0, 0]) == pytest.approx(places[-1], abs=1e-9 * np.ptp(places))
+    ledger = ledger_of(system, law, first, steps)
+    assert loop.accounts.ledger.contact_loss == pytest.approx(ledger.contact_loss, rel=1e-9)
+    assert abs(loop.accounts.ledger.residual) < 1e-9 * ENERGY
+    assert (loop.end.plastic_set is None) == (hardening is None)
+    if hardening is not None:
+        np.testing.assert_allclose(loop.end.plastic_set, steps[-1].new.plastic_set, rtol=1e-10)
+
+
 BAR = 0.5  # m/s
 FORCE = 400.0  # N, at which the stop under the bar yields
 
@@ -131,6 +155,7 @@ def test_a_bar_on_a_support_that_yields(tmp_path: Path) -> None:
     """The whole way from a case file: speed of return, plastic work, set in the summary, and resume to the last bit."""
     done = gapbeam.run(thrown_bar(), ["output.errors=none"], output=tmp_path / "run")
     assert done.exit_status == 0, done.message
+    assert done.summary["loop"] == "compiled"
     history = gapbeam.open_results(tmp_path / "run").history
     velocity = history["velocity"].sel(probe="tip", component="y")
     assert float(velocity[-1]) == pytest.approx(FORCE / sqrt(1.0e6 * MASS), rel=2e-3)
@@ -143,10 +168,12 @@ def test_a_run_that_is_resumed_has_the_same_bits(tmp_path: Path) -> None:
     """Stopped in the middle of the impact and resumed: the history of the run that was not stopped."""
     path = tmp_path / "case.toml"
     path.write_text(case_to_toml(gapbeam.read_case(thrown_bar())))
-    whole = gapbeam.run(path, ["output.errors=none"], tmp_path / "whole")
+    keys = ["output.errors=none", "output.fields_interval=1e-3"]
+    whole = gapbeam.run(path, keys, tmp_path / "whole")
     assert whole.exit_status == 0, whole.message
-    parts = run_in_parts(path, ["output.errors=none"], tmp_path / "parts", (120,))
+    parts = run_in_parts(path, keys, tmp_path / "parts", (1,))
     assert parts.exit_status == 0, parts.message
+    assert whole.summary["loop"] == "compiled"
     assert differing(tmp_path / "whole", tmp_path / "parts") == []
     assert parts.summary["plastic_set"] == whole.summary["plastic_set"]
 

@@ -237,7 +237,7 @@ def shared(function: Function) -> Function:
 
 def compiled_in_order(function: Function) -> Function:
     """Compile like `compiled`, keeping the written order of operations: the same digits wherever it is called from."""
-    return part(function, IN_ORDER)
+    return part(function, IN_ORDER | {"forceinline": True})
 
 
 def entry(function: Function) -> Function:

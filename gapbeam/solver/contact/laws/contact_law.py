@@ -25,6 +25,7 @@ from gapbeam.solver.contact.laws.point_law import (
     LawTable,
     StepNumbers,
     fill_damping,
+    fill_elastic,
     fill_endpoint,
     fill_stage,
     fill_touch_factors,
@@ -57,6 +58,7 @@ class ContactLaw:
         friction: Traction along the face; None: none.
         augmented: Penetration that multipliers leave, relative to the penalty alone; None: none are used.
         slowest_touch: Speed as which slower touches are damped where there is a touch_product, m/s.
+        ramps: Stiffness over K and depth, m, of linear springs that begin at a depth; the sum does not fall.
 
     Raises:
         ValueError: The damper is that of no law, or slow touches have no bound.
@@ -71,6 +73,7 @@ class ContactLaw:
     stores_energy: bool = True
     friction: CoulombFriction | None = None
     slowest_touch: float = 0.0
+    ramps: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse a law without a formula."""
@@ -89,7 +92,12 @@ class ContactLaw:
     @property
     def linear(self) -> bool:
         """True where closed contact is a linear spring, with a constant damper or none."""
-        return self.spring.exponent == 1.0 and self.damper.law == NO_DAMPER.law
+        return self.spring.exponent == 1.0 and self.damper.law == NO_DAMPER.law and not self.bends
+
+    @property
+    def bends(self) -> bool:
+        """True where the stiffness of closed contact changes at depths."""
+        return bool(self.ramps)
 
     @property
     def why_not_compiled(self) -> str | None:
@@ -128,7 +136,7 @@ class ContactLaw:
 
     def potential(self, depth: Array) -> Array:
         """Return psi(d), J/m^2."""
-        return self.spring.potential(depth) if self.stores_energy else np.zeros_like(depth)
+        return self._elastic(depth)[2] if self.stores_energy else np.zeros_like(depth)
 
     def damping(self, depth: Array) -> Array:
         """Return c(d), Pa s/m."""
@@ -139,8 +147,15 @@ class ContactLaw:
 
     def static(self, depth: Array) -> StagePressure:
         """Return p = e(d): the law at rest."""
-        pressure, slope = self.spring.pressure_and_slope(depth)
+        pressure, slope, _ = self._elastic(depth)
         return StagePressure(pressure, slope, pressure)
+
+    def _elastic(self, depth: Array) -> Array:
+        """Return e(d), its slope and psi(d), (3, ..., m)."""
+        rows = rows_of(depth)
+        found = np.empty((3, *rows.shape))
+        fill_elastic(self.table(rows.shape[1]), rows, found)
+        return found.reshape(3, *depth.shape)
 
     def discrete_gradient(self, old: Array, new: Array, dt: float) -> StagePressure:
         """Return the mean pressure over a step whose elastic part does exactly the work psi(d1) - psi(d0).
@@ -191,6 +206,7 @@ class ContactLaw:
             self.touch_product is not None,
             at_points(self.spring.stiffness, size),
             at_points(self.damper.coefficient, size),
+            np.zeros((size, 2)),
         )
 
     @cached_property
@@ -206,6 +222,8 @@ class ContactLaw:
             float(self.touch_depth),
             float(self.touch_product or 0.0),
             float(self.slowest_touch),
+            0.0,
+            np.array(self.ramps).reshape(-1),
         )
 
     def _over_step(self, form: int, old: Array, new: Array, dt: float) -> StagePressure:

@@ -192,6 +192,11 @@ class MixedLaw(ContactLaw):
         return all(law.linear for _, law in self.groups)
 
     @property
+    def bends(self) -> bool:
+        """True where one of the laws bends."""
+        return any(law.bends for _, law in self.groups)
+
+    @property
     def why_not_compiled(self) -> str | None:
         """The reason of the first law that kernels do not take."""
         return next((law.why_not_compiled for _, law in self.groups if law.why_not_compiled is not None), None)
@@ -252,11 +257,15 @@ class MixedLaw(ContactLaw):
     def table(self, size: int) -> LawTable:
         """Return the tables of the laws as one for m = `size` points."""
         tables = [law.table(len(points)) for points, law in self.groups]
-        owner, stiffness, coefficient = np.zeros(size, dtype=np.int64), np.zeros(size), np.zeros(size)
+        owner, yielding = np.zeros(size, dtype=np.int64), np.zeros((size, 2))
+        stiffness, coefficient = np.zeros((2, size))
         for number, ((points, _), one) in enumerate(zip(self.groups, tables, strict=True)):
-            owner[points], stiffness[points], coefficient[points] = number, one.stiffness, one.coefficient
-        rows = np.concatenate([one.rows for one in tables])
-        return LawTable(rows, owner, self.touch_product is not None, stiffness, coefficient)
+            owner[points], yielding[points] = number, one.yielding
+            stiffness[points], coefficient[points] = one.stiffness, one.coefficient
+        rows = np.zeros((len(tables), max(one.rows.shape[1] for one in tables)))
+        for number, one in enumerate(tables):
+            rows[number, : one.rows.shape[1]] = one.rows
+        return LawTable(rows, owner, self.touch_product is not None, stiffness, coefficient, yielding)
 
     def _with(self, changed: Callable[[LawGroup], ContactLaw]) -> MixedLaw:
         return replace(self, groups=tuple(LawGroup(group.points, changed(group)) for group in self.groups))

@@ -2,6 +2,16 @@
 
 With the penetration d = -g, the closed law is p = e(d) + c(d) d' for d > 0, p = 0 otherwise, clipped at p >= 0 unless
 the face may pull. At many points, rows of m points, (r, m), are filled in place.
+
+The elastic pressure is a spring and ramps, linear springs that begin at a depth, e = K (d^n + sum_j k_j <d - b_j>).
+Each has its potential and its discrete gradient in closed form, and so has the sum.
+
+A stop that yields is a linear spring whose plastic set s stays: d is counted from it, and pressing bends at the depth
+b = s h / (1 - h) + p_y / K beyond it and goes on with the slope h K; it returns along K. Over a step that starts with
+s0 the pressure is a sum of two ramps, whose discrete gradient does exactly the work of pressing: elastic energy
+K <d - s>^2 / 2 and plastic work. The set changes when a step is accepted: s1 = max(s0, (1 - h) (d1 - p_y / K)).
+
+Source: Simo and Hughes (1998), Computational Inelasticity, ch. 1, for the return in one dimension.
 """
 
 from __future__ import annotations
@@ -14,7 +24,7 @@ from gapbeam.solver.compilation.jit import compiled_in_order, entry
 from gapbeam.solver.contact.laws.damper import DampedPoint, Parameters
 from gapbeam.solver.contact.laws.law_choice import UNDAMPED, damping
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT, MEAN
-from gapbeam.solver.contact.laws.springs import spring_mean, spring_pressure, spring_slope
+from gapbeam.solver.contact.laws.springs import spring_mean, spring_potential, spring_pressure, spring_slope
 from gapbeam.solver.system.operators import Array, Indices
 
 
@@ -30,6 +40,8 @@ class LawNumbers(NamedTuple):
         touch_depth: Depth over which a damper that jumps is switched on, m.
         touch_product: p = chi v0 where chi follows from the touch speed; 0: chi is given.
         slowest_touch: Speed as which slower touches are damped, m/s.
+        softer: 1 - h of a law that yields; 0: it does not.
+        ramps: k_j and b_j, m, of each ramp, one after the other.
     """
 
     exponent: float
@@ -40,17 +52,20 @@ class LawNumbers(NamedTuple):
     touch_depth: float
     touch_product: float
     slowest_touch: float
+    softer: float
+    ramps: Array
 
 
 class LawTable(NamedTuple):
     """Contact laws as numbers: one law at all points, or several of them side by side.
 
     Attributes:
-        rows: The `LawNumbers` of each law, (laws, 11).
+        rows: The `LawNumbers` of each law, (laws, 12 + 2 ramps); ramps that one does not have are of no stiffness.
         owner: The law of each point, (m,).
         by_touch: Whether the damper of a law follows from touch speeds.
         stiffness: K of each point, (m,).
         coefficient: Coefficient of the damper at each point, (m,).
+        yielding: Plastic set s and yield depth p_y / K of each point, (m, 2), m; 0 where the law does not yield.
     """
 
     rows: Array
@@ -58,6 +73,7 @@ class LawTable(NamedTuple):
     by_touch: bool
     stiffness: Array
     coefficient: Array
+    yielding: Array
 
 
 class StepNumbers(NamedTuple):
@@ -86,6 +102,8 @@ class Point(NamedTuple):
         old_pressure: Pressure that acted last, Pa.
         guess_depth: Penetration of the predictor, ENDPOINT, m.
         guess_rate: Its rate, m/s.
+        plastic_set: s at the start of the step, m.
+        yield_depth: p_y / K, m.
     """
 
     stiffness: float
@@ -94,12 +112,17 @@ class Point(NamedTuple):
     old_pressure: float
     guess_depth: float
     guess_rate: float
+    plastic_set: float
+    yield_depth: float
+
+
+BEFORE_RAMPS = 12  # columns of a row
 
 
 def row_of(numbers: LawNumbers) -> Array:
-    """Return the numbers of a law as a row of a table, (11,)."""
-    exponent, formula, parameters, *others = numbers
-    return np.array([exponent, formula, *parameters, *others], dtype=float)
+    """Return the numbers of a law as a row of a table, (12 + 2 ramps,)."""
+    exponent, formula, parameters, *others, ramps = numbers
+    return np.array([exponent, formula, *parameters, *others, *ramps], dtype=float)
 
 
 @compiled_in_order
@@ -107,7 +130,17 @@ def numbers_at(law: LawTable, point: int) -> LawNumbers:
     """Return the numbers of the law at a point."""
     row = law.rows[law.owner[point]]
     parameters = (row[2], row[3], row[4], row[5])
-    return LawNumbers(row[0], int(row[1]), parameters, row[6] > 0.0, row[7] > 0.0, row[8], row[9], row[10])
+    return LawNumbers(
+        row[0], int(row[1]), parameters, row[6] > 0.0, row[7] > 0.0, row[8], row[9], row[10], row[11],
+        row[BEFORE_RAMPS:],
+    )  # fmt: skip
+
+
+@compiled_in_order
+def resting_point(law: LawTable, point: int) -> Point:
+    """Return a contact point at rest."""
+    yielding = law.yielding[point]
+    return Point(law.stiffness[point], law.coefficient[point], 0.0, 0.0, 0.0, 0.0, yielding[0], yielding[1])
 
 
 @compiled_in_order
@@ -123,28 +156,87 @@ def damping_at(law: LawNumbers, stiffness: float, coefficient: float, depth: flo
 
 
 @compiled_in_order
+def set_after(law: LawNumbers, point: Point, depth: float) -> float:
+    """Return the plastic set that is left of a penetration, m."""
+    if law.softer == 0.0:
+        return 0.0
+    return max(law.softer * (depth - point.yield_depth), point.plastic_set)
+
+
+@compiled_in_order
+def elastic_pressure(law: LawNumbers, point: Point, depth: float) -> tuple[float, float]:
+    """Return e(d) and its slope, with the set of the point."""
+    beyond, stiffness = depth - point.plastic_set, point.stiffness
+    pressure = spring_pressure(stiffness, law.exponent, beyond)
+    slope = spring_slope(stiffness, law.exponent, beyond)
+    for j in range(0, len(law.ramps), 2):
+        pressure += spring_pressure(law.ramps[j] * stiffness, 1.0, beyond - law.ramps[j + 1])
+        slope += spring_slope(law.ramps[j] * stiffness, 1.0, beyond - law.ramps[j + 1])
+    if law.softer > 0.0:
+        over = beyond - (point.plastic_set * (1.0 - law.softer) / law.softer + point.yield_depth)
+        pressure -= spring_pressure(law.softer * stiffness, 1.0, over)
+        slope -= spring_slope(law.softer * stiffness, 1.0, over)
+    return pressure, max(slope, 0.0)
+
+
+@compiled_in_order
+def elastic_potential(law: LawNumbers, point: Point, depth: float) -> float:
+    """Return psi(d), with the set that the penetration leaves."""
+    beyond, stiffness = depth - max(set_after(law, point, depth), 0.0), point.stiffness
+    potential = spring_potential(stiffness, law.exponent, beyond)
+    for j in range(0, len(law.ramps), 2):
+        potential += spring_potential(law.ramps[j] * stiffness, 1.0, beyond - law.ramps[j + 1])
+    return potential
+
+
+@compiled_in_order
+def elastic_mean(law: LawNumbers, point: Point, old: float, new: float) -> tuple[float, float, float]:
+    """Return the discrete gradient of the work of pressing, its slope in the second depth, and its elastic part."""
+    before, beyond, stiffness = old - point.plastic_set, new - point.plastic_set, point.stiffness
+    mean, slope = spring_mean(stiffness, law.exponent, before, beyond)
+    if law.softer == 0.0 and len(law.ramps) == 0:
+        return mean, slope, mean
+    for j in range(0, len(law.ramps), 2):
+        begins = law.ramps[j + 1]
+        ramp = spring_mean(law.ramps[j] * stiffness, 1.0, before - begins, beyond - begins)
+        mean, slope = mean + ramp[0], slope + ramp[1]
+    elastic = mean
+    if law.softer > 0.0:
+        bend = point.plastic_set * (1.0 - law.softer) / law.softer + point.yield_depth
+        ramp = spring_mean(law.softer * stiffness, 1.0, before - bend, beyond - bend)
+        mean, slope = mean - ramp[0], slope - ramp[1]
+        after = set_after(law, point, new)
+        if after > point.plastic_set:
+            first, last = max(before, 0.0), max(new - after, 0.0)
+            elastic = 0.5 * stiffness * (last + first) * ((last - first) / (new - old))
+    return mean, max(slope, 0.0), elastic
+
+
+@compiled_in_order
 def stage_pressure(step: StepNumbers, law: LawNumbers, point: Point, depth: float) -> tuple[float, float, float]:
     """Return pressure, slope and elastic part in the balance of a step that ends at a depth."""
     if step.form == ENDPOINT:
         rate = point.guess_rate + step.rate_slope * (depth - point.guess_depth)
-        pressure, slope, elastic = endpoint_pressure(
-            law, point.stiffness, point.coefficient, depth, rate, step.rate_slope
-        )
+        pressure, slope, elastic = endpoint_pressure(law, point, depth, rate, step.rate_slope)
         share = step.old_share
         return (1.0 - share) * pressure + share * point.old_pressure, (1.0 - share) * slope, elastic
     old = point.old_depth
     if old <= 0.0 and depth <= 0.0:
         return 0.0, 0.0, 0.0
-    stiffness, exponent = point.stiffness, law.exponent
     if step.form == MEAN:
-        elastic, slope = spring_mean(stiffness, exponent, old, depth)
+        pressure, slope, elastic = elastic_mean(law, point, old, depth)
     else:
-        elastic = spring_pressure(stiffness, exponent, depth)
-        slope = spring_slope(stiffness, exponent, depth)
+        pressure, slope = elastic_pressure(law, point, depth)
+        elastic = pressure
+        if law.softer > 0.0:
+            after = set_after(law, point, depth)
+            if after > point.plastic_set:
+                elastic *= 1.0 - (after - point.plastic_set) / (depth - old)
     if law.formula == UNDAMPED:
-        return elastic, slope, elastic
-    value, _, integral = damping_at(law, stiffness, point.coefficient, depth)
-    pressure = elastic + (integral - damping_at(law, stiffness, point.coefficient, old)[2]) / step.dt
+        return pressure, slope, elastic
+    stiffness, before = point.stiffness, point.plastic_set
+    value, _, integral = damping_at(law, stiffness, point.coefficient, depth - before)
+    pressure += (integral - damping_at(law, stiffness, point.coefficient, old - before)[2]) / step.dt
     slope += value / step.dt
     if not law.adhesive and pressure <= 0.0:
         return 0.0, 0.0, elastic
@@ -153,7 +245,7 @@ def stage_pressure(step: StepNumbers, law: LawNumbers, point: Point, depth: floa
 
 @compiled_in_order
 def endpoint_pressure(
-    law: LawNumbers, stiffness: float, coefficient: float, depth: float, rate: float, rate_slope: float
+    law: LawNumbers, point: Point, depth: float, rate: float, rate_slope: float
 ) -> tuple[float, float, float]:
     """Return pressure, slope and elastic part of the law at one instant, p = chi(d) <e(d) + c(d) d'>.
 
@@ -162,11 +254,10 @@ def endpoint_pressure(
     """
     if depth <= 0.0:
         return 0.0, 0.0, 0.0
-    elastic = spring_pressure(stiffness, law.exponent, depth)
-    slope = spring_slope(stiffness, law.exponent, depth)
+    elastic, slope = elastic_pressure(law, point, depth)
     if law.formula == UNDAMPED:
         return elastic, slope, elastic
-    value, value_slope, _ = damping_at(law, stiffness, coefficient, depth)
+    value, value_slope, _ = damping_at(law, point.stiffness, point.coefficient, depth)
     bracket = elastic + value * rate
     slope = max(slope + value * rate_slope + value_slope * rate, 0.0)
     if not law.adhesive and bracket <= 0.0:
@@ -179,11 +270,24 @@ def endpoint_pressure(
 
 
 @entry
+def fill_elastic(law: LawTable, depth: Array, found: Array) -> None:
+    """Set e(d), its slope and psi(d), (3, r, m)."""
+    for row in range(depth.shape[0]):
+        for i in range(depth.shape[1]):
+            numbers, point = numbers_at(law, i), resting_point(law, i)
+            found[0, row, i], found[1, row, i] = elastic_pressure(numbers, point, depth[row, i])
+            found[2, row, i] = elastic_potential(numbers, point, depth[row, i])
+
+
+@entry
 def fill_stage(step: StepNumbers, law: LawTable, old: Array, new: Array, found: Array) -> None:
     """Set pressure, slope and elastic part, (3, r, m), of a step between two depths; MEAN or IMPLICIT."""
     for row in range(new.shape[0]):
         for i in range(new.shape[1]):
-            point = Point(law.stiffness[i], law.coefficient[i], old[row, i], 0.0, 0.0, 0.0)
+            here = resting_point(law, i)
+            point = Point(
+                here.stiffness, here.coefficient, old[row, i], 0.0, 0.0, 0.0, here.plastic_set, here.yield_depth
+            )
             pressure, slope, elastic = stage_pressure(step, numbers_at(law, i), point, new[row, i])
             found[0, row, i], found[1, row, i], found[2, row, i] = pressure, slope, elastic
 
@@ -194,7 +298,7 @@ def fill_endpoint(law: LawTable, depth: Array, rate: Array, rate_slope: float, f
     for row in range(depth.shape[0]):
         for i in range(depth.shape[1]):
             pressure, slope, elastic = endpoint_pressure(
-                numbers_at(law, i), law.stiffness[i], law.coefficient[i], depth[row, i], rate[row, i], rate_slope
+                numbers_at(law, i), resting_point(law, i), depth[row, i], rate[row, i], rate_slope
             )
             found[0, row, i], found[1, row, i], found[2, row, i] = pressure, slope, elastic
 
@@ -204,7 +308,8 @@ def fill_damping(law: LawTable, depth: Array, found: Array) -> None:
     """Set c(d), (r, m)."""
     for row in range(depth.shape[0]):
         for i in range(depth.shape[1]):
-            found[row, i] = damping_at(numbers_at(law, i), law.stiffness[i], law.coefficient[i], depth[row, i])[0]
+            beyond = depth[row, i] - law.yielding[i, 0]
+            found[row, i] = damping_at(numbers_at(law, i), law.stiffness[i], law.coefficient[i], beyond)[0]
 
 
 @entry

@@ -45,20 +45,6 @@ class Spring:
         _fill_elastic(at_points(self.stiffness, rows.shape[1]), float(self.exponent), rows, pressure, slope)
         return pressure.reshape(depth.shape), slope.reshape(depth.shape)
 
-    def potential(self, depth: Array) -> Array:
-        """Return psi = K <d>^(n+1) / (n+1), J/m^2."""
-        rows = rows_of(depth)
-        potential = np.empty_like(rows)
-        _fill_potential(at_points(self.stiffness, rows.shape[1]), float(self.exponent), rows, potential)
-        return potential.reshape(depth.shape)
-
-    def mean(self, old: Array, new: Array) -> tuple[Array, Array]:
-        """Return the discrete gradient (psi(d1) - psi(d0)) / (d1 - d0) and its slope in d1."""
-        before, after = rows_of(old), rows_of(new)
-        mean, slope = np.empty_like(after), np.empty_like(after)
-        _fill_mean(at_points(self.stiffness, after.shape[1]), float(self.exponent), before, after, mean, slope)
-        return mean.reshape(new.shape), slope.reshape(new.shape)
-
 
 def rows_of(depth: Array) -> Array:
     """Return depths (..., m) as rows, (r, m)."""
@@ -145,17 +131,3 @@ def _fill_elastic(stiffness: Array, exponent: float, depth: Array, pressure: Arr
         for i in range(depth.shape[1]):
             pressure[row, i] = spring_pressure(stiffness[i], exponent, depth[row, i])
             slope[row, i] = spring_slope(stiffness[i], exponent, depth[row, i])
-
-
-@entry
-def _fill_potential(stiffness: Array, exponent: float, depth: Array, potential: Array) -> None:
-    for row in range(depth.shape[0]):
-        for i in range(depth.shape[1]):
-            potential[row, i] = spring_potential(stiffness[i], exponent, depth[row, i])
-
-
-@entry
-def _fill_mean(stiffness: Array, exponent: float, old: Array, new: Array, mean: Array, slope: Array) -> None:
-    for row in range(new.shape[0]):
-        for i in range(new.shape[1]):
-            mean[row, i], slope[row, i] = spring_mean(stiffness[i], exponent, old[row, i], new[row, i])

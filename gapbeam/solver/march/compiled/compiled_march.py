@@ -155,6 +155,7 @@ class CompiledBlock:
         steps: Number of steps.
         records: Records, one row each.
         carried: State from which the loop continues.
+        plastic_set: Plastic sets at the end, (m,), m.
     """
 
     plan: March
@@ -164,6 +165,7 @@ class CompiledBlock:
     steps: int
     records: Records
     carried: Carried
+    plastic_set: Array
 
     @property
     def motion(self) -> KernelState:
@@ -183,7 +185,7 @@ class CompiledBlock:
     @cached_property
     def end(self) -> State:
         """State at the end, from which any march can continue."""
-        return state_of(self.plan, self.modal, self.motion, self.end_time)
+        return state_of(self.plan, self.modal, self.motion, self.end_time, self.plastic_set)
 
     @cached_property
     def u(self) -> Array:
@@ -320,7 +322,7 @@ class CompiledLoop:
         accounts = accounts or Accounts.opened(plan.system, plan.law, state, plan.dt)
         motion, law = self._motion(paused), self._law(state)
         if paused.modal is None:
-            measure_in_modes(accounts, self._table.squares, motion)
+            measure_in_modes(accounts, self._table.squares, motion, state.plastic_set)
         origin, done, size = round(state.time / plan.dt) - paused.done, paused.done, FIRST_STEPS
         if not is_kept(self._march_steps):
             LOG.info(COMPILES)
@@ -345,13 +347,13 @@ class CompiledLoop:
             first, done = done, done + taken
             if status == FAILED:
                 try:
-                    state = self._step_apart(motion, origin + done, accounts)
+                    state = self._step_apart(motion, law, origin + done, accounts)
                 except RunError as error:
                     failure = error  # raised below, after what came before it
                 else:
                     done += 1
                     motion, law = arrays_of_state(self.modal, state), self._law(state)
-                    measure_in_modes(accounts, self._table.squares, motion)
+                    measure_in_modes(accounts, self._table.squares, motion, state.plastic_set)
                     if done % every == 0 or done == count:
                         record_now(self._table, motion, ledger_arrays_of(accounts), records, recorded, done)
                         accounts.peaks.iterations, recorded = 0, recorded + 1
@@ -365,7 +367,8 @@ class CompiledLoop:
             elif taken == wanted:
                 size = max(1, min(4 * size, round(wanted * CADENCE / max(seconds, 1.0e-9))))
             left = carried(motion, self._room.solution.factor, len(self.modal.squares))
-            yield CompiledBlock(plan, self.modal, origin, first, done - first, records.first(recorded), left)
+            kept, sets = records.first(recorded), law.yielding[:, 0].copy()
+            yield CompiledBlock(plan, self.modal, origin, first, done - first, kept, left, sets)
             if failure is not None:
                 raise failure
 
@@ -440,12 +443,12 @@ class CompiledLoop:
 
     def _law(self, state: State) -> LawTable:
         plan = self.plan
-        return plan.law.touched_at(state.touch_speed).table(plan.system.contact.size)
+        return plan.law.touched_at(state.touch_speed).yielded_by(state.plastic_set).table(plan.system.contact.size)
 
-    def _step_apart(self, motion: KernelState, number: int, accounts: Accounts) -> State:
+    def _step_apart(self, motion: KernelState, law: LawTable, number: int, accounts: Accounts) -> State:
         """Take a step by the generic march, which softens and halves; return its end."""
         plan = self.plan
-        state = state_of(plan, self.modal, motion, number * plan.dt)
+        state = state_of(plan, self.modal, motion, number * plan.dt, law.yielding[:, 0].copy())
         for step in whole_step(plan, state, plan.dt):
             accounts.take(step)
             state = step.new

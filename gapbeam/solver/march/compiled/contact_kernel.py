@@ -107,6 +107,8 @@ def point_at(step: StepPoints, law: LawTable, point: int) -> Point:
         step.old_pressure[point],
         step.guess_depth[point],
         step.guess_rate[point],
+        law.yielding[point, 0],
+        law.yielding[point, 1],
     )
 
 

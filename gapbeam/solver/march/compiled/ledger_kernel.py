@@ -344,14 +344,14 @@ def _enter_impacts(records: Records, accounts: Accounts, origin: float) -> None:
         kept.add(rows)
 
 
-def measure_in_modes(accounts: Accounts, squares: Array, motion: KernelState) -> None:
+def measure_in_modes(accounts: Accounts, squares: Array, motion: KernelState, plastic_set: Array | None) -> None:
     """Measure the energies of a state in modal coordinates, T = v . v / 2, V = sum of s q^2 / 2, Psi of its depths.
 
     Measured in other coordinates they differ by the round-off of stiff modes, and of penetrations that hold large
     forces, far more than a beam at rest exchanges.
     """
     kinetic, strain = 0.5 * float(motion.v @ motion.v), 0.5 * float(squares @ motion.q**2)
-    contact = float(accounts.system.contact.weights @ accounts.law.potential(motion.depth))
+    contact = float(accounts.system.contact.weights @ accounts.law.yielded_by(plastic_set).potential(motion.depth))
     accounts.ledger = accounts.ledger.in_coordinates(kinetic, strain, contact)
 
 

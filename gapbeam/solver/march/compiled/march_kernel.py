@@ -14,8 +14,14 @@ import numpy as np
 
 from gapbeam.solver.compilation.jit import compiled, compiled_apart, entry, long_entry, twin
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT
-from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at
-from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure
+from gapbeam.solver.contact.laws.point_law import (
+    LawTable,
+    elastic_potential,
+    elastic_pressure,
+    numbers_at,
+    resting_point,
+    set_after,
+)
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.diagnostics.energy_ledger import StepEnergies, total_energy
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
@@ -154,7 +160,7 @@ def march_steps(
     Args:
         modal: The system.
         scheme: The scheme.
-        law: The contact law; coefficients that follow from touch speeds are changed in place.
+        law: The contact law; coefficients that follow from touch speeds, and plastic sets, are changed in place.
         motion: The state, changed in place.
         room: Room.
         ledgers: Ledger arrays, changed in place.
@@ -234,13 +240,15 @@ def _enter(
         if pressure > 0.0:
             room.pressed[face] = 1.0
         if depth > 0.0 or before > 0.0 or force != 0.0:
-            elastic = found.elastic[i]
+            elastic, numbers, point = found.elastic[i], numbers_at(law, i), resting_point(law, i)
             if scheme.form == ENDPOINT:
                 elastic *= 1.0 - old_share
-                elastic += old_share * spring_pressure(law.stiffness[i], numbers_at(law, i).exponent, before)
+                elastic += old_share * elastic_pressure(numbers, point, before)[0]
             room.force[face] += force
             forces += abs(force)
-            contact += weight * spring_potential(law.stiffness[i], numbers_at(law, i).exponent, depth)
+            contact += weight * elastic_potential(numbers, point, depth)
+            if numbers.softer > 0.0:
+                law.yielding[i, 0] = set_after(numbers, point, depth)
             elastic_work += weight * elastic * (depth - before)
             contact_loss += weight * (pressure - elastic) * (depth - before)
     raise_closest(modal.around, modal.initial_gap, room.deepest, ledgers.deepest)
@@ -296,8 +304,8 @@ def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, room: Room, 
     form_gaps_anew(modal, motion, room)
     contact, hidden = 0.0, 0.0
     for i in range(len(motion.depth)):
-        exponent = numbers_at(law, i).exponent
-        contact += modal.weights[i] * spring_potential(law.stiffness[i], exponent, motion.depth[i])
+        if motion.depth[i] > 0.0:
+            contact += modal.weights[i] * elastic_potential(numbers_at(law, i), resting_point(law, i), motion.depth[i])
         if motion.pressure[i] != 0.0:
             terms = added_up(modal.gaps, modal.around, modal.initial_gap, motion.q, i)
             unknown = modal.weights[i] * motion.pressure[i] * accounts.EPS * terms

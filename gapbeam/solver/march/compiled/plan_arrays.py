@@ -274,7 +274,7 @@ def _rubbed(contact: ContactOperator, state: State) -> Array:
     return found
 
 
-def state_of(plan: March, modal: ModalSystem, motion: KernelState, time: float) -> State:
+def state_of(plan: March, modal: ModalSystem, motion: KernelState, time: float, plastic_set: Array) -> State:
     """Return the state that arrays hold, in whole lanes or without, with its images."""
 
     def full(x: Array) -> Imaged:
@@ -285,6 +285,8 @@ def state_of(plan: March, modal: ModalSystem, motion: KernelState, time: float) 
         state = replace(state, a=full(motion.a))
     if plan.law.touch_product is not None:
         state = replace(state, touch_speed=motion.touch_speed.copy())
+    if plan.law.keeps_set:
+        state = replace(state, plastic_set=plastic_set)
     if plan.law.friction is not None:
         along, memory = motion.rubbed.shape[1] // 2, motion.rubbed.copy()
         state = replace(state, traction=memory[:, :along])

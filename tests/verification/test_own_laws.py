@@ -104,13 +104,12 @@ def reason_of(law: dict[str, Any] | str) -> str | None:
     return why_not_compiled(gapbeam.model(gapbeam.read_case(case)).plan)
 
 
-def test_laws_side_by_side_are_compiled_where_each_of_them_is() -> None:
-    """The loop is compiled for every law that is compiled alone; otherwise it says which law is not."""
+def test_laws_side_by_side_are_compiled() -> None:
+    """The loop is compiled for laws of different dampers, for stops that yield and for stops that stiffen."""
     assert reason_of(ADAMS) is None
     assert reason_of({"type": "hunt-crossley", "restitution": 0.7}) is None
-    assert reason_of({"type": "elastic-plastic", "yield_pressure": 1.0e6}) == "a contact law that yields"
-    stiffening = {"type": "piecewise-linear", "depths": [1.0e-5], "factors": [3.0]}
-    assert reason_of(stiffening) == "a contact law that is piecewise linear"
+    assert reason_of({"type": "elastic-plastic", "yield_pressure": 1.0e6}) is None
+    assert reason_of({"type": "piecewise-linear", "depths": [1.0e-5], "factors": [3.0]}) is None
 
 
 def test_a_law_at_every_support_is_that_of_contact(tmp_path: Path) -> None:

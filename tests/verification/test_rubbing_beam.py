@@ -12,6 +12,7 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
+from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.beam_body import BeamOfParts
@@ -146,6 +147,8 @@ def test_the_surface_moves_as_that_of_the_solid(region: str) -> None:
         roll(beam=beam, support=support, load=[push], model=kind, contact={"friction": {"coefficient": MU}})
         for kind in ({"type": "beam", "elements": 10}, {"type": "full"})
     )
+    at_all = small.case.model_copy(update={"model": BeamModel(type="beam", elements=10)})
+    small = build_model(at_all, MPI.COMM_SELF)  # with the points of the mesh, and not at stations
     parts = BeamOfParts.of_case(small.case, 10)
     assert parts.motions == ("bending", "lateral", "axial", "torsion")
     whole = Whole(small)

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import identity, kron
 
 from gapbeam.solver.case.case import Case, law_at, own_law, whole_unit
 from gapbeam.solver.case.computed_defaults import (
@@ -22,7 +21,7 @@ from gapbeam.solver.case.computed_defaults import (
 )
 from gapbeam.solver.case.model_choice import line_radii, nominal_area, own_damping, own_stiffness
 from gapbeam.solver.contact.formulations.circle_contact import CircleOperator, circle_contact
-from gapbeam.solver.contact.formulations.contact_points import ResultantOperator, whole_contact
+from gapbeam.solver.contact.formulations.contact_points import ResultantOperator, sliding_shares, whole_contact
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.damper import CoulombFriction
 from gapbeam.solver.contact.laws.law_choice import KelvinVoigt
@@ -159,11 +158,10 @@ def met_along_lines(case: Case, body: Body) -> Body:
     ]
     contact, holding = whole_contact(body.contact, areas), body.holding
     if holding is not None and isinstance(contact, ResultantOperator) and contact.distributed is body.contact:
-        shares = contact.shares.T
         friction = holding.friction
         if friction.shape[1]:
-            friction = friction @ kron(shares, identity(friction.shape[1] // body.contact.size))
-        holding = replace(holding, pressure=holding.pressure @ shares, friction=friction)
+            friction = friction @ sliding_shares(contact.shares, friction.shape[1] // body.contact.size).T
+        holding = replace(holding, pressure=holding.pressure @ contact.shares.T, friction=friction)
     return replace(body, contact=contact, holding=holding)
 
 

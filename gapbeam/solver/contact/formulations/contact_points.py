@@ -31,7 +31,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_matrix, identity, kron
+from scipy.sparse import csr_matrix, diags, identity, kron
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.supports.regions.around_face import WallsFace
@@ -162,14 +162,23 @@ def resultant_operator(contact: ContactOperator, places: Sequence[Place], size: 
 
 
 def mean_tangents(contact: ContactOperator, shares: csr_matrix) -> csr_matrix | None:
-    """Return the means of the motion along the face over the patches, direction by direction.
+    """Return the means of the motion along the face over the patches, direction by direction, (m k, interface.size).
 
-    P T, (m k, interface.size), for shares P, (m, q); None for an operator without T.
+    None for an operator without T.
     """
     if contact.tangents is None:
         return None
-    directions = contact.tangents.shape[0] // contact.size
-    return csr_matrix(kron(shares, identity(directions)) @ contact.tangents)
+    return csr_matrix(sliding_shares(shares, contact.tangents.shape[0] // contact.size) @ contact.tangents)
+
+
+def sliding_shares(shares: csr_matrix, directions: int) -> csr_matrix:
+    """Return the shares of points in the motion along the face, (m k, q k), for shares P, (m, q), in the gap.
+
+    Along x they add up to 1. Those of a strip on a round section do not in P, whose points move around it otherwise.
+    """
+    along = np.repeat(1.0 / np.asarray(shares.sum(axis=1)).reshape(-1), directions)
+    along[np.arange(len(along)) % directions > 0] = 1.0
+    return csr_matrix(diags(along) @ kron(shares, identity(directions)))
 
 
 def _hat(positions: Array, place: Place, size: float) -> Array:

@@ -142,13 +142,16 @@ def test_both_faces_open_and_close(results: list[Results]) -> None:
 
 
 @pytest.mark.slow(minutes=0.4)
-def test_histories_agree(results: list[Results]) -> None:
+def test_histories_agree(results: list[Results], request: pytest.FixtureRequest) -> None:
     """Every variable of history.h5, contact iterations included, against one rank.
 
     Within 2e-8 of its largest magnitude; quantities that the face or 1/dt makes stiff within 1e-7; sums of
-    round-off relative to the work of the loads.
+    round-off relative to the work of the loads. With friction, round-off decides on the last iteration.
     """
-    assert too_far(results) == {}
+    rubs = request.node.callspec.params["results"] == "friction"
+    assert set(too_far(results)) <= ({"iterations"} if rubs else set())
+    counts = [one.history["iterations"].values.astype(int) for one in results]
+    assert max(np.abs(count - counts[0]).max() for count in counts) <= int(rubs)
 
 
 @pytest.mark.slow(minutes=0.1)

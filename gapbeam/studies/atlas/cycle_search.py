@@ -28,17 +28,7 @@ from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, share_of
-from gapbeam.studies.atlas.response_search import (
-    BATCHES,
-    CHAOTIC,
-    FAILED,
-    LINE,
-    NEVER,
-    SIZE,
-    UNSETTLED,
-    StrobeMap,
-    growth,
-)  # fmt: skip
+from gapbeam.studies.atlas.response_search import BATCHES, CHAOTIC, FAILED, NEVER, UNSETTLED, StrobeMap, growth
 from gapbeam.studies.atlas.two_frequencies import TwoFrequencies, two_frequencies
 
 MIXED = 4
@@ -183,10 +173,8 @@ class CycleSearch:
             if lines is None:
                 continue
             lines = lines._replace(frequencies=tuple(part / float(T[0]) * f for f in lines.frequencies))
-            near = LINE / (RECORDED * float(T[0]))
-            known = (number for number, (one, _) in enumerate(self.found)
-                     if isinstance(one, TwoFrequencies) and lines.is_same(one, near, SIZE))  # fmt: skip
-            self.which[i] = next(known, len(self.found))
+            known = ((number, one) for number, (one, _) in enumerate(self.found) if isinstance(one, TwoFrequencies))
+            self.which[i] = lines.number_among(known, 1.0 / (RECORDED * float(T[0])), len(self.found))
             if self.which[i] == len(self.found):
                 self.found.append((lines, np.exp(exponent[k] * T)))
 

@@ -179,9 +179,8 @@ REST = 1e-9
 """Share of the largest start below which motions are rest."""
 NEVER = -1
 """Order of motions of two frequencies: they never repeat."""
-STROBES, LINE, SIZE = 256, 0.1, 1e-2
-"""Strobes of a record in which two frequencies are looked for; distances of frequencies, in lines of the record, and of
-sizes at which two of its motions are one."""
+STROBES = 256
+"""Strobes of a record in which two frequencies are looked for."""
 
 
 @dataclass
@@ -379,9 +378,8 @@ class ResponseSearch:
             if lines is None:
                 continue
             point = int(self.point[i])
-            known = (n for n in self.at.get(point, []) if (other := self.found[n].lines) is not None
-                     and lines.is_same(other, LINE / STROBES, SIZE))  # fmt: skip
-            number = next(known, len(self.found))
+            known = ((n, other) for n in self.at.get(point, []) if (other := self.found[n].lines) is not None)
+            number = lines.number_among(known, 1.0 / STROBES, len(self.found))
             if number == len(self.found):
                 growing = np.exp(np.array([exponent[i] * self.strobe.period[point]]))
                 peak, impacts, force = (

@@ -7,7 +7,7 @@ third frequency. Strobes of a load have its frequency no more: their lines are a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import product
 from math import pi
 from typing import Any, NamedTuple
@@ -22,6 +22,8 @@ ORDERS = {1: (1, 3, 8, 20), 2: (1, 2, 4, 8)}
 """Highest |k| + |l| of the lines, by number of frequencies: those of each fit start from the fit before."""
 PREDICTED, LEAST, TRIED = 0.1, 1e-3, 4
 """Error of the prediction over what one frequency leaves; the least of that, over the motion; lines that are tried."""
+LINE, SIZE = 0.1, 1e-2
+"""Distances of frequencies, in lines of the record, and of sizes, over the largest, at which two motions are one."""
 WHOLE, LOCKED = 20, 0.1
 """A ratio of whole numbers up to 20 between frequencies, to a tenth of a line of the record: they are locked."""
 
@@ -38,6 +40,17 @@ class TwoFrequencies(NamedTuple):
     frequencies: tuple[float, ...]
     sizes: Array
     error: float
+
+    def number_among(self, others: Iterable[tuple[int, TwoFrequencies]], line: float, new: int) -> int:
+        """Return the number of the motion that is this one, at another phase; a new number where none is.
+
+        Args:
+            others: Motions with their numbers.
+            line: Width of a line of the record, as frequencies are given.
+            new: The new number.
+        """
+        same = (number for number, other in others if self.is_same(other, LINE * line, SIZE))
+        return next(same, new)
 
     def is_same(self, other: TwoFrequencies, lines: float, part: float) -> bool:
         """Return whether two records are of one motion, at other phases.

@@ -162,6 +162,26 @@ class PressedPoints(NamedTuple):
     slope: Array
 
 
+class SlipStep(NamedTuple):
+    """Data of the linearized laws, beside the forces.
+
+    Attributes:
+        points: The points under their contact law.
+        scale: s.
+        rubbed: Whether points slide, in its last column, (m, ...).
+        weight: c.
+        creep: v0, m/s.
+        limit: Largest limit of a friction force, N.
+    """
+
+    points: PressedPoints
+    scale: float
+    rubbed: Array
+    weight: float
+    creep: float
+    limit: float
+
+
 class Missed(NamedTuple):
     """Forces by which contact and friction miss their laws, N; infinite before the first iteration."""
 
@@ -240,7 +260,7 @@ def set_friction_equations(
     """
     count, now, limit = order_forces(friction, points, rubbed, weight, creep, missed, largest, floor, before)
     if count > 0:
-        linearize(friction, points, scale, rubbed, weight, creep, count, limit)
+        linearize(friction, SlipStep(points, scale, rubbed, weight, creep, limit), count)
     return count, now
 
 
@@ -280,10 +300,7 @@ def _rub(
 
 
 @compiled
-def law_of_slip(
-    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, limit: float,
-    first: int,
-) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+def law_of_slip(friction: Rubbing, step: SlipStep, first: int) -> tuple[float, float, float, float, float, float]:
     """Return the linearized law of friction of a point, whose forces along the face begin at `first`.
 
     dh = -q - mu e df - b J dz, with dz the motions for c = s: mu e along both directions, and the entries xx, yy, xy
@@ -291,34 +308,31 @@ def law_of_slip(
     """
     along = friction.on_face.shape[1]
     point = friction.points[first // (1 + along)]
-    mu, normal = coefficient_at(friction, rubbed, point), points.held[point] + friction.forces[first - 1]
+    mu, normal = coefficient_at(friction, step.rubbed, point), step.points.held[point] + friction.forces[first - 1]
     bound = mu * normal if normal > NOTHING else 0.0
-    if bound <= NEGLIGIBLE * limit:
+    if bound <= NEGLIGIBLE * step.limit:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    square, length = creep * creep, 0.0
+    square, length = step.creep * step.creep, 0.0
     for a in range(along):
-        moved = _slip(friction, first + a, weight)
+        moved = _slip(friction, first + a, step.weight)
         square += moved * moved
         length += friction.forces[first + a] * friction.forces[first + a]
     speed, within = sqrt(square), bound / max(sqrt(length), bound)
-    one = _slip(friction, first, weight) / speed
+    one = _slip(friction, first, step.weight) / speed
     pulled = -within * friction.forces[first] / bound
     xx, yy, xy, two = 1.0 + FLATTEST - pulled * one, 1.0, 0.0, 0.0
     if along == 2:
-        two = _slip(friction, first + 1, weight) / speed
+        two = _slip(friction, first + 1, step.weight) / speed
         across = -within * friction.forces[first + 1] / bound
         yy, xy = 1.0 + FLATTEST - across * two, -0.5 * (pulled * two + across * one)
-    factor = weight / scale * bound / speed
+    factor = step.weight / step.scale * bound / speed
     return mu * one, mu * two, factor * xx, factor * yy, factor * xy, 1.0
 
 
 @compiled
-def linearize(
-    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, count: int,
-    limit: float,
-) -> None:  # fmt: skip
+def linearize(friction: Rubbing, step: SlipStep, count: int) -> None:
     """Set the equations of the ordered forces; all rows are gaps, m, those of slip over c / s."""
-    along, row = friction.on_face.shape[1], 0
+    along, row, scale, points = friction.on_face.shape[1], 0, step.scale, step.points
     while row < count:
         force = friction.order[row]
         point = friction.points[force // (1 + along)]
@@ -330,7 +344,7 @@ def linearize(
             friction.right[row] = -softness * friction.missed[force]
             row += 1
         else:
-            _set_rows_of_slip(friction, points, scale, rubbed, weight, creep, limit, row, count)
+            _set_rows_of_slip(friction, step, row, count)
             row += along
 
 
@@ -343,17 +357,14 @@ def _set_row(friction: Rubbing, scale: float, row: int, count: int, coupled: boo
 
 
 @compiled
-def _set_rows_of_slip(
-    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, limit: float,
-    row: int, count: int,
-) -> None:  # fmt: skip
+def _set_rows_of_slip(friction: Rubbing, step: SlipStep, row: int, count: int) -> None:
     """Set the rows of a point that rubs: (b J)^-1 (dh + mu e df) + c T A^-1 (...) = -(b J)^-1 q, over c / s."""
     matrix, right, along, first = friction.matrix, friction.right, friction.on_face.shape[1], friction.order[row]
-    one, two, xx, yy, xy, rubs = law_of_slip(friction, points, scale, rubbed, weight, creep, limit, first)
+    one, two, xx, yy, xy, rubs = law_of_slip(friction, step, first)
     for a in range(along):
-        _set_row(friction, scale, row + a, count, rubs > 0.0)
+        _set_row(friction, step.scale, row + a, count, rubs > 0.0)
         if rubs == 0.0:
-            own = scale * coupling(friction, first + a, first + a)
+            own = step.scale * coupling(friction, first + a, first + a)
             matrix[row + a, row + a], right[row + a] = own, -own * friction.missed[first + a]
     if rubs > 0.0:
         inverse = 1.0 / (xx * yy - xy * xy) if along == 2 else 1.0 / xx

@@ -21,6 +21,7 @@ from gapbeam.solver.contact.solve.friction_equations import (
     Missed,
     PressedPoints,
     Rubbing,
+    SlipStep,
     law_of_slip,
     linearize,
     made_of,
@@ -124,7 +125,7 @@ def _iterate(
         count, before, limit = order_forces(friction, points, rubbed, weight, creep, missed, largest, floor, before)
         if count < 0:
             return iteration
-        if not _change(friction, points, balance.scale, rubbed, weight, creep, limit, count):
+        if not _change(friction, SlipStep(points, balance.scale, rubbed, weight, creep, limit), count):
             return -1 - iteration
     return -1 - most
 
@@ -152,29 +153,15 @@ def _press(
 
 
 @compiled
-def _change(
-    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, limit: float,
-    count: int,
-) -> bool:  # fmt: skip
-    """Change the ordered forces by what the linearized laws ask for; tell whether that can be.
-
-    Args as in `friction_equations.linearize`.
-    """
-    shared = friction.shared
-    if friction.table.terms > 1:
-        use_none(shared)
-        for row in range(count):
-            force = friction.order[row]
-            for term in range(friction.table.terms):
-                if friction.share[force, term] != 0.0:
-                    use(shared, friction.parts[force, term])
-    if friction.table.terms > 1 and WORTH * shared.number[0] <= count:
-        _add_laws(friction, points, scale, rubbed, weight, creep, limit, count)
-        if not find_motions(shared, friction.compliance, scale):
+def _change(friction: Rubbing, slip: SlipStep, count: int) -> bool:
+    """Change the ordered forces by what the linearized laws ask for; tell whether that can be."""
+    if _share_motions(friction, count):
+        _add_laws(friction, slip, count)
+        if not find_motions(friction.shared, friction.compliance, slip.scale):
             return False
-        _follow_motions(friction, points, scale, rubbed, weight, creep, limit, count)
+        _follow_motions(friction, slip, count)
     else:
-        linearize(friction, points, scale, rubbed, weight, creep, count, limit)
+        linearize(friction, slip, count)
         if not eliminate(friction.matrix, friction.right, count):
             return False
     for row in range(count):
@@ -183,10 +170,23 @@ def _change(
 
 
 @compiled
-def _add_laws(
-    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, limit: float,
-    count: int,
-) -> None:  # fmt: skip
+def _share_motions(friction: Rubbing, count: int) -> bool:
+    """Return whether so many ordered forces are many beside the motions that they act on, which are listed."""
+    shared = friction.shared
+    if friction.table.terms == 1:
+        return False
+    use_none(shared)
+    for row in range(count):
+        force = friction.order[row]
+        for term in range(friction.table.terms):
+            if friction.share[force, term] != 0.0:
+                use(shared, friction.parts[force, term])
+    few: bool = WORTH * shared.number[0] <= count
+    return few
+
+
+@compiled
+def _add_laws(friction: Rubbing, slip: SlipStep, count: int) -> None:
     """Add up what the laws of all ordered forces do to the motions, and set the forces of still motions."""
     along, row = friction.on_face.shape[1], 0
     pressed, at_once = False, 0.0
@@ -196,12 +196,12 @@ def _add_laws(
         if force % (1 + along) == 0:
             pressed, at_once = True, -friction.missed[force]
             friction.right[row] = at_once
-            _add(friction, force, force, points.weights[point] * points.slope[point], at_once)
+            _add(friction, force, force, slip.points.weights[point] * slip.points.slope[point], at_once)
             row += 1
             continue
         pressed = pressed and row > 0 and friction.order[row - 1] == force - 1
-        share = points.weights[point] * points.slope[point] if pressed else 0.0
-        mu_one, mu_two, xx, yy, xy, _ = law_of_slip(friction, points, scale, rubbed, weight, creep, limit, force)
+        share = slip.points.weights[point] * slip.points.slope[point] if pressed else 0.0
+        mu_one, mu_two, xx, yy, xy, _ = law_of_slip(friction, slip, force)
         for a in range(along):
             pull, own = (mu_one, xx) if a == 0 else (mu_two, yy)
             friction.right[row + a] = -friction.missed[force + a] - (pull * at_once if pressed else 0.0)
@@ -229,23 +229,20 @@ def _add(friction: Rubbing, force: int, other: int, stiffness: float, known: flo
 
 
 @compiled
-def _follow_motions(
-    friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float, limit: float,
-    count: int,
-) -> None:  # fmt: skip
+def _follow_motions(friction: Rubbing, slip: SlipStep, count: int) -> None:
     """Bring the forces of still motions to those of the motions that were found."""
     along, row, changed = friction.on_face.shape[1], 0, 0.0
     while row < count:
         force = friction.order[row]
         point = friction.points[force // (1 + along)]
         if force % (1 + along) == 0:
-            changed = -points.weights[point] * points.slope[point] * _found_along(friction, force)
+            changed = -slip.points.weights[point] * slip.points.slope[point] * _found_along(friction, force)
             friction.right[row] += changed
             row += 1
             continue
         if not (row > 0 and friction.order[row - 1] == force - 1):
             changed = 0.0
-        mu_one, mu_two, xx, yy, xy, _ = law_of_slip(friction, points, scale, rubbed, weight, creep, limit, force)
+        mu_one, mu_two, xx, yy, xy, _ = law_of_slip(friction, slip, force)
         first = _found_along(friction, force)
         second = _found_along(friction, force + 1) if along == 2 else 0.0
         friction.right[row] -= mu_one * changed + xx * first + xy * second

@@ -71,11 +71,11 @@ def _section(modal: ModalSystem, gaps: Array, around: AroundPoints, members: Ind
     lever = np.sum((at - middle) * across, axis=1)
     turned = np.column_stack([-across[:, 1], across[:, 0]])
     moved = turned @ gaps[around.pairs[members[0]]]
-    axis = turned * (1.0 if np.vdot(moved, tangents[:, 1]) >= 0.0 else -1.0)
+    sign = 1.0 if np.vdot(moved, tangents[:, 1]) >= 0.0 else -1.0
     along_x = np.linalg.lstsq(places, tangents[:, 0], rcond=None)[0]
-    rest = tangents[:, 1] - axis @ gaps[around.pairs[members[0]]]
+    rest = tangents[:, 1] - sign * moved
     rotation = lever @ rest / (lever @ lever)
     missed = max(np.abs(places @ along_x - tangents[:, 0]).max(), np.abs(np.outer(lever, rotation) - rest).max())
     if missed > SAME_ROWS * np.abs(tangents).max():
         return None
-    return _Section(np.vstack([along_x, rotation]), places, axis, lever)
+    return _Section(np.vstack([along_x, rotation]), places, sign * turned, lever)

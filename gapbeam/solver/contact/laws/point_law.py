@@ -164,6 +164,12 @@ def set_after(law: LawNumbers, point: Point, depth: float) -> float:
 
 
 @compiled_in_order
+def bend_of(law: LawNumbers, point: Point) -> float:
+    """Return the depth b beyond the plastic set from which a law yields, m."""
+    return point.plastic_set * (1.0 - law.softer) / law.softer + point.yield_depth
+
+
+@compiled_in_order
 def elastic_pressure(law: LawNumbers, point: Point, depth: float) -> tuple[float, float]:
     """Return e(d) and its slope, with the set of the point."""
     beyond, stiffness = depth - point.plastic_set, point.stiffness
@@ -173,7 +179,7 @@ def elastic_pressure(law: LawNumbers, point: Point, depth: float) -> tuple[float
         pressure += spring_pressure(law.ramps[j] * stiffness, 1.0, beyond - law.ramps[j + 1])
         slope += spring_slope(law.ramps[j] * stiffness, 1.0, beyond - law.ramps[j + 1])
     if law.softer > 0.0:
-        over = beyond - (point.plastic_set * (1.0 - law.softer) / law.softer + point.yield_depth)
+        over = beyond - bend_of(law, point)
         pressure -= spring_pressure(law.softer * stiffness, 1.0, over)
         slope -= spring_slope(law.softer * stiffness, 1.0, over)
     return pressure, max(slope, 0.0)
@@ -202,7 +208,7 @@ def elastic_mean(law: LawNumbers, point: Point, old: float, new: float) -> tuple
         mean, slope = mean + ramp[0], slope + ramp[1]
     elastic = mean
     if law.softer > 0.0:
-        bend = point.plastic_set * (1.0 - law.softer) / law.softer + point.yield_depth
+        bend = bend_of(law, point)
         ramp = spring_mean(law.softer * stiffness, 1.0, before - bend, beyond - bend)
         mean, slope = mean - ramp[0], slope - ramp[1]
         after = set_after(law, point, new)

@@ -6,7 +6,7 @@ DISPLACEMENT = "peak-to-peak displacement"
 ACCELERATION = "peak-to-peak acceleration"
 SMOOTHED_ACCELERATION = "peak-to-peak smoothed acceleration"
 LARGEST_FORCE = "largest recorded force"
-MEAN_FORCE = "mean force over the contact"
+MEAN_FORCE = "largest mean force"
 AXIAL_STRESS = "peak-to-peak axial stress"
 VON_MISES_STRESS = "largest von Mises stress"
 

@@ -1,15 +1,16 @@
 """Largest contact force of each face, recorded where the contact is resolved, otherwise as the mean over the contact.
 
 The largest force on record means something where records resolve the contact that carries it. Elsewhere it follows the
-step and the formulation and has no limit as the step shrinks. The mean over the contact is an impulse over a time,
-which converges.
+step and the formulation and has no limit as the step shrinks. The largest mean over the contact, or over ten records of
+a longer one, is an impulse over a time, which converges.
 
 The duration of a contact is
 
     T = min(time with force about the peak, 2 x time with more than half of the peak about it)
 
 where the force is a line between records, so that T does not jump where a record is half of the peak. For half a sine T
-is the contact itself; of a face that stays closed while a short blow meets it, T is the blow.
+is the contact itself; of a face that stays closed while a short blow meets it, T is the blow. Records that show blows
+too short for them hide others, whatever the contact of the largest force lasts.
 
 Key figures are taken over the spans of a run, in windows of equal length; their names are those of all tables of a run.
 """
@@ -171,6 +172,8 @@ def spans_between(
 
 
 DURATION = "contact_duration"
+BLOW = 0.1  # of the largest force: a contact that is not resolved and carries more may reach any force
+MOST = 0.75  # of the points that touch: where more do so briefly, the face slaps
 NOTABLE = 1.3  # of the mean: a larger force of one record is not a force of the structure
 
 OF_MOTION = ""
@@ -191,6 +194,29 @@ def contact_records(force: Array) -> int:
     half = 0.5 * float(force[peak])
     around = _reach(force[peak:], 0.0) + _reach(force[peak::-1], 0.0)
     return min(round(around) - 1, round(2.0 * (_reach(force[peak:], half) + _reach(force[peak::-1], half))))
+
+
+def brief_share(force: Array, active: Array) -> float:
+    """Return the largest share of the touching points that touch only briefly in the contact of the largest force.
+
+    Brief is less than half of the records that resolve a contact. The points that touch longer at a time are the
+    largest of the least numbers in the spans of that length around it (morphological opening).
+
+    Args:
+        force: Contact force of a face, (n,), N.
+        active: Its points under pressure, (n,).
+    """
+    peak = int(np.argmax(force))
+    if not force[peak] > 0.0:
+        return 0.0
+    first, last = peak - int(_reach(force[peak::-1], 0.0)) + 1, peak + int(_reach(force[peak:], 0.0))
+    width = RESOLVING_STEPS // 2
+    touching = active[first:last]
+    if len(touching) < width:
+        return 0.0
+    least = np.lib.stride_tricks.sliding_window_view(touching, width).min(axis=1)
+    long = np.lib.stride_tricks.sliding_window_view(np.pad(least, width - 1), width).max(axis=1)
+    return float(((touching - long) / np.maximum(touching, 1.0)).max())
 
 
 def lost_in_steps(motion: MotionRecord, step: float) -> dict[str, float]:
@@ -240,16 +266,42 @@ def _reach(force: Array, level: float) -> float:
 def contact_windows(motion: MotionRecord) -> dict[str, float | None]:
     """Return the kind of peak force of each face: None, the largest on record, or a mean over so many s.
 
-    Records resolve a contact of more than ten of them.
+    Records resolve a contact of more than ten of them. A shorter one has the mean over itself. Where a longer one
+    carries the largest force and blows are not resolved, ten records are the width: what a blow adds to a mean over a
+    given time converges with the step.
 
     Args:
         motion: Of the run, over the part whose peaks are asked for.
     """
-    counts = [contact_records(motion.force[:, face]) for face in range(len(motion.faces))]
-    return {
-        face: motion.interval * count if 0 < count <= RESOLVING_STEPS else None
-        for face, count in zip(motion.faces, counts, strict=True)
-    }
+    found: dict[str, float | None] = {}
+    for number, face in enumerate(motion.faces):
+        count = contact_records(motion.force[:, number])
+        resolved = count > RESOLVING_STEPS and not hides_blows(motion, number)
+        found[face] = None if resolved or not count else motion.interval * min(count, RESOLVING_STEPS)
+    return found
+
+
+def hides_blows(motion: MotionRecord, face: int) -> bool:
+    """Return whether blows on a face are shorter than records resolve, though the largest force lasts longer.
+
+    Either a contact of at most ten records carries a tenth of the largest force, or most of the points that touch in
+    the contact of the largest force do so for less than five records.
+
+    Args:
+        motion: Over a part of a run.
+        face: Its number.
+    """
+    force = motion.force[:, face]
+    touching = np.diff((force > 0.0).astype(int), prepend=0, append=0)
+    begins, ends = np.flatnonzero(touching > 0), np.flatnonzero(touching < 0)
+    whole = (begins > 0) & (ends < len(force)) & (ends - begins <= RESOLVING_STEPS)
+    blows = [force[begin:end].max() for begin, end in zip(begins[whole], ends[whole], strict=True)]
+    return max(blows, default=0.0) > BLOW * force.max() or _brief(motion, face) > MOST
+
+
+def _brief(motion: MotionRecord, face: int) -> float:
+    """Return `brief_share` of a face by its number; 0 where no points were recorded."""
+    return brief_share(motion.force[:, face], motion.active[:, face]) if motion.active.size else 0.0
 
 
 def peak_forces(motion: MotionRecord, windows: Sequence[float | None]) -> Array:
@@ -269,7 +321,7 @@ def peak_forces(motion: MotionRecord, windows: Sequence[float | None]) -> Array:
 
 
 def force_peaks(run: MotionRecord, spans: Iterable[Span]) -> ForcePeaks:
-    """Return the largest force on record, the mean over its contact, N, and the duration of that, s.
+    """Return the largest force on record, the mean over its contact, of ten records at most, N, and its duration, s.
 
     Args:
         run: The motion.
@@ -282,7 +334,8 @@ def force_peaks(run: MotionRecord, spans: Iterable[Span]) -> ForcePeaks:
     for span in spans:
         part = run.between(span.start, span.end)
         durations = [run.interval * contact_records(part.force[:, face]) for face in range(len(run.faces))]
-        largest, means = part.force.max(axis=0), peak_forces(part, [max(one, run.interval) for one in durations])
+        widths = [min(max(one, run.interval), RESOLVING_STEPS * run.interval) for one in durations]
+        largest, means = part.force.max(axis=0), peak_forces(part, widths)
         found[span.name] = {
             face: {LARGEST_FORCE: float(largest[number]), MEAN_FORCE: float(means[number]), DURATION: durations[number]}
             for number, face in enumerate(run.faces)

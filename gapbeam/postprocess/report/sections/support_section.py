@@ -55,7 +55,7 @@ def support_table(summary: Summary) -> TableBlock | None:
     horizon = (summary.get("errors") or {}).get("horizon")
     part += f" of t = {number(float(horizon), 3)} s" if closing == "beyond the horizon" and horizon is not None else ""
     notes = (
-        [f"Peak forces with a star are the {MEAN_FORCE}: the records do not resolve how the force rises and falls."]
+        [f"A star: the {MEAN_FORCE} over a contact, ten records at most, as blows are not resolved."]
         if any("*" in str(row[1]) for row in rows)
         else []
     )
@@ -160,10 +160,8 @@ def _refused(summary: Summary) -> list[str]:
     rows = (summary.get("closing") or {}).get("rows") or ()
     table = support_table(summary)
     peaks = [f"peak force on {row[0]}" for row in (table.rows if table else ()) if row[-1] == REFUSED]
-    forces = (LARGEST_FORCE, MEAN_FORCE)
-    return peaks + [
-        str(row["figure"]) for row in rows if row["verdict"] == REFUSED and not str(row["figure"]).endswith(forces)
-    ]
+    others = [str(row["figure"]) for row in rows if row["verdict"] == REFUSED]
+    return peaks + [name for name in others if not any(f" {force}" in name for force in (LARGEST_FORCE, MEAN_FORCE))]
 
 
 def _listed(names: Sequence[str] | Mapping[str, Any]) -> str:
@@ -182,7 +180,7 @@ def things_to_do(summary: Summary) -> list[Block]:
         share = percent(float(short["closest"]), signed=False) if short.get("closest") is not None else "Much"
         found.append(
             f"**Take a smaller `time.step`**: {share} of the impulse passes in contacts shorter than 10 steps. "
-            f"Until then, use the {MEAN_FORCE}, not peaks."
+            f"Until then, use the {MEAN_FORCE} over a contact, not peaks."
         )
     if errors.get("horizon") is not None and not errors.get("settled_part_repeats"):
         found.append(

@@ -19,23 +19,22 @@ Definition = ast.FunctionDef | ast.ClassDef
 
 
 @cache
-def parsed(module: str) -> ast.Module:
-    """Return the source of a module of gapbeam."""
+def named(module: str) -> tuple[dict[str, Definition], dict[str, str]]:
+    """Return the functions and classes of a module of gapbeam by name, and the modules of the names that it imports."""
     path = GAPBEAM.joinpath(*module.split(".")[1:])
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
-    return ast.parse(path.read_text(encoding="utf-8"))
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    return (
+        {node.name: node for node in tree.body if isinstance(node, Definition)},
+        {alias.name: str(node.module) for node in reversed(imports) for alias in node.names},
+    )
 
 
 def definition(module: str, name: str) -> Definition | None:
     """Return a function or class of a module, or of the module that it imports it from."""
-    tree = parsed(module)
-    for node in tree.body:
-        if isinstance(node, Definition) and node.name == name:
-            return node
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and name in {alias.name for alias in node.names}:
-            return definition(str(node.module), name)
-    return None
+    defined, imported = named(module)
+    return defined.get(name) or (definition(imported[name], name) if name in imported else None)
 
 
 def names() -> list[str]:
@@ -55,8 +54,7 @@ def interface() -> dict[str, Definition]:
     for name in names():
         if name.startswith("_"):
             continue
-        known = [node for module in modules if (node := definition(module, name))]
-        found[name] = known[0]
+        found[name] = next(node for module in modules if (node := definition(module, name)))
     return dict(sorted(found.items(), key=lambda item: (isinstance(item[1], ast.ClassDef), item[0])))
 
 

@@ -143,6 +143,7 @@ def after(steps: int, change: Callable[[], None]) -> None:
     Interruption.agreed = changing  # type: ignore[method-assign]
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize(
     ("size", "kept"),
     [pytest.param(8_000, None, marks=SLOW), (70_000, 6)],
@@ -348,6 +349,7 @@ def test_run_that_is_written_is_refused_to_others(left: Path) -> None:
         assert bytes_of(left) == before
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("name", ["summary.json.part", "history.h5.part", "fields/000004.part", "checkpoint/*.part"])
 def test_nothing_is_written_through_links(name: str, left: Path, tmp_path: Path) -> None:
     """Links where files are about to be written: they go, what they lead to stays as it is, and the run goes on."""
@@ -399,6 +401,7 @@ def test_complete_run_is_not_changed(tmp_path: Path) -> None:
     assert {path: path.read_bytes() for path in folder.iterdir()} == before
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_wall_time_limit_stops_in_order(tmp_path: Path) -> None:
     """The limit: exit status 124 and a checkpoint; without it, the run goes on to the same end."""
     shown = tmp_path / "messages"

@@ -157,6 +157,7 @@ def test_results_that_are_none_are_refused(command: str, tmp_path: Path) -> None
     assert list(empty.iterdir()) == []
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_wrong_options_of_drawing_are_refused(folder: Path, tmp_path: Path) -> None:
     """Options out of range, or names that the results do not have: exit status 2, named, no trace, nothing drawn."""
     calls = {
@@ -202,6 +203,7 @@ def test_plot_draws_figures_and_tables(folder: Path, drawn: Drawn) -> None:
     assert set(data["figures"]) == pictures
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_plot_in_other_formats(folder: Path, drawn: Drawn) -> None:
     """--format pdf and svg, and another folder: only these, each beginning as its format does."""
     done, formats = drawn["formats"], folder.parent / "formats"

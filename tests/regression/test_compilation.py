@@ -45,6 +45,7 @@ def kernels(folder: Path) -> list[Path]:
     return list(folder.rglob("march_kernel.march_*-*.nbc"))
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("options", [(), ("--set", 'analysis={type="periodic",start="seat"}')], ids=["march", "search"])
 def test_a_signal_is_heard_while_the_march_compiles(options: tuple[str, ...], tmp_path: Path) -> None:
     """SIGTERM ends the run before compilation does: status 143, the summary says so, no child goes on.

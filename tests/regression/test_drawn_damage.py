@@ -98,6 +98,7 @@ def complaint(work: Callable[[], object]) -> str:
     return ""
 
 
+@pytest.mark.slow(minutes=0.1)
 @settings(max_examples=30, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(damages())
 def test_readers_name_the_damaged_file(folders: Path, damage: tuple[str, str, str, float]) -> None:

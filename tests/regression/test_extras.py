@@ -28,6 +28,7 @@ def bare(*words: str | Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_structures_need_no_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A file with [[structure]] runs and is drawn; its records have the bits of the whole environment."""
     for words in (

@@ -49,6 +49,7 @@ def forced(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_results(tmp_path_factory.mktemp("run") / "forced", time, sine_records(time), probes=("middle", "tip"))
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_every_figure_is_made_and_none_is_blank(forced: Path) -> None:
     paths = plot(forced)
     assert {path.stem for path in paths if path.suffix == ".png"} == FIGURES
@@ -59,6 +60,7 @@ def test_every_figure_is_made_and_none_is_blank(forced: Path) -> None:
             assert not blank(path), path.name
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_figures_have_the_widths_of_a_journal(forced: Path, tmp_path: Path) -> None:
     for path in plot(forced, tmp_path):
         if path.suffix == ".png":
@@ -190,6 +192,7 @@ def test_a_3d_run_is_analyzed_in_its_bending_direction(tmp_path: Path) -> None:
     assert analysis.displacement.peaks.maximum > 1e-3
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_periodic_responses_are_analyzed_as_they_repeat(tmp_path: Path) -> None:
     """One computed period of three forcing periods is a cycle of 3, with nothing undecided or transient."""
     time = np.linspace(0.0, 3.0 / FORCING, 1501)

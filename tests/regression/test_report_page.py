@@ -164,6 +164,7 @@ def place_of(page: Page, number: int) -> Position:
     }
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_buttons_are_reached_by_keyboard(browser: Browser, page_file: Path) -> None:
     """Focus and the Enter key do what a click does; a chart has a text for those who cannot see it."""
     page = opened(browser, page_file, [])
@@ -204,6 +205,7 @@ def test_phone(browser: Browser, page_file: Path) -> None:
     page.context.close()
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_dark_pages_are_dark_and_their_curves_bright(browser: Browser, page_file: Path) -> None:
     """The colors follow the scheme of the system, also when it changes, and those of the curves too."""
     page = opened(browser, page_file, [], color_scheme="light")
@@ -217,6 +219,7 @@ def test_dark_pages_are_dark_and_their_curves_bright(browser: Browser, page_file
     page.context.close()
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_surfaces_have_a_picture_where_there_is_no_webgl(playwright: Playwright, page_file: Path) -> None:
     """A browser that may not draw in three dimensions shows the picture, and the page does not complain."""
     shown: list[str] = []
@@ -253,6 +256,7 @@ def test_numbers_are_text_beside_those_of_the_paper() -> None:
     assert re.search(r"no</th><td[^>]*>–</td><td[^>]*>2.000</td><td[^>]*>–</td>", text)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_pdf_has_text_and_a_panel_for_every_clearance(page_file: Path, tmp_path: Path) -> None:
     """A4 pages with the words, the tables, and the axes of drawn figures as text."""
     reader = PdfReader(write_pdf(page_file, tmp_path / "report.pdf"))
@@ -317,6 +321,7 @@ def test_the_page_has_words_for_every_block_and_refuses_others() -> None:
         html_of(Report("Report", "", [unknown]))
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_link_unfolds_its_section(browser: Browser, tmp_path: Path) -> None:
     """A folded section is closed until its heading, or a link to it, is chosen; the page holds its words anyway."""
     folded = ReportSection("Margins", "margins", [Words("Deep words")], folded=True)

@@ -100,6 +100,7 @@ def opened(browser: Browser, path: Path, shown: list[str], **options: object) ->
     return page
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("width", [360, 1400])
 def test_scene_is_drawn_and_the_page_fits(browser: Browser, pages: dict[str, Path], width: int) -> None:
     """Light and dark: the canvas shows shaded surfaces, nothing is wider than the page, and no script complains."""
@@ -116,6 +117,7 @@ def test_scene_is_drawn_and_the_page_fits(browser: Browser, pages: dict[str, Pat
     assert shown == []
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_charts_follow_the_scene_and_set_its_time(browser: Browser, pages: dict[str, Path]) -> None:
     """The dot of the orbit and the line over time stand where the slider is; play goes on and space stops it."""
     shown: list[str] = []
@@ -155,6 +157,7 @@ def test_charts_follow_the_scene_and_set_its_time(browser: Browser, pages: dict[
     page.context.close()
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_contact_maps_follow_the_time(browser: Browser, pages: dict[str, Path]) -> None:
     """The page has the pressures of the fields at its time, and the map shows them at their angle, light and dark."""
     shown: list[str] = []
@@ -197,6 +200,7 @@ def test_contact_maps_follow_the_time(browser: Browser, pages: dict[str, Path]) 
     assert shown == []
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_gaps_grow_with_the_magnification(browser: Browser, pages: dict[str, Path]) -> None:
     """Beam and walls touch in the picture where they touch in the run: the upper wall is at the magnified gap."""
     page = opened(browser, pages["slice"], [], viewport={"width": 800, "height": 600})
@@ -210,6 +214,7 @@ def test_gaps_grow_with_the_magnification(browser: Browser, pages: dict[str, Pat
     page.context.close()
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_without_webgl_a_canvas_is_painted(playwright: Playwright, pages: dict[str, Path]) -> None:
     """A browser that may not draw in three dimensions shows the same scene, painted."""
     shown: list[str] = []
@@ -221,6 +226,7 @@ def test_without_webgl_a_canvas_is_painted(playwright: Playwright, pages: dict[s
     assert shown == []
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_motion_is_started_only_where_it_is_welcome(browser: Browser, pages: dict[str, Path]) -> None:
     """By itself where the reader's system allows motion; never where it asks for less; on paper a picture stands."""
     page = opened(browser, pages["slice"], [], viewport={"width": 800, "height": 900})
@@ -248,6 +254,7 @@ def test_scene_is_small_and_stands_first(pages: dict[str, Path], tmp_path: Path)
     assert 0 < len(text) - len(bare) < LARGEST
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_run_without_fields_has_a_still_scene(browser: Browser, tmp_path: Path) -> None:
     """It is drawn, turned and magnified, light and dark; nothing plays, and the charts have no time of their own."""
     time, shown = np.linspace(0.0, 0.5, 501), list[str]()

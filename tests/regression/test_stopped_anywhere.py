@@ -87,6 +87,7 @@ def test_what_a_library_makes_of_it_is_an_interruption(number: signal.Signals) -
         raise RuntimeError("own")
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("after", [0, 1, 7])
 def test_a_step_without_end_is_given_up(after: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run ends at the step before, with its checkpoint, and goes on as if it had not."""

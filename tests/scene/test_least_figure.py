@@ -11,6 +11,7 @@ from scipy.optimize import minimize_scalar
 import gapbeam as gb
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_the_best_absorber_is_that_of_the_receptance_of_midpoint_steps() -> None:
     """|U_1| of U = (K cos a + i C w sin a / a - M (w / a)^2 sin^2 a / cos a)^-1 F, a = pi / steps, over the joint."""
     w, c, steps = 1.3, 0.05, 40

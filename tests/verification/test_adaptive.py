@@ -179,6 +179,7 @@ def test_newmark_creates_less(dt: float) -> None:
     assert -0.03 * energy < -adaptive.algorithmic < 0.0
 
 
+@pytest.mark.slow(minutes=0.1)
 @alone
 def test_newmark_creates_less_on_a_beam() -> None:
     """The demo shaken hard on 2.4 E/h: more than half the energy exchanged again, and none with adaptive steps."""

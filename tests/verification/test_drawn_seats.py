@@ -52,6 +52,7 @@ def seated(tables: dict[str, Any]) -> tuple[float, float]:
     return float(model.system.contact.weights @ seat.state.pressure), float(end[-1])
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_drawn_scenes_are_seated_or_leave_by_a_rigid_motion() -> None:
     """Thirty of them: statics confirm each seat, and a linear program of its own each refusal."""
     found = drawn(30)

@@ -121,6 +121,7 @@ def _plan(system: SemiDiscreteSystem, model: Model, scheme: TimeScheme, dt: floa
     return March(system, model.law, scheme, EffectiveOperators(system, scheme), dt, steps)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_the_explicit_scheme_agrees_with_the_implicit_one() -> None:
     """On the finite elements, with a stable step that the mass and the spring do not spoil."""
     loads = ({**EXCITER, "amplitude": 20.0},)

@@ -4,7 +4,7 @@ run := environment/run
 side_by_side := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow test-pages test-timing test-parallel test-sid test-sid-all test-wheel bench bench-large docs joss docs-run gallery lint format image clean
+.PHONY: help demo test test-slow test-pages test-timing test-parallel test-sid test-sid-all test-wheel test-wheel-oldest bench bench-large docs joss docs-run gallery lint format image clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -39,6 +39,9 @@ test-sid-all: ## the tests but the slow ones, with the DOLFINx of Debian sid
 
 test-wheel: ## the tests where pip alone installed gapbeam, newest releases: bare Debian 13, ordinary user, no compiler
 	environment/wheel $(side_by_side)
+
+test-wheel-oldest: ## the same with the oldest releases that pyproject.toml takes
+	environment/wheel --oldest $(side_by_side)
 
 bench: ## speed, accuracy and memory beside others, into results/bench: a quarter of an hour
 	$(run) python3 -m benchmarks

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from argparse import ArgumentParser
 from pathlib import Path
 
 from docs.execution.page_steps import Step
@@ -33,4 +34,9 @@ def main(pages: list[Path]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main([Path(name).resolve() for name in sys.argv[1:]] or pages_to_run()))
+    parser = ArgumentParser(prog="python3 -m docs.execution", description=(__doc__ or "").partition(":")[0])
+    parser.add_argument("pages", metavar="PAGE", nargs="*", type=Path, help="a page; by default all")
+    chosen = [page.resolve() for page in parser.parse_args().pages]
+    if lacking := next((page for page in chosen if not (page.is_file() and page.is_relative_to(PROJECT))), None):
+        parser.error(f"{lacking}: no such page here; give one such as docs/tutorials/first-case.md")
+    sys.exit(main(chosen or pages_to_run()))

@@ -14,9 +14,10 @@ about = tomllib.loads((project / "pyproject.toml").read_text())["project"]
 
 needs = list(about.get("dependencies", []))
 extras = about.get("optional-dependencies", {})
-lists = {"needs-base": list(needs), "needs-wheel": [*needs, *extras["fem"], *extras["pictures"]]}
-for extra in extras.values():
-    needs += [need for need in extra if not need.startswith("dolfinx")]  # which the environment has
+lists = {"needs-base": list(needs)}
+for listed in extras.values():
+    needs += [need for need in listed if not need.startswith(("dolfinx", about["name"]))]  # which the environment has
+lists["needs-wheel"] = [need for need in [*needs, *extras["fem"]] if need not in extras["workers"]]
 
 metadata = folder / f"{about['name']}-{about['version']}.dist-info"
 metadata.mkdir(parents=True, exist_ok=True)

@@ -10,11 +10,12 @@ from types import ModuleType
 MESHED = ("mpi4py", "dolfinx", "petsc4py", "slepc4py", "basix", "ufl", "gmsh")
 EXTRAS = (
     dict.fromkeys(MESHED, "fem")
+    | dict.fromkeys(("matplotlib", "mpl_toolkits", "PIL", "xarray", "h5netcdf"), "analysis")
     | dict.fromkeys(("pyvista", "vtkmodules", "plotly"), "pictures")
     | dict.fromkeys(("distributed", "dask_jobqueue"), "workers")
 )
 """Extra of each package that gapbeam runs without, where nothing needs it."""
-PART_OF = {"basix": "dolfinx", "ufl": "dolfinx"}
+PART_OF = {"basix": "dolfinx", "ufl": "dolfinx", "mpl_toolkits": "matplotlib", "PIL": "pillow"}
 WITHOUT_FEM = 'cases with model.type = "beam" or "rigid", files with [[structure]] and scenes'
 OF_WHEEL = "dolfinx_solver"  # DOLFINx, petsc4py and slepc4py from PyPI
 ON_MPI = ("dolfinx", "petsc4py", "slepc4py", OF_WHEEL)

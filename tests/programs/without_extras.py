@@ -1,4 +1,4 @@
-"""Run the command gapbeam in an interpreter that has no package of an extra: `python3 -m ... ARGUMENT ...`."""
+"""Run the command gapbeam in an interpreter that has the packages of one extra, or "none": `EXTRA ARGUMENT ...`."""
 
 from __future__ import annotations
 
@@ -9,16 +9,19 @@ from types import ModuleType
 
 from gapbeam.process.extra_packages import EXTRAS
 
+INSTALLED = sys.argv.pop(1)
+
 
 class Installed(PathFinder):
-    """Finds what is installed without extras."""
+    """Finds what is installed with that extra."""
 
     @classmethod
     def find_spec(
         cls, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Find a module that belongs to no extra."""
-        return None if name.partition(".")[0] in EXTRAS else super().find_spec(name, path, target)
+        """Find a module that belongs to no other extra."""
+        extra = EXTRAS.get(name.partition(".")[0], INSTALLED)
+        return super().find_spec(name, path, target) if extra == INSTALLED else None
 
 
 sys.meta_path[sys.meta_path.index(PathFinder)] = Installed

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import gapbeam
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
 from tests.shared.case_texts import BEAM, assert_says, faults_of, written
@@ -102,3 +104,58 @@ def test_points_on_the_surfaces_of_a_tube_are_points_of_it(point: str, tmp_path:
     """Outside, inside, and the axis."""
     case = read_case(written(tmp_path, text(TUBE, "point = 0.6", f"point = {point}")))
     assert case.beam.hollow
+
+
+TABLES = {
+    "material": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0},
+    "support": {"length": 0.05, "clearance": 1e-4},
+    "time": {"end": 0.1},
+}
+HOLLOW = {"from": 0.2, "to": 0.3, "name": "a", "section": {"type": "box", "wall": 0.002}}
+
+
+@pytest.mark.parametrize(
+    ("beam", "others", "width", "dimension"),
+    [
+        ({"section": "round", "thickness": 0.02}, {}, 0.02, 3),
+        ({"section": {"type": "tube", "wall": 0.002}, "thickness": 0.02}, {}, 0.02, 3),
+        ({"section": {"type": "box", "wall": 0.002}, "thickness": 0.02, "width": 0.03}, {}, 0.03, 3),
+        ({"thickness": 0.02, "width": 0.03}, {}, 0.03, 2),
+        ({"thickness": 0.02, "width": 0.02}, {"segment": [HOLLOW]}, 0.02, 3),
+    ],
+)  # fmt: skip
+def test_sections_imply_width_and_dimension(
+    beam: dict[str, Any], others: dict[str, Any], width: float, dimension: int
+) -> None:
+    """A round section is as wide as thick, and what a slice cannot be has a mesh of the solid."""
+    case = gapbeam.read_case(TABLES | {"beam": {"length": 0.5, **beam}} | others)
+    assert (case.beam.width, case.mesh.dimension) == (width, dimension)
+
+
+@pytest.mark.parametrize("thickness", [-0.01, "0.01", True])
+def test_a_wrong_thickness_of_a_round_section_is_one_fault(thickness: object) -> None:
+    """The width that is left out is no second one; with its thickness left out as well, both are missing."""
+    with pytest.raises(gapbeam.CaseError) as raised:
+        gapbeam.read_case(TABLES | {"beam": {"length": 0.5, "section": "round", "thickness": thickness}})
+    assert [fault.key for fault in raised.value.faults] == [("beam", "thickness")]
+
+
+def test_a_slice_of_a_round_section_that_is_asked_for_is_refused() -> None:
+    """A dimension of the file stands."""
+    tables = TABLES | {"beam": {"length": 0.5, "section": "round", "thickness": 0.02}, "mesh": {"dimension": 2}}
+    with pytest.raises(gapbeam.CaseError, match="dimension = 3 in"):
+        gapbeam.read_case(tables)
+
+
+def test_keys_of_other_programs_are_one_fault_each() -> None:
+    """A diameter is no missing thickness and width besides, and start and end no missing from and to."""
+    tables = TABLES | {
+        "beam": {"length": 0.5, "section": "round", "diameter": 0.02},
+        "support": [{"name": "a", "start": 0.0, "end": 0.05, "clearance": 1e-4}],
+    }
+    with pytest.raises(gapbeam.CaseError) as raised:
+        gapbeam.read_case(tables)
+    said = {str(fault.key[-1]): fault.hint for fault in raised.value.faults}
+    assert said == {
+        "diameter": "did you mean `thickness`?", "start": "did you mean `from`?", "end": "did you mean `to`?"
+    }  # fmt: skip

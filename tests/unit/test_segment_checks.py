@@ -51,7 +51,7 @@ BAD = {
         ["hub", "width", "0.03 m, in a slice (dimension = 2)", "dimension = 3 in [mesh]"],
     ),
     "tube in a slice": (
-        GOOD.replace("thickness = 0.02\n", 'section = { type = "box", wall = 0.001 }\n'),
+        GOOD.replace("thickness = 0.02\n", 'section = { type = "box", wall = 0.001 }\n') + "[mesh]\ndimension = 2\n",
         ["section", '"box", in a slice (dimension = 2)', "a solid rectangle"],
     ),
     "round beside flat": (

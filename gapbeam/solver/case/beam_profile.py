@@ -30,7 +30,8 @@ class Beam(Table):
     length: Positive = Field(description="length along x, m", examples=[0.51])
     thickness: Positive = Field(description="size in the bending direction, m", examples=[0.012])
     width: Positive = Field(
-        description="size across the bending plane, also in 2D: forces are whole forces, m", examples=[0.02]
+        description="size across the bending plane, also in 2D: forces are whole ones, m; round sections: thickness",
+        examples=[0.02],
     )
     section: Annotated[SectionChoice, BeforeValidator(named)] = Field(
         default=RECTANGLE, description="the cross-section: a name, or a table with the type and its keys"

@@ -295,7 +295,10 @@ class Restraint(Table):
 class Mesh(Table):
     """Mesh by gmsh, or from a file with the physical groups body, base and gland."""
 
-    dimension: Literal[2, 3] = Field(default=2, description="2 for a slice in the bending plane, 3 for the solid beam")
+    dimension: Literal[2, 3] = Field(
+        default=2,
+        description="2: a slice in the bending plane, 3: the solid beam; default 3 where a section is no rectangle",
+    )
     plane: Literal["stress", "strain"] = Field(default="stress", description="2D assumption")
     cell: Literal["triangle", "quadrilateral", "tetrahedron", "hexahedron"] | None = Field(
         default=None, description="cell shape; default quadrilateral in 2D, hexahedron in 3D"

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from functools import lru_cache
 from math import hypot, pi, sqrt, tanh
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -33,8 +33,13 @@ Lattice = Literal["rectangles", "rings", "own"]
 
 
 class SectionTable(Table, ABC):
-    """Table of a cross-section. Its outer dimensions are `beam.thickness` and `beam.width`, m."""
+    """Table of a cross-section. Its outer dimensions are `beam.thickness` and `beam.width`, m.
 
+    Attributes:
+        round: True where the lower and upper faces are curved; such a section is as wide as it is thick.
+    """
+
+    round: ClassVar[bool] = False
     type: str
 
     def outline(self, thickness: float, width: float) -> PolygonOutline:
@@ -52,11 +57,6 @@ class SectionTable(Table, ABC):
     def second_moment(self, thickness: float, width: float) -> float:
         """Return the second moment of area of bending in the bending plane, int z^2 dA about the centroid, m^4."""
         return self.outline(thickness, width).second_moments[1]
-
-    @property
-    def round(self) -> bool:
-        """True where the lower and upper faces are curved."""
-        return False
 
     @property
     def mirrored(self) -> bool:
@@ -288,13 +288,10 @@ class TubeSection(SymmetricSection):
     Source: Cowper (1966), table 1, hollow circle, for the shear coefficient.
     """
 
-    type: Literal["tube"] = Field(description="a round tube; thickness and width are its outer diameter")
+    type: Literal["tube"] = Field(description="a round tube; thickness is its outer diameter")
     wall: Positive = Field(description="thickness of the wall, m", examples=[0.005])
 
-    @property
-    def round(self) -> bool:
-        """Its faces are curved."""
-        return True
+    round: ClassVar[bool] = True
 
     def area(self, thickness: float, width: float) -> float:  # noqa: ARG002
         """Return pi (d^2 - d_i^2) / 4."""
@@ -391,12 +388,9 @@ class RoundSection(SymmetricSection):
     Source: Cowper (1966), table 1, circle, for the shear coefficient.
     """
 
-    type: Literal["round"] = Field(description="a solid disc; thickness and width are its diameter")
+    type: Literal["round"] = Field(description="a solid disc; thickness is its diameter")
 
-    @property
-    def round(self) -> bool:
-        """Its faces are curved."""
-        return True
+    round: ClassVar[bool] = True
 
     def area(self, thickness: float, width: float) -> float:  # noqa: ARG002
         """Return pi d^2 / 4."""

@@ -17,6 +17,7 @@ from gapbeam.solver.case.checks.all_checks import contradictions
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.json_schema import schema
 from gapbeam.solver.case.model_choice import chosen_case
+from gapbeam.solver.case.reading.implied_keys import imply
 from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, check_types, incomplete, label
 from gapbeam.solver.case.reading.overrides import Overrides, convert, looks_like_millimeters, override
 from gapbeam.solver.case.reading.toml_text import beyond_bounds, key_lines, line_of, parse, read_text
@@ -115,6 +116,7 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
     typed, faults = override(data, overrides)
     _refuse_endless(data, path)
     _find_files(data, path)
+    imply(data)
     tables, wrong = check_types(data)
     wrong += unclear or looks_like_millimeters(data, tables)
     places = Places(path, data, key_lines(text), typed)

@@ -129,9 +129,8 @@ def run(
         overrides = [*overrides, *(f"{key}={value}" for key, value in asked.items())]
     asked_error = None if relative_error is None else fraction(relative_error, "--relative-error")
     longest = None if at_most is None else duration(at_most, "--at-most")
-    outcome = run_file(case, overrides, output, overwrite, resume, asked_error, of, longest)
-    if taken is not None:
-        outcome = judged_by(outcome, taken)
+    ran = run_file(case, overrides, output, overwrite, resume, asked_error, of, longest)
+    outcome = ran if taken is None else judged_by(ran, taken)
     if first_rank():
         from rich.console import Console
 

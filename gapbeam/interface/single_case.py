@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Collection, Mapping
-from dataclasses import fields, replace
+from dataclasses import fields
 from itertools import pairwise
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from gapbeam.interface.case_source import (
     name_of,
     shared_case,
 )
+from gapbeam.interface.run_outcome import UserOutcome
 from gapbeam.meshes.versions.launcher_variables import rank_of_launcher
 from gapbeam.process.launcher import all_ranks
 from gapbeam.solver.case.case import Case
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from gapbeam.solver.march.simulation import Simulation
-    from gapbeam.solver.run.outcome import Outcome
     from gapbeam.solver.scene.scene import Scene
     from gapbeam.solver.scene_file.scene_description import SceneDescription
     from gapbeam.studies.case_description import CaseDescription
@@ -49,7 +49,7 @@ def run(
     of: str | None = None,
     at_most: float | None = None,
     **march: Any,
-) -> Outcome:
+) -> UserOutcome:
     """Run a case, or march a scene, into a results folder.
 
     Args:
@@ -69,8 +69,8 @@ def run(
             names of contacts whose stiffness stands for rigid contact; `figures`, of one's own, see `figure`.
 
     Returns:
-        The outcome: folder, exit status, message, summary. A run that created energy or did not converge is
-        returned with an exit status that is not zero, not raised.
+        The outcome: folder, exit status, message, summary, history, figures. A run that created energy or did not
+        converge is returned with an exit status that is not zero, not raised.
 
     Raises:
         CaseError: The case has faults; all of them are in the message.
@@ -108,13 +108,13 @@ def run(
         from gapbeam.studies.error_estimate.run_errors import with_errors
 
         outcome = with_errors(whole, outcome, comm)
-    return replace(outcome, body=None)  # its memory goes
+    return UserOutcome.of(outcome)
 
 
 def _run_of_scene(
     scene: Scene, output: str | PathLike[str] | None, overwrite: bool, resume: bool, others: Mapping[str, Any],
     march: dict[str, Any],
-) -> Outcome:  # fmt: skip
+) -> UserOutcome:  # fmt: skip
     """Run a scene, on rank 0 of several; arguments that are for cases are refused."""
     from gapbeam.solver.messages.errors import UserError
     from gapbeam.solver.run.scene_run import SceneRun, run_scene
@@ -128,8 +128,9 @@ def _run_of_scene(
         raise UserError(f"run: a scene needs {' and '.join(f'`{name}=`' for name in lacking)}, s")
     asked = SceneRun(scene, **march)
 
-    def work() -> Outcome:
-        return with_scene_errors(asked, run_scene(asked, folder_from(output, "scene"), overwrite, resume))
+    def work() -> UserOutcome:
+        ran = run_scene(asked, folder_from(output, "scene"), overwrite, resume)
+        return UserOutcome.of(with_scene_errors(asked, ran))
 
     if rank_of_launcher() is None:
         return work()

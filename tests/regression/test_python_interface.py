@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from html import unescape
 from itertools import islice
 from pathlib import Path
@@ -114,6 +115,12 @@ def test_results_are_drawn_compared_and_reported(done: Any, tmp_path: Path) -> N
     assert comparison.agree
     assert comparison.headline() in repr(comparison)
     assert "<pre" in comparison._repr_html_()
+    assert done.history.identical(gapbeam.open_results(done).history)
+    assert done.figures == []
+    figures = [{"value": 1}]
+    judged = replace(done, summary={"closing": {"rows": [{"figure": "tip <a>"}]}, "errors": {"figures": figures}})
+    assert judged.figures == figures
+    assert "tip &lt;a&gt;" in judged._repr_html_()
     (page,) = gapbeam.report([done], output=tmp_path / "page.html", pdf=False)
     assert "<html" in page.read_text(encoding="utf-8")
     with pytest.raises(gapbeam.OptionError, match="`overwrite=True`"):

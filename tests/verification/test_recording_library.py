@@ -67,8 +67,8 @@ def marched_library(members: int, **others: Any) -> gb.Library:
     shaker = gb.Force(body["at"], lambda t: FORCE * np.cos(0.8 * t), name="shaker")
     return gb.library(
         gb.Scene(body, contacts=[stop], loads=[shaker]), {path: stats.loguniform(*one) for path, one in RANGES.items()},
-        point="at", quantity="velocity", period=PERIOD, members=members, periods=40, harmonics=8, settle=20, steps=256,
-        **others,
+        point="at", quantity="velocity", period=PERIOD, members=members, periods=40, harmonics=8, settle=20,
+        **{"steps": 256} | others,
     )  # fmt: skip
 
 
@@ -106,6 +106,18 @@ def test_values_of_an_independent_march_are_found(found: gb.Library) -> None:
     assert sum(one.is_outside for one in estimates) <= stats.binom(48, 0.01).ppf(0.999)
     again = gb.estimate(found, recordings(marched(true[:1], 1))[0])
     assert again.values == gb.estimate(found, recordings(marched(true[:1], 1))[0]).values
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_the_error_of_a_coarse_step_is_removed() -> None:
+    """With 64 steps in a period, intervals hold values of fine marches, none of which is said to be outside."""
+    coarse, true = marched_library(1024, steps=64), drawn(64, 17)
+    estimates = [gb.estimate(coarse, one) for one in recordings(marched(true, 5))]
+    table = np.array([[(x.value, x.low, x.high) for x in one.values.values()] for one in estimates])
+    inside = ((table[..., 1] <= true) & (true <= table[..., 2])).sum(axis=0)
+    assert np.all(inside >= stats.binom(64, 0.95).ppf(1e-3))
+    assert np.median(np.abs(table[:, 0, 0] / true[:, 0] - 1.0)) < 0.01
+    assert sum(one.is_outside for one in estimates) <= stats.binom(64, 0.01).ppf(0.999)
 
 
 @pytest.mark.slow(minutes=0.5)

@@ -1,8 +1,8 @@
-"""Regression of values on features, with intervals and a test of membership that members held out have calibrated."""
+"""Regression of values on features; members held out correct it, and calibrate intervals and a test of membership."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -30,10 +30,12 @@ class Regression:
 
     Features z are standardised. u(z) = mean + sum_i k(|z - z_i| / width) c_i with the Matern kernel
     k(r) = (1 + sqrt(3) r) exp(-sqrt(3) r) and (K + smoothing I) c = u - mean. Each member's error without itself is
-    e_i = c_i / (K + smoothing I)^-1_ii; the local error s is the mean of |e_i| over the nearest members. The 95 %
-    quantile of |error| / s of members held out makes the interval u +- quantile * s. Two figures make the test of
-    membership: the distance to the nearest members, and the residual of features beside a local linear fit over the
-    values, relative to the scatter there; of a recording as of each member without itself.
+    e_i = c_i / (K + smoothing I)^-1_ii; the local error s is the mean of |e_i| over the nearest members. Members held
+    out are marched in finer steps: u + (1, u) B removes what the step does to them, by least squares, and r is what
+    remains of each without itself, residual / (1 - leverage). The 95 % quantile of |r| / (s + median |r|) makes the
+    interval u +- quantile (s + median |r|). Two figures make the test of membership: the distance to the nearest
+    members, and the residual of features beside a local linear fit over the values, relative to the scatter there; of a
+    recording as of members held out, and of each other one without itself, times the ratio of both medians.
 
     Attributes:
         center: Of the features, (features,).
@@ -43,9 +45,11 @@ class Regression:
         weights: c, (members, values).
         errors: |e_i|, (members, values).
         width: Of the kernel.
+        correction: B, (1 + values, values).
+        floor: Median of |r|, (values,).
         quantile: By value, (values,).
         scores: Figures of members, (members + held, 2).
-        held: Values of the members held out, and what was estimated for them, (2, held, values).
+        held: Values of the members held out, and what the others give for them, (2, held, values).
 
     Source: Vovk, Gammerman and Shafer (2005), Algorithmic Learning in a Random World, section 4.2 (conformal);
         Papadopoulos, Vovk and Gammerman (2011), Regression conformal prediction with nearest neighbours;
@@ -59,6 +63,8 @@ class Regression:
     weights: Array
     errors: Array
     width: Array
+    correction: Array
+    floor: Array
     quantile: Array
     scores: Array
     held: Array
@@ -68,10 +74,10 @@ class Regression:
 
         Rarity is the share of members that are as far off, at most 1: below `OUTSIDE`, a recording is outside.
         """
-        u, half, score = self._estimated(features)
+        u, local, score = self._estimated(features)
         further = np.array([(self.scores >= one).sum(axis=0) for one in score]) + 1
         rarity = np.minimum(1.0, score.shape[1] * further.min(axis=1) / (len(self.scores) + 1))
-        return u, half * self.quantile, rarity
+        return u + _affine(u) @ self.correction, (local + self.floor) * self.quantile, rarity
 
     def _estimated(self, features: Array) -> tuple[Array, Array, Array]:
         z = (features - self.center) / self.spread
@@ -100,6 +106,8 @@ class Regression:
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
 
+DISTINCT = 8
+"""Fewest distinct values among members held out from which a value is corrected: 64 members share some."""
 FLOOR = 0.02
 """Least scatter of a feature around its local fit, over its scatter in the whole library."""
 
@@ -110,7 +118,7 @@ def regression(features: Array, values: Array, held_features: Array, held: Array
     Args:
         features: (members, features).
         values: (members, values), of one size.
-        held_features: Of the members held out, (held, features).
+        held_features: Of the members held out, in finer steps, (held, features).
         held: Their values, (held, values).
 
     Raises:
@@ -131,18 +139,31 @@ def regression(features: Array, values: Array, held_features: Array, held: Array
     costs = [np.log(np.abs(_fitted(D / w, s, u[some])[1]).mean(axis=0)).mean() for w, s in trials]
     width, smoothing = trials[int(np.argmin(costs))]
     weights, errors = _fitted(cdist(z, z) / width, smoothing, u)
+    none = np.zeros(u.shape[1])
     whole = Regression(
-        center, spread, z, u, weights, np.abs(errors), np.array(width), np.ones(u.shape[1]), np.zeros((0, 2)),
-        np.zeros((2, 0, u.shape[1])),
+        center, spread, z, u, weights, np.abs(errors), np.array(width), np.zeros((len(none) + 1, len(none))), none,
+        none, np.zeros((0, 2)), np.zeros((2, 0, len(none))),
     )  # fmt: skip
     found, local, scores = whole._estimated(held_features)
+    A = _affine(found)
+    inverse = np.linalg.pinv(A)
+    B = inverse @ (held - found) * [len(np.unique(one)) >= DISTINCT for one in held.T]
+    left = (held - found - A @ B) / (1.0 - np.einsum("ij,ji->i", A, inverse))[:, None]
+    floor = np.median(np.abs(left), axis=0)
+    off = np.sort(np.abs(left) / (local + floor), axis=0)
+    rank = min(int(np.ceil((len(held) + 1) * CONFIDENCE)), len(held)) - 1
     D = cdist(z, z)
     D[np.diag_indices_from(D)] = np.inf
-    scores = np.vstack([scores, whole._scored(z, D, u - errors)[2]])
-    off = np.sort(np.abs(found - held) / local, axis=0)
-    rank = min(int(np.ceil((len(held) + 1) * CONFIDENCE)), len(held)) - 1
-    parts = whole.flat() | {"quantile": off[rank], "scores": scores, "held": np.stack([held, found])}
-    return Regression(**parts)
+    others = whole._scored(z, D, u - errors)[2]
+    scores = np.vstack([scores, others * np.median(scores, axis=0) / np.median(others, axis=0)])
+    return replace(
+        whole, correction=B, floor=floor, quantile=off[rank], scores=scores, held=np.stack([held, held - left])
+    )
+
+
+def _affine(u: Array) -> Array:
+    """Return (1, u)."""
+    return np.column_stack([np.ones(len(u)), u])
 
 
 def _kernel(r: Array) -> Array:

@@ -37,7 +37,7 @@ FEWEST, MOST = 256, 16384
 KEPT_SAMPLES = 8
 """Samples of members in a period of the highest harmonic: displacements above 7 times its frequency are aliased."""
 HELD = 8
-"""One block of lanes in so many is held out."""
+"""One block of lanes in so many is held out, and marched in steps finer by so much."""
 ARRAYS, NOTE = "library.npz", "library.json"
 
 
@@ -151,8 +151,8 @@ def library(
     Members are Sobol points of the distributions. A `damping_factor`, and values of a feedback, are shared by 64
     members each, which then march in lock-step. Where there are several starts, each member takes one of them. Features
     are those of `FeatureKind` in gapbeam.studies.library.recording, with noise drawn for each member from none to
-    `noise`. One member in eight is held out, marched at half the step, and calibrates intervals and the test of
-    membership, so that intervals know the error of the step, too.
+    `noise`. One member in eight is held out and marched in an eighth of the step: these remove the error of the step
+    from estimates, and calibrate intervals and the test of membership.
 
     Args:
         scene: With loads that repeat, and known amplitudes.
@@ -198,7 +198,7 @@ def library(
     key = None
     if output is not None:
         times = begin.t + T * np.linspace(0.0, 1.0, 50)
-        key = ensemble_key(scene, {}, 1, begin, times, T, point, quantity, each, settle, kind, scheme, seed)
+        key = ensemble_key(scene, {}, 1, begin, times, T, point, quantity, each, HELD, settle, kind, scheme, seed)
     folder, blocks = None if output is None else Path(output), members // WIDTH
     out = np.repeat(np.random.default_rng([seed, 2]).permutation(blocks) < max(blocks // HELD, 1), WIDTH)
     p, pairs = np.linspace(0.0, 1.0, grid.shape[1]), zip(own.values(), grid, strict=True)
@@ -209,7 +209,8 @@ def library(
         if progress is not None:
             progress(done + count)
 
-    for which, one, place in ((~out, model, folder), (out, replace(model, steps=2 * each), folder and folder / "held")):
+    fine = replace(model, steps=HELD * each)
+    for which, one, place in ((~out, model, folder), (out, fine, folder and folder / "held")):
         found = KeptAnswers(one, place, key, show)({path: value[which] for path, value in values.items()})
         done += int(which.sum())
         whole = found.response == KEPT_WORD

@@ -1,4 +1,4 @@
-"""Forces, masses and cars that move along a beam, against the series of Fryba and SciPy."""
+"""Forces, masses, cars and supports that move, against the series of Fryba, SciPy and a moving frame."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 import scipy
 
 import gapbeam as gb
+from gapbeam.solver.loads.time_function import Harmonic
 from gapbeam.solver.system.operators import Array
 from tests.shared.slips import Change, Tables, check_slip, put
 
@@ -223,3 +224,44 @@ def test_what_takes_no_points_that_move_says_so(tmp_path: Path) -> None:
     for call in refused:
         with pytest.raises(gb.UserError, match="move"):
             call()
+
+
+def on_moving_supports() -> Tables:
+    """Return the tables of a mass on a spring and in a rough hole, whose sides on the frame move alike."""
+    motion = {"type": "support_motion", "amplitude": 1e-3, "frequency": 7.0, "ramp": 0.1, "direction": [0.6, 0.8]}
+    return {
+        "structure": [{"name": "box", "model": {"type": "mass", "mass": 3.0, "motions": 2}}],
+        "joint": [{"type": "elastic", "name": "spring", "between": ["box.at"], "stiffness": 4e4, "damping": 20.0}],
+        "pair": [{"name": "hole", "between": ["box.at"], "region": {"type": "disc", "clearance": 3e-4},
+                  "friction": 0.2, "law": {"type": "kelvin-voigt", "stiffness": 1e6}}],
+        "load": [{**motion, "name": f"of-{one}", "support": one} for one in ("spring", "hole")],
+        "time": {"step": 5e-5, "end": 0.4},
+    }  # fmt: skip
+
+
+def test_supports_that_move_alike_are_a_moving_frame() -> None:
+    """Against the inertia m s'' in the frame of the supports, which is another sum of steps: of order 2."""
+    far = []
+    for h in (1e-4, 5e-5):
+        found = gb.history(gb.scene(on_moving_supports()), h, 0.4)
+        box, s = gb.mass(3.0, 2), Harmonic(1e-3, 7.0, 0.0, 0.1)
+        hole = gb.Contact(box["at"], gb.Disc(3e-4), gb.KelvinVoigt(stiffness=1e6), friction=0.2, name="hole")
+        inertia = gb.Force(box["at"], lambda t, s=s: -3.0 * s.value(t, derivative=2), [0.6, 0.8])
+        still = gb.Scene(box, contacts=[hole], joints=[gb.Joint(box["at"], 4e4, 20.0)], loads=[inertia])
+        own = gb.history(still, h, 0.4)
+        relative = found.displacement["at"] - np.outer(s.value(found.t), [0.6, 0.8])
+        far.append(np.abs(relative - own.displacement["at"]).max() / np.abs(relative).max())
+        assert found.force["hole"].max() > 1.0
+    assert far[1] < 0.35 * far[0] < 1e-4
+
+
+MOVED = {
+    "an unknown support": (put("load", 0, "support", value="sprung"), "of-spring.*support", "one of hole, spring"),
+    "no direction of it": (put("load", 1, "direction", value=[1.0]), "of-hole.*direction", "a number for each"),
+    "no support": (put("load", 1, "support", value=None), "of-hole.*support", "missing"),
+}
+
+
+@pytest.mark.parametrize("slip", MOVED)
+def test_slips_of_supports_that_move_are_refused(slip: str, tmp_path: Path) -> None:
+    check_slip(on_moving_supports(), MOVED[slip], tmp_path)

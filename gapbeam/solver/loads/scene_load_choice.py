@@ -12,7 +12,13 @@ from gapbeam.solver.loads.point_load import ConstantForce, HarmonicForce, Record
 from gapbeam.solver.loads.random_line_load import RandomLineLoad
 from gapbeam.solver.loads.random_load import RandomLoad
 from gapbeam.solver.loads.step_force import StepForce
-from gapbeam.solver.loads.support_motion import BaseMotion, RecordedMotion
+from gapbeam.solver.loads.support_motion import (
+    BaseMotion,
+    HarmonicSupportMotion,
+    MovingSupport,
+    RecordedMotion,
+    RecordedSupportMotion,
+)
 from gapbeam.solver.schema.table import Name, Number, PointName, Vector
 
 DIRECTION: Any = (
@@ -54,6 +60,13 @@ def _of_structures(base: type[LoadTable]) -> type[LoadTable]:
     return create_model("Of" + base.__name__, __base__=base, __module__=__name__, __doc__=base.__doc__, **keys)
 
 
+def _of_support(base: type[MovingSupport]) -> type[LoadTable]:
+    """Return a motion of the side of pairs and joints that is on the frame."""
+    text = "name of the pair, snubber or elastic joint of one point whose side on the frame moves"
+    keys: dict[str, Any] = {"support": (Name, Field(description=text, examples=["hanger"])), "direction": DIRECTION}
+    return create_model("Of" + base.__name__, __base__=base, __module__=__name__, __doc__=base.__doc__, **keys)
+
+
 AlongBeam = create_model(
     "AlongBeam", __base__=RandomLineLoad, __module__=__name__, __doc__=RandomLineLoad.__doc__,
     structure=(Name, Field(description="name of the beam", examples=["tube"])), direction=DIRECTION,
@@ -64,6 +77,7 @@ TABLES = (
     _at_point(RandomLoad, quantity=FORCE),
     AlongBeam,
     *(_of_structures(one) for one in (Gravity, BaseMotion, RecordedMotion)),
+    *(_of_support(one) for one in (HarmonicSupportMotion, RecordedSupportMotion)),
 )
 SceneLoad: Any = Annotated[Union[TABLES], Field(discriminator="type")]  # noqa: UP007 - of a tuple
 """Loads of case files whose functions of time a scene takes."""
@@ -88,3 +102,8 @@ def point_of(load: LoadTable) -> str | None:
 def structure_of(load: LoadTable) -> str | None:
     """Return the structure that a load acts on; None: all, or a point."""
     return getattr(load, "structure", None)
+
+
+def support_of(load: LoadTable) -> str | None:
+    """Return the pair, snubber or joint whose side on the frame a load moves; None: another load."""
+    return getattr(load, "support", None)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
+from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.messages.errors import Key, UserError
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.face_pair import face_contacts
@@ -18,6 +21,7 @@ from gapbeam.solver.scene_file.pair_tables import (
 )
 from gapbeam.solver.scene_file.scene_site import Site, fault_of
 from gapbeam.solver.scene_file.structure_tables import SnubberJoint
+from gapbeam.solver.system.operators import Array
 
 
 def at_points(site: Site, number: int, pair: PairTable) -> PairTable:
@@ -102,3 +106,16 @@ def snubber_of(site: Site, number: int, joint: SnubberJoint) -> Contact | None:
     except UserError as error:
         site.faults.append(fault_of(("joint", number, "between"), error))
         return None
+
+
+Motions = list[tuple[Array, TimeFunction]]
+"""Unit vectors in the motions of a point, each with its displacement over time."""
+
+
+def on_moving_walls(contact: Contact, motions: Motions) -> Contact:
+    """Return a contact whose side on the frame moves, counted from t = 0."""
+
+    def wall(t: float) -> Array:
+        return np.asarray(sum(unit * (float(s.value(t)) - float(s.value(0.0))) for unit, s in motions))
+
+    return replace(contact, wall=wall) if motions else contact

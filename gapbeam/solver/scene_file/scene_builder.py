@@ -10,7 +10,8 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from gapbeam.solver.loads.scene_load_choice import AnyLoad, LineLoad, is_along_beam, point_of, structure_of
+from gapbeam.solver.loads.scene_load_choice import AnyLoad, LineLoad, is_along_beam, point_of, structure_of, support_of
+from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.messages.errors import CaseError, Fault, Key, RunError, UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError
@@ -23,7 +24,15 @@ from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
 from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, reduced_at_points
 from gapbeam.solver.scene.structure_files import PlacedPoint, read_model
-from gapbeam.solver.scene_file.contact_builder import at_points, condensed_face, face_pair, point_contact, snubber_of
+from gapbeam.solver.scene_file.contact_builder import (
+    Motions,
+    at_points,
+    condensed_face,
+    face_pair,
+    on_moving_walls,
+    point_contact,
+    snubber_of,
+)
 from gapbeam.solver.scene_file.feedback_builder import faulty_key, flow_span, made_feedback, stations
 from gapbeam.solver.scene_file.feedback_tables import AnyFeedback
 from gapbeam.solver.scene_file.frame_builder import extent_of, framed, stations_of
@@ -110,10 +119,12 @@ def built_scene(
             elif len(known) == len(ends):
                 between = known[0] if len(known) == 1 else (known[0], known[1])
                 joints.append(Joint(between, joint.stiffness, joint.damping))
+                loads += _at_moving_end(site, number, joint, known[0])
+    moved = [on_moving_walls(one, _motions(site, one.name, one.points[0])) for one in contacts if one is not None]
     if site.faults:
         raise CaseError(source, put(site.faults))
     scene = Scene(
-        *site.bodies.values(), contacts=[one for one in contacts if one is not None], loads=loads, joints=joints,
+        *site.bodies.values(), contacts=moved, loads=loads, joints=joints,
         feedbacks=[one for one in feedbacks if one is not None],
     )  # fmt: skip
     return scene, site.spans
@@ -363,6 +374,8 @@ def _loads(site: Site, number: int, load: AnyLoad) -> list[Load]:
     if is_along_beam(load):
         body = site.bodies.get(wanted or "")
         return [] if body is None else _along_beam(site, number, load, body)
+    if support_of(load) is not None:
+        return []
     if place is not None:
         point = site.point((*key, "point"), place, may_move=not load.noise)
         unit = None if point is None else _in_motions(site, number, load, point)
@@ -388,6 +401,27 @@ def _loads(site: Site, number: int, load: AnyLoad) -> list[Load]:
     return [
         _on_inertia(load, body, value, name if len(bodies) == 1 else f"{name}-{one}", given)
         for one, body in bodies.items()
+    ]
+
+
+def _motions(site: Site, name: str, point: StructurePoint) -> Motions:
+    """Return the motions of the side on the frame of a pair or joint."""
+    moving = [(number, one) for number, one in enumerate(site.case.load) if name and support_of(one) == name]
+    units = [(_in_motions(site, number, one, point), one.time_function()) for number, one in moving]
+    return [(unit, s) for unit, s in units if unit is not None]
+
+
+def _at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructurePoint) -> list[Load]:
+    """Return the forces k s + c s' on a point by the end of a joint that moves by s, counted from t = 0."""
+
+    def force(s: TimeFunction) -> Callable[[Any], Any]:
+        rate = s.rate
+        assert rate is not None
+        return lambda t: joint.stiffness * (s.value(t) - s.value(0.0)) + joint.damping * rate(t)
+
+    motions = _motions(site, joint.name, point) if len(joint.between) == 1 else []
+    return [
+        Force(point, _Signal(force(s)), unit, f"{joint.name} {number}-{k}") for k, (unit, s) in enumerate(motions)
     ]
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from gapbeam.solver.case.checks.run_checks import run_has_steps, step_follows_the_forcing
 from gapbeam.solver.case.figure_table import figure_faults
-from gapbeam.solver.loads.scene_load_choice import LineLoad, is_along_beam, point_of, structure_of
+from gapbeam.solver.loads.scene_load_choice import LineLoad, is_along_beam, point_of, structure_of, support_of
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import near
 from gapbeam.solver.scene_file.feedback_checks import feedback_faults
@@ -346,6 +346,11 @@ def _loads(
         where, name = point_of(load), structure_of(load)
         if where is not None:
             yield from _exists((*key, "point"), where, known, by_name)
+        held = [one.name for one in (*tables.get("pair", {}).values(), *tables.get("joint", {}).values())
+                if len(getattr(one, "between", ())) == 1 and getattr(one, "at", None) is None]  # fmt: skip
+        if (support := support_of(load)) is not None and support not in held:
+            yield Fault((*key, "support"), f'"{support}"', f"a pair, snubber or elastic joint of one point: "
+                        f"one of {', '.join(held) or 'none'}", "all supports alike: base_motion")  # fmt: skip
         if name is not None:
             yield from _known_structure((*key, "structure"), name, by_name)
         if is_along_beam(load) and name is not None and name in by_name:

@@ -184,6 +184,40 @@ def test_members_are_the_frame_of_one_route() -> None:
     assert np.asarray(free.rigid)[:, 2] @ free.inertia[:, 2] == pytest.approx(3.2 * RHO * A, rel=1e-12)
 
 
+def test_a_preload_stiffens_and_buckles_as_strings_and_columns() -> None:
+    """Pinned: (n pi/L)^4 EI/m (1 + N/N_n), N_n = EI (n pi/L)^2; static sag of a string that bends; Euler's load."""
+    length, plane = 2.0, gb.CrossSection(A, SECOND)
+    turns, critical = np.arange(1, 5) * pi / length, E * SECOND * (pi / length) ** 2
+    for tension in (-0.5 * critical, 0.0, 3.0 * critical, 1e3 * critical):
+        held: dict[str, Any] = {"pinned": [0.0, length], "tension": tension}
+        wire = gb.beam(length, plane, STEEL, {"mid": 1.0}, **held)
+        wanted = np.sqrt(turns**2 / (RHO * A) * (turns**2 * E * SECOND + tension))
+        assert frequencies(wire, 4) == pytest.approx(wanted, rel=1e-4)
+    stiff = 0.5 * length * np.sqrt(tension / (E * SECOND))
+    sag = 0.25 * length / tension * (1.0 - np.tanh(stiff) / stiff)
+    assert deflection(wire, "mid")[0, 0] == pytest.approx(sag, 1e-3)
+    gb.beam(length, plane, STEEL, {}, pinned=[0.0, length], tension=-0.999 * critical)
+    with pytest.raises(gb.UserError, match="under which it buckles"):
+        gb.beam(length, plane, STEEL, {}, pinned=[0.0, length], tension=-1.001 * critical)
+    assert gb.beam(length, plane, STEEL, {}, tension=1.0).rigid.shape[1] == 1  # type: ignore[union-attr]
+
+
+def test_a_tie_rod_of_a_frame_and_its_fluid() -> None:
+    """A clamped member against the plane beam with the same preload; fluid without weight, and none along the axis."""
+    ends, points = [[0.2, 0, 0], [0.2, 1.5, 0]], {"mid": (0.7, [0, 0, 1]), "along": (0.7, [0, 1, 0])}
+    given: dict[str, Any] = {"clamped": [0.0, 1.5], "tension": 300.0, "added_mass": 0.2}
+    rod = gb.frame(ends, ROUND, STEEL, points, **given)
+    wire = gb.beam(1.5, gb.CrossSection(A, SECOND), STEEL, {"mid": 0.7}, **given)
+    assert frequencies(rod, 8)[::2] == pytest.approx(frequencies(wire, 4), rel=1e-5)
+    assert deflection(rod, "mid") == pytest.approx(deflection(wire, "mid"), rel=1e-5)
+    dry = gb.frame(ends, ROUND, STEEL, points, clamped=[0.0, 1.5])
+    assert rod.inertia == pytest.approx(dry.inertia)
+    assert dense(rod.M) @ rod["along"].rows[0] == pytest.approx(dense(dry.M) @ dry["along"].rows[0])
+    for slip, words in (({"tension": -900.0}, "buckles"), ({"clamped": []}, "moves as a whole")):
+        with pytest.raises(gb.UserError, match=words):
+            gb.frame(ends, ROUND, STEEL, points, **(given | slip))
+
+
 def test_a_grid_is_that_of_a_direct_stiffness_script() -> None:
     """Two crossed beams in two halves each, clamped at four ends: dense blocks written out here, statics and modes."""
     ends, halves = [[-0.5, 0, 0], [0.7, 0, 0], [0, -0.4, 0], [0, 0.6, 0]], []
@@ -377,6 +411,28 @@ def test_a_pipe_route_under_a_record_follows_a_script_on_its_matrices(tmp_path: 
     assert np.abs(own - motion).max() < 1e-6 * np.abs(motion).max()
 
 
+def test_a_shaft_with_angular_play_stops_as_statics_say() -> None:
+    """Twist of a clamped shaft by a moment: G J phi / L + k (phi - play / 2) = T; rotations are no displacements."""
+    given = route_file()
+    model = given["structure"][0]["model"] | {"route": [[0, 0, 0], [1, 0, 0]], "section": {"type": "round"}}
+    given["structure"][0]["model"] = {key: value for key, value in model.items() if key != "bend_radius"}
+    given["point"] = [{"name": "dog", "structure": "pipe", "at": 1.0, "about": [2, 0, 0]},
+                      {"name": "mid", "structure": "pipe", "at": 1.0, "direction": [1, 0, 0]}]  # fmt: skip
+    given["joint"], given["start"] = given["joint"][:1], {"state": "seat"}
+    given["pair"] = [{"name": "stop", "between": ["pipe.dog"], "region": {"type": "slot", "clearance": 2e-3},
+                      "law": {"type": "kelvin-voigt", "stiffness": 4e4}}]  # fmt: skip
+    given["load"] = [{"type": "constant_force", "name": "moment", "point": "pipe.dog", "amplitude": 200.0}]
+    scene = gb.scene(given)
+    stiff = G * pi / 32 * 0.04**4
+    turn = gb.history(scene, 1e-5, 1e-5, gb.seat(scene)).last["dog"].displacement
+    assert turn == pytest.approx((200.0 + 4e4 * 1e-3) / (stiff + 4e4), rel=1e-6)
+    assert turn > 1e-3
+    given["pair"][0]["between"] = ["pipe.dog", "pipe.mid"]
+    check_refused(given, '"stop".*between', "same directions")
+    given["point"][0]["direction"] = [1, 0, 0]
+    check_refused(given, '"dog".*direction', "an axis of rotation")
+
+
 def branched_file() -> dict[str, Any]:
     """Return the pipe with a thinner branch at its second leg, whose end stands above a mass."""
     given = route_file()
@@ -437,6 +493,7 @@ def test_slips_of_members_are_refused_by_their_key(key: str, value: Any, where: 
         (("point", 0), {"name": "mid", "structure": "pipe", "at": 1.0}, '"mid".*direction', "the key is missing"),
         (("joint", 1, "direction"), [0, 0, 0], "joint.*direction", "not all 0"),
         (("joint", 1, "at"), 1.0, "joint", "or nearest"),
+        (("structure", 0, "model", "tension"), 10.0, '"pipe".*tension', "a straight member"),
         (("load", 1, "direction"), None, "load.*direction", "placed in space"),
     ],
 )

@@ -12,7 +12,7 @@ import scipy
 import gapbeam as gb
 from gapbeam.solver.loads.time_function import Harmonic
 from gapbeam.solver.system.operators import Array
-from tests.shared.slips import Change, Tables, check_slip, put
+from tests.shared.slips import Change, Tables, check_refused, check_slip, put
 
 LENGTH, SPEED, WHEEL = 10.0, 30.0, 1000.0  # m, m/s, N
 SECTION = gb.section("rectangle", 0.1)._replace(shear_area=float("inf"))  # Euler and Bernoulli
@@ -186,12 +186,31 @@ def test_files_have_points_that_move() -> None:
     assert np.abs(pushed.displacement["middle"] - wanted).max() < 1e-2 * np.abs(wanted).max()
 
 
+def test_a_point_moves_along_a_frame() -> None:
+    """A wheel over a straight frame as over the beam; behind its end nothing carries it."""
+    tables, histories = crossing(), []
+    tables["joint"] = [{"type": "clamped", "structure": "bridge", "at": at} for at in (0.0, LENGTH)]
+    for model in ({}, {"type": "frame", "route": [[0, 0, 0], [0, LENGTH, 0]]}):
+        if model:
+            del tables["structure"][0]["model"]["length"]
+            for point in tables["point"]:
+                point["direction"] = [0, 0, 1]
+        tables["structure"][0] |= {"reduce": {"modes": 60 if model else 20}}  # of a frame across, sideways and along
+        tables["structure"][0]["model"] |= model
+        histories.append(gb.history(gb.scene(tables), 4e-4, 0.4))
+    for name in ("middle", "at"):
+        one, two = (found.displacement[name] for found in histories)
+        assert np.abs(one - two).max() < 1e-3 * np.abs(one).max()
+    put("point", 1, "at", value=LENGTH)(tables, Path())
+    check_refused(tables, "road", "30 m/s at 10 m of 10 m")
+
+
 ROAD = ("point", 1)
 SLIPS: dict[str, tuple[Change, str, str]] = {
-    "at its end": (put(*ROAD, "at", value=LENGTH), "road.*speed", "a speed along the beam from there"),
+    "at its end": (put(*ROAD, "at", value=LENGTH), "road", "a speed along the axis from there"),
     "no speed": (put(*ROAD, "speed", value=0.0), "road.*speed", "where the point stays"),
     "along a mass": (put(*ROAD, value={"name": "road", "structure": "wheel", "speed": 1.0}), "road.*speed",
-                     "model beam or rigid"),
+                     "model beam, rigid or frame"),
     "a spring to it": (put("joint", 1, value={"type": "elastic", "between": ["wheel.at", "bridge.road"],
                                               "stiffness": 1.0}), "joint", "which moves"),
     "noise": (put("load", 0, value={"type": "random", "name": "noise", "point": "bridge.road", "seed": 1,

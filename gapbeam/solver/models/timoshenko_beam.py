@@ -1,9 +1,9 @@
 """Timoshenko beam elements, and beams of several prismatic parts: with [[segment]], or of graded elements.
 
-    V = 1/2 int E I theta'^2 + kappa G A (w' - theta)^2 dx,    T = 1/2 int rho A w_t^2 + rho I theta_t^2 dx
+    V = 1/2 int E I theta'^2 + kappa G A (w' - theta)^2 + N w'^2 dx,    T = 1/2 int rho A w_t^2 + rho I theta_t^2 dx
 
 with w across the axis and u_x = -z theta. The elements interpolate what a beam without load between its nodes takes
-exactly, so that they do not lock. In plane strain E / (1 - nu^2) replaces E.
+exactly without preload N, so that they do not lock. In plane strain E / (1 - nu^2) replaces E.
 
 Source: Friedman and Kosmatka (1993) for the element; area, I and kappa are those of the cross-section.
 
@@ -52,6 +52,7 @@ class TimoshenkoBeam:
         shear: kappa G A, N; infinite: cross-sections stay normal to the axis.
         mass: rho A, kg/m.
         inertia: rho I, kg m.
+        tension: N, an axial preload that the motion does not change, N; below 0: compression.
     """
 
     length: float
@@ -60,6 +61,7 @@ class TimoshenkoBeam:
     shear: float
     mass: float
     inertia: float
+    tension: float = 0.0
 
     @classmethod
     def of_case(cls, case: Case, elements: int, lateral: bool = False) -> TimoshenkoBeam:
@@ -127,6 +129,8 @@ class TimoshenkoBeam:
         stiffness = curvature.T @ (self.bending * factors * curvature)
         if isfinite(self.shear):
             stiffness = stiffness + strain.T @ (self.shear * factors * strain)
+        if self.tension:
+            stiffness = stiffness + slope.T @ (self.tension * factors * slope)
         mass = w.T @ (self.mass * factors * w) + theta.T @ (self.inertia * factors * theta)
         return mass, stiffness
 

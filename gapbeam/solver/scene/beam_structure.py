@@ -16,7 +16,8 @@ from pydantic import TypeAdapter, ValidationError
 from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, heave_and_pitch_at, of_elements
-from gapbeam.solver.scene.argument_checks import checked, finite, positive
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
+from gapbeam.solver.scene.imported_points import has_negative_direction
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.schema.table import faults_in
 from gapbeam.solver.sections.section_choice import SectionChoice
@@ -124,12 +125,13 @@ def beam(
     modes: int | None = None,
     ratio: float = 0.0,
     added_mass: float = 0.0,
+    tension: float = 0.0,
     name: str = "",
 ) -> Structure:
-    """Return a straight beam that bends in one plane.
+    """Return a straight beam that bends in one plane, or a string with its bending stiffness.
 
-    Elements are exact for static loads at their nodes; nodes stand at all points and supports, so that a point is a
-    deflection of a node. The inertia of rotation counts.
+    Elements are exact for static loads at their nodes without tension; nodes stand at all points and supports, so that
+    a point is a deflection of a node. The inertia of rotation counts.
 
     Args:
         length: m.
@@ -143,10 +145,12 @@ def beam(
         modes: Kept modes; default all of them.
         ratio: Damping ratio of each mode.
         added_mass: Of a fluid that moves with the beam, per length, kg/m; it has no weight.
+        tension: Axial preload, which keeps its direction and size, N; below 0: compression.
         name: Of the structure.
 
     Raises:
-        UserError: A place is off the beam, the model is unknown, or a rigid beam is held.
+        UserError: A place is off the beam, the model is unknown, a rigid beam is held or has a preload, or compression
+            buckles the beam.
 
     Source: `gapbeam.solver.models.timoshenko_beam`, for the elements.
     """
@@ -162,8 +166,10 @@ def beam(
     rotary = material.density * section.second_moment
     added = float(positive(added_mass, f"{where}: added mass", zero=True))
     if model == "rigid":
-        if held or ratio or modes:
-            raise UserError(f"{where}: a rigid beam has neither supports nor modes; hold it by contacts or joints")
+        if held or ratio or modes or tension:
+            raise UserError(
+                f"{where}: a rigid beam has no supports, modes or preload; hold it by contacts or joints"
+            )
         moved = mass + added
         about = np.array([[moved * size, 0.0], [0.0, moved * size**3 / 12.0 + rotary * size]])
         rows = {key: np.array([[1.0, x - 0.5 * size]]) for key, x in places.items()}
@@ -174,7 +180,8 @@ def beam(
             "gapbeam.scene(case)"
         )
     shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) * section.shear_area
-    uniform = TimoshenkoBeam(size, count, bending, shear, mass + added, rotary)
+    pull = float(finite(tension, f"{where}: tension"))
+    uniform = TimoshenkoBeam(size, count, bending, shear, mass + added, rotary, pull)
     parts = _parts(uniform, [*places.values(), *held])
     ends = np.cumsum([0.0, *(part.length for part in parts)])
     x = np.concatenate([*(end + part.places[:-1] for end, part in zip(ends, parts, strict=False)), [size]])
@@ -187,13 +194,36 @@ def beam(
     along = rigid[:, 0]
     carried = (M @ along)[free] * (mass / (mass + added))
     left = 2 - np.linalg.matrix_rank(rigid[sorted(fixed)]) if fixed else 2
-    if left == 1:  # one pin: it rotates about that
+    if tension and left:  # it turns the beam back to its direction
+        left, rigid = (0, rigid) if fixed else (1, rigid[:, :1])
+    if left == 1 and fixed:  # one pin: it rotates about that
         rigid = rigid[:, 1:] - np.outer(rigid[:, 0], [held[0]])
     M, K = M[free][:, free], K[free][:, free]
+    if tension < 0.0:
+        refuse_buckling(K if fixed else None, tension, where)
     if len(free) <= LARGE:
         M, K = M.toarray(), K.toarray()
     whole = Structure(M, K, None, rows, rigid[free] if left else None, name, carried, along[free])
     return whole if modes is None and not ratio else whole.reduced(modes or len(free), ratio)
+
+
+def refuse_buckling(K: Any, tension: float, where: str) -> None:
+    """Refuse a compression that buckles what it presses.
+
+    Args:
+        K: Stiffness with it of what supports leave, sparse; None: not all is held.
+        tension: The compression, below 0, N.
+        where: How the structure is called in messages.
+
+    Raises:
+        ArgumentError: It does.
+    """
+    if K is None or has_negative_direction(K):
+        raise ArgumentError(
+            f"{where}: found a compression of {-tension:g} N under which it buckles, expected less than the critical "
+            "load; look at its supports",
+            "tension",
+        )
 
 
 def element_count(elements: int | None, where: str) -> int:

@@ -11,7 +11,7 @@ the form of ASME B31.3, appendix D. Ends that flanges stiffen, and internal pres
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf, pi
 from typing import Any, Literal, NamedTuple
@@ -25,7 +25,7 @@ from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive, shown
-from gapbeam.solver.scene.beam_structure import element_count, section_table
+from gapbeam.solver.scene.beam_structure import element_count, refuse_buckling, section_table
 from gapbeam.solver.scene.frame_route import FrameAxes, FrameRoute, Station
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.scene.structure_geometry import StructureGeometry, directions_across
@@ -114,6 +114,8 @@ class Member:
         flexibility: Factor of its elbows.
         up: Direction of its thickness.
         hinged: Ends of a branch that bend freely: "start", "end" or both; twist is carried over.
+        added_mass: Of a fluid that moves with it across its axis.
+        tension: Axial preload of a straight member.
     """
 
     route: Sequence[Sequence[float]]
@@ -123,6 +125,8 @@ class Member:
     flexibility: float | None = None
     up: Sequence[float] = (0.0, 0.0, 1.0)
     hinged: Sequence[Literal["start", "end"]] = ()
+    added_mass: float = 0.0
+    tension: float = 0.0
 
 
 @checked
@@ -140,6 +144,8 @@ def frame(
     up: Sequence[float] = (0.0, 0.0, 1.0),
     branches: Sequence[Member] = (),
     elements: int | None = None,
+    added_mass: float = 0.0,
+    tension: float = 0.0,
     name: str = "",
 ) -> Structure:
     """Return a frame in space: beams that bend both ways and carry twist and tension along a route and its branches.
@@ -150,7 +156,8 @@ def frame(
         route: Its ends and corners, (count, 3), m.
         section: Of `space_section`, or own figures.
         material: Of `material`.
-        points: By name where, and the direction, (3,), or two directions at right angles, (2, 3), of its motions.
+        points: By name where, and the direction, (3,), or two directions at right angles, (2, 3), of its motions. Six
+            numbers are a motion and a rotation: (0, 0, 0, 0, 0, 1) is the rotation about z, rad.
         bends: Radius of the bends at the corners, m: one for all, or one for each; 0: sharp corners that are rigid.
         flexibility: Factor of all elbows; default by the standard formula for tubes, 1 for other sections.
         clamped: Places that neither move nor rotate.
@@ -160,21 +167,24 @@ def frame(
         branches: More members. They are joined rigidly where an end of one lies on the axis of another, but for ends
             that are hinged.
         elements: About so many along all members; default 40. Bends have one for each pi / 16 at least.
+        added_mass: Of a fluid that moves with the member across its axis, per length, kg/m; it has no weight.
+        tension: Axial preload of a straight member, which keeps its direction and size, N; below 0: compression.
         name: Of the structure.
 
     Raises:
-        UserError: A route is none, a place is off the route, a direction is none, a branch meets no other member, or
-            all members at a joint are hinged.
+        UserError: A route is none, a place is off the route, a direction is none, a branch meets no other member, all
+            members at a joint are hinged, a preload is not of a straight member or of a frame that moves as a whole,
+            or compression buckles it.
     """
     where = f"frame {name or '?'}"
-    members = (Member(route, section, material, bends, flexibility, up), *branches)
+    members = (Member(route, section, material, bends, flexibility, up, (), added_mass, tension), *branches)
     axes = frame_axes([(one.route, one.bends) for one in members], where)
     placed = {key: _placed(one, f"{where}: point {key}") for key, one in points.items()}
     known = {key: axes.along(at, f"{where}: point {key}", f"points.{key}") for key, (at, _) in placed.items()}
     fixed = [(at, np.eye(3), kind == "clamped") for kind, group in (("clamped", clamped), ("pinned", pinned))
              for at in group]  # fmt: skip
     pairs = [_placed(one, f"{where}: support") for one in held]
-    fixed += [(at, np.atleast_2d(_directions(way, f"{where}: support")), False) for at, way in pairs]
+    fixed += [(at, _directions(way, f"{where}: support", (3,)), False) for at, way in pairs]
     supports = [(axes.along(at, f"{where}: support"), ways, rotates) for at, ways, rotates in fixed]
     longest = axes.length / element_count(elements, where)
     stations = axes.stations([*known.values(), *(at for at, _, _ in supports)], longest, ANGLE)
@@ -185,7 +195,7 @@ def frame(
     hinges, own = _hinges(members, axes, nodes, where)
     every = x[[*range(len(x)), *(one.node for one in hinges)]]
     tie = _tie(len(x), hinges)
-    K, M = (tie.T @ one @ tie for one in _assembled(members, axes, stations, own, every, where))
+    K, M, fluid = (tie.T @ one @ tie for one in _assembled(members, axes, stations, own, every, where))
     size = MOTIONS * len(x)
 
     def node_at(along: tuple[int, float]) -> int:
@@ -209,14 +219,16 @@ def frame(
     drawn: dict[str, tuple[Array, Array]] = {}
     for key, (_, way) in placed.items():
         node = node_at(known[key])
-        ways = np.atleast_2d(_directions(way, f"{where}: point {key}"))
+        ways = _directions(way, f"{where}: point {key}", (3, MOTIONS))
         rows_of[key] = np.zeros((len(ways), tie.shape[1]))
-        rows_of[key][:, MOTIONS * node : MOTIONS * node + 3] = ways
-        drawn[key] = x[node], ways
+        rows_of[key][:, MOTIONS * node : MOTIONS * node + ways.shape[1]] = ways
+        if ways.shape[1] == len(x[node]):
+            drawn[key] = x[node], ways
     along = R[:, :3]
     moved = {key: rows @ along for key, rows in rows_of.items()}
     inertia = np.asarray(Z.T @ (M @ along))
-    Kf, Mf = Z.T @ K @ Z, Z.T @ M @ Z
+    Kf, Mf = Z.T @ K @ Z, Z.T @ (M + fluid) @ Z
+    _check_preload(members, Kf, left.shape[1] == 0, where)
     if Z.shape[1] <= LARGE:
         Kf, Mf = Kf.toarray(), Mf.toarray()
     still = np.asarray(Z.T @ (R @ left)) if left.shape[1] else None
@@ -297,23 +309,25 @@ def _placed(given: Any, where: str) -> tuple[Station, ArrayLike]:
     return given[0], given[1]
 
 
-def _directions(ways: ArrayLike, where: str) -> Array:
-    """Return one or several directions of length 1."""
+def _directions(ways: ArrayLike, where: str, lengths: Sequence[int]) -> Array:
+    """Return one or several directions of length 1, (count, 3) or (count, 6); so are rotations where nothing moves."""
     given = np.atleast_2d(finite(ways, where))
-    sizes = np.linalg.norm(given, axis=1)
-    if given.shape[1:] != (3,) or not np.all(sizes > 0.0):
+    sizes = np.linalg.norm(given[:, :3], axis=1)
+    sizes = np.where(sizes > 0.0, sizes, np.linalg.norm(given, axis=1))
+    if given.shape[1] not in lengths or not np.all(sizes > 0.0):
         raise UserError(f"{where}: found direction {np.asarray(ways).tolist()}, expected (x, y, z), not all 0")
     found = given / sizes[:, None]
-    if np.abs(found @ found.T - np.eye(len(found))).max() > ALONG:
+    turned = np.triu(found @ found.T, 1)
+    if np.abs(turned).max() > ALONG:
         raise UserError(f"{where}: found directions that are not at right angles")
     return np.asarray(found)
 
 
 def _assembled(
     members: Sequence[Member], axes: FrameAxes, stations: Sequence[Array], nodes: Sequence[Array], x: Array, where: str
-) -> tuple[Any, Any]:
-    """Return stiffness and mass of all nodes, sparse."""
-    places, stiffness, mass = [], [], []
+) -> tuple[Any, Any, Any]:
+    """Return stiffness and mass of all nodes, and the mass of fluids, sparse."""
+    places, matrices = [], []
     for one, axis, s, some in zip(members, axes.routes, stations, nodes, strict=True):
         up = finite(one.up, f"{where}: up")
         if up.shape != (3,) or not np.linalg.norm(up) > 0.0:
@@ -326,30 +340,51 @@ def _assembled(
                 soft = 1.0
             elif soft is None:
                 soft = one.section.flexibility(part.radius)
-            k, m = _element(x[i], x[j], float(b - a), one.section, one.material, soft, up, where)
+            matrices.append(_element(x[i], x[j], float(b - a), one, soft, up, where))
             places.append(np.concatenate([MOTIONS * end + np.arange(MOTIONS) for end in (i, j)]))
-            stiffness.append(k.ravel())
-            mass.append(m.ravel())
     at, size = np.array(places), MOTIONS * len(x)
     rows, columns = np.repeat(at, 2 * MOTIONS, axis=1).ravel(), np.tile(at, (1, 2 * MOTIONS)).ravel()
-    K, M = (sp.csr_matrix((np.concatenate(one), (rows, columns)), (size, size)) for one in (stiffness, mass))
-    return K, M
+    K, M, fluid = (
+        sp.csr_matrix((np.ravel(some), (rows, columns)), (size, size)) for some in np.swapaxes(matrices, 0, 1)
+    )
+    return K, M, fluid
+
+
+def _check_preload(members: Sequence[Member], K: Any, is_held: bool, where: str) -> None:
+    """Refuse preloads of bent members, of frames that move as a whole, and those that buckle the frame."""
+    pressed = 0.0
+    for k, one in enumerate(members):
+        key = "tension" if k == 0 else f"members.{k - 1}.tension"
+        tension = float(finite(one.tension, f"{where}: tension"))
+        if tension and (len(one.route) > 2 or not is_held):
+            found = "a route with corners" if len(one.route) > 2 else "a frame that moves as a whole"
+            raise ArgumentError(
+                f"{where}: found a tension of {found}, expected a straight member of a frame that is held", key
+            )
+        pressed = min(pressed, tension)
+    if pressed < 0.0:
+        refuse_buckling(K, pressed, where)
 
 
 def _element(
-    a: Array, b: Array, arc: float, section: SpaceSection, material: Material, soft: float, up: Array, where: str
-) -> tuple[Array, Array]:
-    """Return stiffness and mass of an element in the axes of space, (12, 12) each; it weighs what its arc does."""
-    length = float(np.linalg.norm(b - a))
+    a: Array, b: Array, arc: float, one: Member, soft: float, up: Array, where: str
+) -> tuple[Array, Array, Array]:
+    """Return stiffness, mass, and that of fluid, of an element in space, (12, 12) each; it weighs what its arc does."""
+    section, material, length = one.section, one.material, float(np.linalg.norm(b - a))
     E, G = material.young_modulus, material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
     heavy = material.density * arc / length
-    K, M = np.zeros((12, 12)), np.zeros((12, 12))
+    wet = float(positive(one.added_mass, f"{where}: added mass", zero=True)) * arc / length
+    K, M, fluid = np.zeros((3, 12, 12))
     both = (section.second_moment, section.shear_area), (section.lateral_moment, section.lateral_shear_area)
     for (second, shear), at, sense in zip(both, (STRONG, WEAK), (-1.0, 1.0), strict=True):
-        beam = TimoshenkoBeam(length, 1, E * second / soft, G * shear, heavy * section.area, heavy * second)
+        beam = TimoshenkoBeam(
+            length, 1, E * second / soft, G * shear, heavy * section.area, heavy * second, one.tension
+        )
         m, k = beam.element_matrices()
         turned = np.outer(*[np.array([1.0, sense, 1.0, sense])] * 2)  # w' is -r_y, and r_z
         K[np.ix_(at, at)], M[np.ix_(at, at)] = k * turned, m * turned
+        if wet:
+            fluid[np.ix_(at, at)] = replace(beam, mass=wet, inertia=0.0).element_matrices()[0] * turned
     unit, share = np.array([[1.0, -1.0], [-1.0, 1.0]]) / length, np.array([[2.0, 1.0], [1.0, 2.0]]) * length / 6.0
     polar = section.second_moment + section.lateral_moment
     for at, stiff, inert in (
@@ -357,7 +392,7 @@ def _element(
     ):  # fmt: skip
         K[np.ix_(at, at)], M[np.ix_(at, at)] = stiff * unit, inert * share
     T = block_diag(*[_axes(np.asarray((b - a) / length), section, up, where)] * 4)
-    return T.T @ K @ T, T.T @ M @ T
+    return T.T @ K @ T, T.T @ M @ T, T.T @ fluid @ T
 
 
 def _axes(along: Array, section: SpaceSection, up: Array, where: str) -> Array:

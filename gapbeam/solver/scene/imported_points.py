@@ -410,13 +410,13 @@ def check_imported(K: Any, M: Any, rows: Rows, name: str = "") -> None:
         )
     scale = sp.diags(1.0 / np.sqrt(diagonal))
     unit, elastic = sp.csc_matrix(scale @ M @ scale), sp.csc_matrix(scale @ K @ scale)
-    if _negative(unit, 0.0):
+    if has_negative_direction(unit):
         raise ArgumentError(
             "found an M that is not positive definite, expected kinetic energy in every motion; C3D10 of CalculiX has "
             "motions without mass in coarse meshes: refine, or take C3D20",
             "mass",
         )
-    if _negative(elastic + NEGATIVE * float(abs(elastic.diagonal()).max()) * unit, 0.0):
+    if has_negative_direction(elastic + NEGATIVE * float(abs(elastic.diagonal()).max()) * unit):
         raise ArgumentError(
             "found a K with a negative direction, expected none; look at how K was exported, and give forces that "
             "soften as a feedback",
@@ -429,7 +429,7 @@ def check_imported(K: Any, M: Any, rows: Rows, name: str = "") -> None:
             LOG.warning("structure %s: %s", name or "?", question)
 
 
-def _negative(A: Any, least: float) -> bool:
+def has_negative_direction(A: Any) -> bool:
     """Return whether a symmetric matrix has a negative direction, by the signs of its pivots (Sylvester)."""
     try:
         factor = sla.splu(
@@ -437,7 +437,7 @@ def _negative(A: Any, least: float) -> bool:
         )
     except RuntimeError:  # singular
         return True
-    return bool(np.any(factor.U.diagonal() < least))
+    return bool(np.any(factor.U.diagonal() < 0.0))
 
 
 def _check_order(K: Any, motions: Array, rows: Rows) -> None:

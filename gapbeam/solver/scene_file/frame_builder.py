@@ -32,8 +32,8 @@ def _axes(table: BodyTable, model: ElementFrame, members: Sequence[MemberTable])
     return frame_axes(routes, f"frame {table.name}")
 
 
-def extent_of(table: BodyTable, model: ElementFrame, members: Sequence[MemberTable]) -> PlacedBody:
-    """Return the extent of a frame in space: places along all of its axes.
+def extent_of(table: BodyTable, model: ElementFrame, members: Sequence[MemberTable]) -> tuple[PlacedBody, float]:
+    """Return the extent of a frame in space, places along all of its axes, and the length of its route, m.
 
     Raises:
         UserError: A route is none, or a member meets no other.
@@ -43,16 +43,25 @@ def extent_of(table: BodyTable, model: ElementFrame, members: Sequence[MemberTab
     places = np.array([route.at(float(s)) for route, some in zip(axes.routes, stations, strict=True) for s in some])
     thick = [model.thickness, *(one.outer_sizes(model)[0] for one in members)]
     halves = tuple(0.5 * one for one, some in zip(thick, stations, strict=True) for _ in some)
-    return PlacedBody(tuple(map(str, range(len(places)))), places, half=max(halves), halves=halves)
+    body = PlacedBody(tuple(map(str, range(len(places)))), places, half=max(halves), halves=halves)
+    return body, axes.routes[0].length
 
 
 def stations_of(points: Sequence[PointTable], nearest: Mapping[str, Any], extent: PlacedBody | None) -> Directed:
     """Return station and directions of each point, also of those that pairs at nearest places made."""
-    given: Directed = {one.name: (one.nearest or float(one.at or 0.0), one.direction) for one in points}
+    given: Directed = {one.name: (one.nearest or float(one.at or 0.0), direction_of(one)) for one in points}
     for name, node in nearest.items():
         assert extent is not None
         given[name] = (tuple(map(float, extent.places[int(node["node"])])), node["direction"])
     return given
+
+
+Z = (0.0, 0.0, 1.0)
+
+
+def direction_of(point: PointTable) -> Any:
+    """Return the direction of a point, or its rotation as six numbers."""
+    return point.direction if point.about is None else (0.0, 0.0, 0.0, *point.about)
 
 
 def framed(
@@ -73,7 +82,7 @@ def framed(
     axes, places = _axes(table, model, members), dict[str, PlacedPoint]()
     for name, (at, way) in points.items():
         ways = np.atleast_2d(np.asarray(way, dtype=float))
-        on_axis = not isinstance(at, float) or at <= axes.routes[0].length
+        on_axis = (not isinstance(at, float) or at <= axes.routes[0].length) and ways.shape[1] == len(Z)
         place = axes.at(axes.along(at, "point")) if on_axis else None
         places[f"{table.name}.{name}"] = PlacedPoint(place, ways / np.linalg.norm(ways, axis=1)[:, None])
     one = frame(
@@ -89,6 +98,8 @@ def framed(
         up=model.up,
         branches=[_branch(model, member) for member in members],
         elements=model.elements,
+        added_mass=model.added_mass,
+        tension=model.tension,
         name=table.name,
     )
     return one, places
@@ -99,7 +110,10 @@ def _branch(model: ElementFrame, member: MemberTable) -> Member:
     material, (thickness, width) = member.material or model.material, member.outer_sizes(model)
     section = space_figures(member.section or model.section, thickness, width, material.poisson_ratio)
     up = model.up if member.up is None else member.up
-    return Member(member.route, section, material, member.bend_radius, member.flexibility, up, member.hinged)
+    wet = model.added_mass if member.added_mass is None else member.added_mass
+    return Member(
+        member.route, section, material, member.bend_radius, member.flexibility, up, member.hinged, wet, member.tension
+    )
 
 
 def _where(joint: ClampedBody | PinnedBody | HeldBody) -> Station:

@@ -205,7 +205,7 @@ def pair_faults(
     if len(offset) not in (1, region.motions):
         return [Fault((*key, "offset"), f"{counted(len(offset), 'number')}", f"{region.motions}: one for each motion")]
     axes = [place.axes for place in places if place is not None and place.axes is not None]
-    if len(axes) == 2 and np.abs(axes[0] - axes[1]).max() > SAME:
+    if len(axes) == 2 and (axes[0].shape != axes[1].shape or np.abs(axes[0] - axes[1]).max() > SAME):
         return [
             Fault((*key, "between"), f"directions {axes[0].tolist()} and {axes[1].tolist()}",
                   "the same directions at both points: their motions are subtracted")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ from gapbeam.solver.scene_file.contact_builder import (
 )
 from gapbeam.solver.scene_file.feedback_builder import faulty_key, flow_span, made_feedback, stations
 from gapbeam.solver.scene_file.feedback_tables import AnyFeedback
-from gapbeam.solver.scene_file.frame_builder import extent_of, framed, stations_of
+from gapbeam.solver.scene_file.frame_builder import direction_of, extent_of, framed, stations_of
 from gapbeam.solver.scene_file.mesh_tables import MeshFile
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, in_space, line_of
 from gapbeam.solver.scene_file.scene_case import SceneCase
@@ -95,9 +96,7 @@ def built_scene(
     faces = {number: face_pair(site, number, one) for number, one in touching.items()}
     _make(site, _condensed)
     if not site.faults:
-        site.moving = {
-            f"{one.structure}.{one.name}": _moving(site, i, one) for i, one in enumerate(case.point) if one.speed
-        }
+        site.moving = {name: point for one in case.structure for name, point in _moving(site, one).items()}
     feedbacks = [_feedback(site, number, one) for number, one in enumerate(case.feedback)]
     contacts = [point_contact(site, number, pair) for number, pair in enumerate(pairs) if pair.at != "faces"]
     contacts += [condensed_face(site, key, one) for key, some in faces.items() for one in some if not site.faults]
@@ -170,7 +169,7 @@ def _place(site: Site, table: BodyTable) -> None:
         if nodes:
             site.extents[table.name] = PlacedBody(tuple(nodes), np.array(list(nodes.values())))
     elif isinstance(model, ElementFrame):
-        site.extents[table.name] = extent_of(table, model, site.members(table))
+        site.extents[table.name], site.lengths[table.name] = extent_of(table, model, site.members(table))
     elif place is not None and isinstance(model, LumpedMass):
         site.extents[table.name] = line_of(place, 0.0, model.motions, 0.0)
     elif place is not None and isinstance(model, ElementBeam | RigidBar):
@@ -205,6 +204,9 @@ def _body(site: Site, table: BodyTable) -> Structure:
         one, at = _imported(site, table, points, held), {}
     elif isinstance(model, ElementFrame):
         given = stations_of(points, nearest, extent)
+        given |= {
+            name: (x, direction_of(point)) for point, way in _ways(site, table) for name, x in way.items()
+        }
         one, places = framed(table, model, site.members(table), given, held)
         at, site.places = {}, site.places | places
     else:
@@ -272,6 +274,7 @@ def _straight(table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, flo
         pinned=[float(joint.at or 0.0) for joint in held if isinstance(joint, PinnedBody)],
         elements=model.elements if isinstance(model, ElementBeam) else None,
         added_mass=model.added_mass,
+        tension=model.tension if isinstance(model, ElementBeam) else 0.0,
         name=table.name,
     )
 
@@ -284,25 +287,38 @@ def _stations(site: Site, table: BodyTable) -> dict[str, float]:
             found |= {f"load {number}: {i}": x for i, x in enumerate(load.patterns[0].places)}
     for number, one in enumerate(site.case.feedback):
         found |= stations(number, one, table)
+    return found | {name: x for _, way in _ways(site, table) for name, x in way.items()}
+
+
+def _ways(site: Site, table: BodyTable) -> Iterator[tuple[PointTable, dict[str, float]]]:
+    """Yield points that move along a beam or a frame, with the places along their ways by name, m, growing.
+
+    Raises:
+        ArgumentError: A point starts where its way ends, or beyond.
+    """
     for number, point in enumerate(site.case.point):
         if point.speed and point.structure == table.name:
-            found |= {f"point {number}: {i}": x for i, x in enumerate(_way(table, point))}
+            length = table.model.length if isinstance(table.model, ElementBeam | RigidBar) else site.lengths[table.name]
+            start, end = point.at or 0.0, length if point.speed > 0.0 else 0.0
+            if start == end or start > length:
+                raise ArgumentError(
+                    f"found {point.speed:g} m/s at {start:g} m of {length:g} m, expected a speed along the axis from "
+                    "there; leave speed out where the point stays",
+                    f"points.{point.name}",
+                )
+            first, last = sorted([start, end])
+            yield point, {f"point {number}: {i}": first + (last - first) * i / (WAY - 1) for i in range(WAY)}
+
+
+def _moving(site: Site, table: BodyTable) -> dict[str, MovingPoint]:
+    """Return the points that move along a structure."""
+    body, found = site.bodies[table.name], dict[str, MovingPoint]()
+    for point, way in _ways(site, table):
+        first, speed = point.at or 0.0, point.speed or 0.0
+        position = partial(lambda first, speed, t: first + speed * t, first, speed)
+        stays = [body[name] for name in way]
+        found[f"{table.name}.{point.name}"] = moving_point(stays, list(way.values()), position, point.name)
     return found
-
-
-def _way(table: BodyTable, point: PointTable) -> list[float]:
-    """Return places along the way of a point that moves along a beam, m, growing."""
-    assert isinstance(table.model, ElementBeam | RigidBar)
-    first, last = sorted([point.at or 0.0, table.model.length if (point.speed or 0.0) > 0.0 else 0.0])
-    return [first + (last - first) * i / (WAY - 1) for i in range(WAY)]
-
-
-def _moving(site: Site, number: int, point: PointTable) -> MovingPoint:
-    """Return a point that moves along a beam."""
-    table = next(one for one in site.case.structure if one.name == point.structure)
-    first, speed, body = point.at or 0.0, point.speed or 0.0, site.bodies[point.structure]
-    stays = [body[f"point {number}: {i}"] for i in range(WAY)]
-    return moving_point(stays, _way(table, point), lambda t: first + speed * t, point.name)
 
 
 def _feedback(site: Site, number: int, table: AnyFeedback) -> Feedback | None:

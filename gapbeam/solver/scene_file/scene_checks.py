@@ -184,9 +184,14 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
         return
     model = by_name[point.structure].model
     given = [one for one in OF_MATRICES if getattr(point, one) is not None]
-    if point.speed is not None and not isinstance(model, ElementBeam | RigidBar):
-        yield Fault((*key, "speed"), f"a point that moves along a model {model.type}", "a model beam or rigid",
+    if point.speed is not None and not isinstance(model, ElementBeam | RigidBar | ElementFrame):
+        yield Fault((*key, "speed"), f"a point that moves along a model {model.type}", "a model beam, rigid or frame",
                     "gapbeam.moving_point takes points of other models")  # fmt: skip
+    elif point.speed == 0.0:
+        yield Fault((*key, "speed"), "0 m/s", "a speed along the axis", "leave speed out where the point stays")
+    if point.about is not None and not isinstance(model, ElementFrame):
+        yield Fault((*key, "about"), f"a rotation of a model {model.type}", "a model frame",
+                    'dof = "12.5" is a rotation of matrices')  # fmt: skip
     if isinstance(model, ModesOfFile | LumpedMass):
         has = "the columns of its file" if isinstance(model, ModesOfFile) else f'"{point.structure}.at"'
         yield Fault(key, f"a point of a model {model.type}", f"no point: its points are {has}", "leave it out")
@@ -196,8 +201,11 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
                 yield Fault((*key, one), f"{one} of a frame", "at: length along its axis, m, or nearest")
         if (point.at is None) == (point.nearest is None):
             yield Fault(key, "two places" if given else "no place", "at: length along its axis, m, or nearest")
-        if point.direction is None:
-            yield Fault((*key, "direction"), "nothing: the key is missing", "the direction of the motion")
+        elif point.speed is not None and point.at is None:
+            yield Fault((*key, "nearest"), "nearest of a point that moves", "at: length along its axis, m")
+        if (point.direction is None) == (point.about is None):
+            found = "nothing: the key is missing" if point.about is None else "a direction and an axis of rotation"
+            yield Fault((*key, "direction"), found, "the direction of the motion, or about: the axis of a rotation")
     elif isinstance(model, ElementBeam | RigidBar):
         placed = by_name[point.structure].place is not None
         for one in [*given, *(["direction"] if point.direction is not None else [])]:
@@ -210,9 +218,6 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
                 yield Fault((*key, "at"), "nothing: the key is missing", "x from the start of the beam, m")
         elif point.at > model.length:
             yield Fault((*key, "at"), f"{point.at:g} m, beyond the end", f"0 to {model.length:g} m")
-        elif point.speed is not None and (not point.speed or point.at == (model.length if point.speed > 0.0 else 0.0)):
-            yield Fault((*key, "speed"), f"{point.speed:g} m/s at {point.at:g} m", "a speed along the beam from there",
-                        "leave speed out where the point stays")  # fmt: skip
     else:
         if point.at is not None:
             yield Fault((*key, "at"), f"{point.at:g} m of a model {model.type}", f"one of {', '.join(OF_MATRICES)}")

@@ -33,6 +33,7 @@ class Site:
     bodies: dict[str, Structure] = field(default_factory=dict)
     models: dict[str, ImportedModel] = field(default_factory=dict)
     extents: dict[str, PlacedBody] = field(default_factory=dict)
+    lengths: dict[str, float] = field(default_factory=dict)
     nearest: dict[str, dict[str, Any]] = field(default_factory=dict)
     places: dict[str, PlacedPoint] = field(default_factory=dict)
     moving: dict[str, MovingPoint] = field(default_factory=dict)

@@ -53,8 +53,15 @@ class _Profile(Table):
         examples=[{"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}],
     )
     added_mass: NonNegative = Field(
-        default=0.0, description="mass of a fluid that moves with it, per length, without weight, kg/m"
+        default=0.0, description="mass of a fluid that moves with it across its axis, per length, without weight, kg/m"
     )
+
+
+TENSION: Any = Field(
+    default=0.0,
+    description="axial preload of a straight beam or member, which keeps its direction and size, N; below 0: "
+    "compression",
+)
 
 
 class _Bar(_Profile):
@@ -69,6 +76,7 @@ class ElementBeam(_Bar):
     motions: Whole = Field(
         default=1, ge=1, le=2, description="1: it bends in one plane; 2: in two, round sections only"
     )
+    tension: Number = TENSION
 
 
 class RigidBar(_Bar):
@@ -96,6 +104,7 @@ class ElementFrame(_Profile):
     elements: Whole | None = Field(
         default=None, ge=1, le=10_000, description="about so many elements along straight legs; default 40"
     )
+    tension: Number = TENSION
 
 
 class MemberTable(Table):
@@ -118,6 +127,8 @@ class MemberTable(Table):
     )
     material: Material | None = Field(default=None, description="the material; default the frame's")
     up: Direction | None = Field(default=None, description="direction of the thickness; default the frame's")
+    added_mass: NonNegative | None = Field(default=None, description="as of the frame, kg/m; default the frame's")
+    tension: Number = TENSION
     hinged: tuple[Literal["start", "end"], ...] = Field(
         default=(), max_length=2, description="ends that bend freely", examples=[["end"]]
     )
@@ -254,9 +265,16 @@ class PointTable(Table):
         description="direction of its motion, or two at right angles, no unit",
         examples=[[0.0, 0.0, 1.0]],
     )
+    about: Direction | None = Field(
+        default=None,
+        description="axis of its rotation, rad, of a frame, in place of direction: pairs have an angular play, forces "
+        "are moments, N m",
+        examples=[[0.0, 1.0, 0.0]],
+    )
     speed: Number | None = Field(
         default=None,
-        description="of a point that moves along a beam from `at` on, for pairs and forces, m/s; default it stays",
+        description="of a point that moves along a beam or a frame from `at` on, for pairs and forces, m/s; default it "
+        "stays",
         examples=[20.0],
     )
 

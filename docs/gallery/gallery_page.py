@@ -22,7 +22,7 @@ def section(scene: Scene) -> str:
     """Return heading, picture, text and command of a scene."""
     return (
         f"## {title(scene)}\n\n{scene.text}\n\n![{scene.file.stem}](gallery/scenes/{scene.file.name})\n\n"
-        f"    environment/run {scene.command}\n"
+        f"    {scene.command}\n"
     )
 
 

@@ -56,8 +56,9 @@ class View:
         plotter: Any = pv.Plotter(off_screen=True, window_size=fine, lighting="light kit")
         plotter.render_window.SetMultiSamples(_SAMPLES)
         # Supports one can see through are all gray: it hardly matters which is in front, and to blend them in any order
-        # takes a third of the time of a picture.
-        plotter.renderer.SetUseOIT(False)
+        # takes a third of the time of a picture. VTK 9.4 leaves no choice.
+        if hasattr(plotter.renderer, "SetUseOIT"):
+            plotter.renderer.SetUseOIT(False)
         plotter.set_background("white")
         line = _FINER * max(1.0, size[0] / 900)
         lit = not color.everywhere  # light would change the colors that a scale explains

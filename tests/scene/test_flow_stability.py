@@ -336,7 +336,7 @@ EXPLICIT = LinearScheme(0.0, 0.0, (1.0, -1.0, 0.0), (0.5, 0.5, 0.0), (1.0, 0.0, 
 """Central differences with velocities between the steps."""
 
 
-def test_explicit_schemes_are_refused_beyond_their_limit() -> None:
+def test_schemes_are_refused_beyond_their_limit() -> None:
     """2 / w, with springs of a feedback: below, a mass swings with sin(W h / 2) = w h / 2; above, it is refused."""
     tube = gb.mass(1.0, stiffness=60.0)
     scene = gb.Scene(tube, joints=[gb.Joint(tube["at"], 40.0)])
@@ -348,6 +348,10 @@ def test_explicit_schemes_are_refused_beyond_their_limit() -> None:
     words = r"stable up to about 0\.2 s for the fastest mode of 10 rad/s, found step 0\.21"
     with pytest.raises(gb.UserError, match=words):
         gb.history(scene, 0.21, 2.1, start, EXPLICIT)
+    linear = gb.newmark(beta=1 / 6)  # linear acceleration: 2 sqrt(3) / w
+    assert np.abs(gb.history(scene, 0.34, 34.0, start, linear).displacement["at"]).max() < 10.0
+    with pytest.raises(gb.UserError, match=r"stable up to about 0\.34[67] s"):
+        gb.history(scene, 0.36, 3.6, start, linear)
 
 
 def refused() -> dict[str, tuple[Callable[[], Any], str]]:
@@ -389,6 +393,8 @@ def refused() -> dict[str, tuple[Callable[[], Any], str]]:
         "closed": (lambda: gb.eigenvalues(scene, ["gate"]), "no contact is called 'gate'"),
         "law": (lambda: gb.eigenvalues(scene, ["stop"]), "give it: closed={'stop': 1e6}"),
         "bounds": (lambda: gb.critical_velocity(scene, "flow.velocity", 0.5, 0.51), "expected decay at one bound"),
+        "no beta": (lambda: gb.newmark(beta=0.0), "beta 0.0 and gamma 0.5, expected above 0"),
+        "growth": (lambda: gb.newmark(gamma=0.4), "expected above 0 and from 1/2 on"),
         "span": (lambda: gb.span(one, {"at": 0.0}), "two or more that differ"),
         "long": (
             lambda: gb.history(scene, 1e-3, 0.05),

@@ -28,7 +28,7 @@ from gapbeam.solver.scene.touch_kernel import LAST
 from gapbeam.solver.system.operators import Array
 
 Three = tuple[float, float, float]
-LOOKS, GROWN = 1001, 1e-9  # angles at which a scheme is looked at, and the growth that is round-off
+LOOKS, GROWN, FAR = 1001, 1e-9, 1e4  # angles that are looked at, growth that is round-off, and the largest angle, rad
 RESOLVED = 1.2
 """Half angle of a mode in a step, w h / 2, up to which its frequency is exact; faster modes have the m' of this one."""
 
@@ -58,6 +58,11 @@ class LinearScheme(NamedTuple):
     def is_accelerated(self) -> bool:
         """True where the acceleration is part of the state."""
         return any(self.acceleration)
+
+    @property
+    def is_conditional(self) -> bool:
+        """True where modes that turn far in a step grow."""
+        return bool(growth_of(self, np.array([FAR]))[0] > 1.0 + GROWN)
 
 
 @checked
@@ -101,7 +106,7 @@ def growth_of(scheme: LinearScheme, angles: Array) -> Array:
 
 
 def check_limit(scheme: LinearScheme, h: float, fastest: float) -> None:
-    """Refuse a step beyond the limit of a scheme whose stiffness acts before the middle of the step.
+    """Refuse a step beyond the limit of a scheme that has one, such as central differences.
 
     Args:
         scheme: The scheme.
@@ -111,14 +116,12 @@ def check_limit(scheme: LinearScheme, h: float, fastest: float) -> None:
     Raises:
         UserError: A mode would grow.
     """
-    if scheme.level >= 0.5:
-        return
     angles: Array = np.asarray(np.linspace(0.0, fastest * h, LOOKS)[1:], dtype=float)
     unstable = np.flatnonzero(growth_of(scheme, angles) > 1.0 + GROWN)
     if unstable.size:
         limit = angles[unstable[0]] / fastest if fastest > 0.0 else 0.0
         raise UserError(
-            f"march: the explicit scheme is stable up to about {limit:.3g} s for the fastest mode of {fastest:.4g} "
+            f"march: the scheme is stable up to about {limit:.3g} s for the fastest mode of {fastest:.4g} "
             f"rad/s, found step {h:g} s; take a smaller step, fewer modes (structure.reduced), or the default scheme"
         )
 
@@ -158,7 +161,17 @@ def euler() -> LinearScheme:
 
 @checked
 def newmark(beta: float = 0.25, gamma: float = 0.5) -> LinearScheme:
-    """Return Newmark's scheme. It creates energy in contacts that the step does not resolve."""
+    """Return Newmark's scheme. It creates energy in contacts that the step does not resolve.
+
+    Args:
+        beta: Above 0; below (gamma + 1/2)^2 / 4, marches refuse steps beyond the limit of the fastest mode.
+        gamma: From 1/2 on; above, modes are damped.
+
+    Raises:
+        UserError: A number is out of that range.
+    """
+    if not (beta > 0.0 and gamma >= 0.5):
+        raise UserError(f"scheme newmark: found beta {beta!r} and gamma {gamma!r}, expected above 0 and from 1/2 on")
     return alpha(0.0, 0.0, beta, gamma)
 
 

@@ -53,7 +53,7 @@ class Marcher:
         if not (np.isfinite(step) and step > 0.0):
             raise UserError(f"march: found step {step!r} s, expected a time above 0")
         self.scene, self.h, self.lanes, self.scheme = scene, float(step), lanes, scheme
-        if scheme.level < 0.5:
+        if scheme.is_conditional:
             check_limit(scheme, self.h, self.fastest())
         self.linear = linear or self.condensed()
         self.slabs = scene.slabs(lanes, step, self.linear.delassus, scheme.law)
@@ -90,7 +90,9 @@ class Marcher:
         """Return the largest angular frequency of the scene with springs of its feedback, rad/s."""
         scene = self.scene
         if scene.is_large:
-            raise UserError("march: explicit schemes are for modes; reduce the structure: structure.reduced(modes)")
+            raise UserError(
+                "march: a scheme with a limit of stability is for modes; reduce the structure: structure.reduced(modes)"
+            )
         K = np.diag(scene.squares)
         for one in scene.feedbacks:
             sense = scene.rows([one.sense])

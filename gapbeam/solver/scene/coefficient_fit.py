@@ -10,7 +10,6 @@ with the same rates d_j for all coefficients.
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from itertools import pairwise, product
 from math import pi
@@ -22,7 +21,6 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError, finite
 from gapbeam.solver.system.operators import Array
@@ -70,9 +68,9 @@ class CoefficientFit:
         if self.misfit <= self.tolerance:
             return ""
         return (
-            f"the fit of {counted(len(self.rates), 'state')} misses measured coefficients by {self.misfit:.2g} of "
-            "the largest, "
-            f"more than the tolerance of {self.tolerance:g}: take more states, or a smaller range of reduced velocities"
+            f"the fit of {counted(len(self.rates), 'state')} misses measured coefficients by {self.misfit:.2g} of the "
+            f"largest, more than the tolerance of {self.tolerance:g}: take more states, or a smaller range of reduced "
+            "velocities"
         )
 
     def fitted(self, reduced: ArrayLike) -> Any:
@@ -143,75 +141,41 @@ def table_rows(table: ArrayLike | PathLike[str] | str, states: int, where: str) 
         UserError: The file cannot be read, or has too few rows, other columns, values that are not finite, or reduced
             velocities that do not increase.
     """
-    where = f"{where}: table"
+    where, rows = f"{where}: table", dict[str, Array]()
     if isinstance(table, str | PathLike):
         where = f"{where} {table}"
-        given = _lines(Path(table), where)
-    else:
         try:
-            rows = np.atleast_2d(finite(table, where))
-        except UserError as error:
-            raise ArgumentError(str(error), "table") from None
-        given = {f"row {i}": row for i, row in enumerate(rows, start=1)}
-    widths = {name: len(row) for name, row in given.items()}
-    for name, width in widths.items():
-        if width not in NAMES or width != next(iter(widths.values())):
-            raise ArgumentError(
-                f"{where}: found {width} numbers in {name}, expected 3 or 9 columns: the reduced velocity, then real "
-                "and imaginary part of each coefficient",
-                "table",
-            )
-    if len(given) < states + 2:
-        raise ArgumentError(
-            f"{where}: found {counted(len(given), 'row')} for {counted(states, 'state')}, expected {states + 2} or "
-            "more; measure at more "
-            "velocities, or take fewer states",
-            "table",
-        )
-    found = np.array(list(given.values()))
-    for (name, last), (after, one) in pairwise([("", 0.0), *zip(given, found[:, 0], strict=True)]):
+            lines = Path(table).read_text(encoding="utf-8-sig").splitlines()
+        except (OSError, UnicodeDecodeError) as error:
+            raise ArgumentError(f"{where}: {error}", "table") from None
+    else:
+        lines, rows = [], {f"row {i}": row for i, row in enumerate(np.atleast_2d(finite(table, where)), start=1)}
+
+    def fault(found: str, expected: str) -> ArgumentError:
+        return ArgumentError(f"{where}: found {found}, expected {expected}", "table")
+
+    for number, line in enumerate(lines, start=1):
+        text = line.partition("#")[0].replace('"', "")
+        if not text.strip(" ,"):
+            continue
+        row = np.genfromtxt([text], delimiter=",", ndmin=1)  # NaN where a cell is no number
+        if not rows and np.isnan(row).all():  # a line of names
+            continue
+        if not np.isfinite(row).all():
+            raise fault(f"{line!r} in line {number}", "finite numbers with commas between")
+        rows[f"line {number}"] = row
+    first = len(next(iter(rows.values()), ()))
+    for name, row in rows.items():
+        if len(row) not in NAMES or len(row) != first:
+            columns = "3 or 9 columns: the reduced velocity, then real and imaginary part of each coefficient"
+            raise fault(f"{len(row)} numbers in {name}", columns)
+    if len(rows) < states + 2:
+        more = f"{states + 2} or more; measure at more velocities, or take fewer states"
+        raise fault(f"{counted(len(rows), 'row')} for {counted(states, 'state')}", more)
+    found = np.array(list(rows.values()))
+    for (name, last), (after, one) in pairwise([("", 0.0), *zip(rows, found[:, 0], strict=True)]):
         if not one > last:
-            raise ArgumentError(
-                f"{where}: found the reduced velocity {one:g} in {after}{f' after {last:g} in {name}' * bool(name)}, "
-                "expected numbers above 0 that increase; sort the rows, and take the mean of those at one velocity",
-                "table",
-            )
+            before = f" after {last:g} in {name}" * bool(name)
+            order = "numbers above 0 that increase; sort the rows, and take the mean of those at one velocity"
+            raise fault(f"the reduced velocity {one:g} in {after}{before}", order)
     return found
-
-
-def _lines(path: Path, where: str) -> dict[str, Array]:
-    """Return the rows of a file by the number of their line.
-
-    Raises:
-        ArgumentError: It cannot be read, or a cell is no finite number.
-    """
-    found = dict[str, Array]()
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            for number, cells in enumerate(csv.reader(file), start=1):
-                line = f"line {number}"
-                if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
-                    continue
-                try:
-                    row = np.array([float(cell) for cell in cells])
-                except ValueError:
-                    if not found and not _begins_with_number(cells):  # a line of names
-                        continue
-                    row = np.array([np.nan])
-                if not np.isfinite(row).all():
-                    raise ArgumentError(
-                        f"{where}: found {','.join(cells)!r} in {line}, expected finite numbers with commas between",
-                        "table",
-                    )
-                found[line] = row
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ArgumentError(f"{where}: {error}", "table") from None
-    return found
-
-
-def _begins_with_number(cells: list[str]) -> bool:
-    try:
-        float(cells[0])
-    except ValueError:
-        return False
-    return True

@@ -9,11 +9,12 @@ other. Forces of a flow are in `flow_force`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import scipy.linalg as sl
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.messages.errors import UserError
@@ -49,6 +50,19 @@ def outputs_of(feedbacks: Sequence[Feedback]) -> list[slice]:
     """Return the places of the forces of each feedback among those of all."""
     ends = np.cumsum([0, *(motions_of(one.act) for one in feedbacks)])
     return [slice(int(a), int(b)) for a, b in pairwise(ends)]
+
+
+def side_by_side(laws: Sequence[Any]) -> tuple[Array, Array, Array, Array]:
+    """Return A, B, C, D of linear laws next to each other; B and D take displacements of all, then velocities."""
+
+    def whole(parts: Iterable[Array]) -> Any:
+        return sl.block_diag(np.zeros((0, 0)), *parts)
+
+    def halves(name: str) -> Any:
+        pairs = [np.split(getattr(one, name), 2, axis=1) for one in laws]
+        return np.hstack([whole(pair[i] for pair in pairs) for i in (0, 1)])
+
+    return whole(one.A for one in laws), halves("B"), whole(one.C for one in laws), halves("D")
 
 
 class Feedback:

@@ -14,9 +14,8 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.linalg as sl
 
-from gapbeam.solver.scene.feedback import Feedback
+from gapbeam.solver.scene.feedback import Feedback, side_by_side
 from gapbeam.solver.system.operators import Array
 
 NOISE = 1e-12
@@ -176,18 +175,8 @@ def without_noise(rows: Array) -> Array:
 
 def joined(feedbacks: Sequence[Feedback], h: float, level: float) -> tuple[Array, Array]:
     """Return states and force of all feedbacks, forces at a level of the step, as matrices of (z0, y0, v)."""
-
-    def blocks(name: str) -> Array:
-        found: Array = sl.block_diag(*(getattr(one, name) for one in feedbacks)) if feedbacks else np.zeros((0, 0))
-        return found
-
-    def half(name: str, which: int) -> Array:
-        parts = [np.split(getattr(one, name), 2, axis=1)[which] for one in feedbacks]
-        found: Array = sl.block_diag(*parts) if parts else np.zeros((0, 0))
-        return found
-
-    A, C, g = blocks("A"), blocks("C"), level * h
-    Bd, Bv, Dd, Dv = half("B", 0), half("B", 1), half("D", 0), half("D", 1)
+    A, B, C, D = side_by_side(feedbacks)
+    (Bd, Bv), (Dd, Dv), g = np.split(B, 2, axis=1), np.split(D, 2, axis=1), level * h
     S = np.linalg.inv(np.eye(len(A)) - g * A)
     middle: Any = np.hstack([S, g * S @ Bd, g * S @ (g * Bd + Bv)])
     kept = np.hstack([np.eye(len(A)), h * Bd, h * (g * Bd + Bv)])

@@ -26,9 +26,9 @@ import scipy
 import scipy.linalg as sl
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, matrix, positive
 from gapbeam.solver.scene.coefficient_fit import CoefficientFit
-from gapbeam.solver.scene.feedback import Feedback, Place, motions_of
+from gapbeam.solver.scene.feedback import Feedback, Place, motions_of, side_by_side
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.system.operators import Array
 
@@ -246,17 +246,10 @@ class Flow(Feedback):
         for one, (_, motions) in zip(found, self.sections, strict=True):
             if len(one.D) != motions:
                 raise ArgumentError(f"{where}: found points of {motions} motions and a law of {len(one.D)}", MOTIONS)
-        self.delay = max(one.delay for one in found)
-        self.error = max(one.error for one in found)
-
-        def halves(name: str) -> Array:
-            pairs = [np.split(getattr(one, name), 2, axis=1) for one in found]
-            return np.hstack([sl.block_diag(*(pair[i] for pair in pairs)) for i in (0, 1)])
-
-        A, C = (sl.block_diag(*(getattr(one, name) for one in found)) for name in ("A", "C"))
+        self.delay, self.error = max(one.delay for one in found), max(one.error for one in found)
+        A, B, C, D = side_by_side(found)
         order = np.argsort(np.concatenate([np.arange(len(one.A)) for one in found]), kind="stable")
-        A, B, C = A[np.ix_(order, order)], halves("B")[order], C[:, order]  # like states of sections side by side
-        return A, B, self.density * C, self.density * halves("D")
+        return A[np.ix_(order, order)], B[order], self.density * C[:, order], self.density * D  # like states together
 
     def check(self, *frequencies: float) -> None:
         """See `Feedback.check`."""
@@ -312,18 +305,6 @@ def lagging(
     return section
 
 
-def square(value: Any, where: str) -> Array:
-    """Return a number or a square matrix as a matrix.
-
-    Raises:
-        UserError: It is neither.
-    """
-    found = np.atleast_2d(finite(value, where))
-    if found.ndim != 2 or found.shape[0] != found.shape[1]:
-        raise UserError(f"{where}: found shape {found.shape}, expected a number or a square matrix")
-    return found
-
-
 HIGHEST = 12
 """Order beyond which round-off of the partial fractions is larger than what another order gains."""
 
@@ -340,7 +321,7 @@ def pade_order(angle: float, tolerance: float) -> int:
     Raises:
         UserError: Even the highest order has a larger error.
     """
-    for order in range(1, HIGHEST + 1):
+    for order in range(angle > 0.0, HIGHEST + 1):
         if pade_error(order, angle) <= tolerance:
             return order
     raise ArgumentError(
@@ -375,7 +356,7 @@ def pade_states(order: int) -> tuple[Array, Array, Array, float]:
         else:
             A += [np.array([[pole.real, pole.imag], [-pole.imag, pole.real]])]
             b, c = [*b, 1.0, 0.0], [*c, float(2.0 * residue.real), float(2.0 * residue.imag)]
-    return sl.block_diag(*A), np.array(b), np.array(c), (-1.0) ** order
+    return sl.block_diag(np.zeros((0, 0)), *A), np.array(b), np.array(c), (-1.0) ** order
 
 
 @checked
@@ -418,7 +399,7 @@ def quasi_steady(
     D, highest = float(positive(diameter, f"{text}: diameter")), float(positive(frequency, f"{text}: frequency"))
     mu = float(positive(delay, f"{text}: delay", zero=True))
     steady, tilt = float(positive(drag, f"{text}: drag", zero=True)), float(finite(lift, f"{text}: lift"))
-    gradient = square(slope, f"{text}: slope")
+    gradient = matrix(slope, f"{text}: slope")
     d = len(gradient)
     if d > 2:
         raise UserError(f"{text}: found a slope of shape {gradient.shape}, expected a number or a matrix (2, 2)")
@@ -428,15 +409,11 @@ def quasi_steady(
 
     def section(U: float) -> SectionForce:
         q, tau, unit = 0.5 * U * U * D, mu * D / U, np.eye(d)
-        if tau == 0.0:
-            none = np.zeros((0, 0))
-            return SectionForce(none, np.zeros((0, 2 * d)), np.zeros((d, 0)), q * np.hstack([gradient / D, drags / U]))
         order = pade_order(highest * tau, tolerance)
         A, b, c, through = pade_states(order)
         read = np.hstack([np.kron(b[:, None], unit), np.zeros((order * d, d))]) / tau
+        inner: Any = np.kron(A, unit) / tau
         direct = q * np.hstack([through * gradient / D, drags / U])
-        error = pade_error(order, highest * tau)
-        inner = np.asarray(np.kron(A, unit) / tau, dtype=float)
-        return SectionForce(inner, read, q / D * np.kron(c, gradient), direct, tau, error)
+        return SectionForce(inner, read, q / D * np.kron(c, gradient), direct, tau, pade_error(order, highest * tau))
 
     return Flow(FlowLaw(section, D, highest=highest), where, velocity, density, modes, name)

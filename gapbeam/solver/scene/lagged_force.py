@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, matrix, positive
 from gapbeam.solver.scene.coefficient_fit import TOLERANCE, fit, table_rows
 from gapbeam.solver.scene.feedback import Place
-from gapbeam.solver.scene.flow_force import Flow, FlowLaw, FlowSpan, lagging, square
+from gapbeam.solver.scene.flow_force import Flow, FlowLaw, FlowSpan, lagging
 
 
 @checked
@@ -44,16 +44,14 @@ def unsteady(
     """
     text = f"flow {name or '?'}"
     D = float(positive(diameter, f"{text}: diameter"))
-    K, C = square(stiffness, f"{text}: stiffness"), square(damping, f"{text}: damping")
+    K, C = matrix(stiffness, f"{text}: stiffness"), matrix(damping, f"{text}: damping")
     a = np.atleast_1d(finite(amplitudes, f"{text}: amplitudes"))
     d = np.atleast_1d(positive(rates, f"{text}: rates"))
     if K.shape != C.shape:
         raise ArgumentError(f"{text}: found damping {C.shape}, expected the shape of stiffness, {K.shape}", "damping")
     if a.shape != d.shape or a.ndim != 1:
-        raise ArgumentError(
-            f"{text}: found {counted(d.size, 'rate')}, expected a rate for each of {counted(a.size, 'amplitude')}",
-            "rates",
-        )
+        found = f"{text}: found {counted(d.size, 'rate')}"
+        raise ArgumentError(f"{found}, expected a rate for each of {counted(a.size, 'amplitude')}", "rates")
     return Flow(FlowLaw(lagging(K, -C, -a[:, None, None] * K, d, D), D), where, velocity, density, modes, name)
 
 
@@ -135,17 +133,13 @@ def aerodynamic_lag(
     """
     text = f"flow {name or '?'}"
     b = float(positive(half_chord, f"{text}: half_chord"))
-    A0, A1 = square(steady, f"{text}: steady"), square(damping, f"{text}: damping")
+    A0, A1 = matrix(steady, f"{text}: steady"), matrix(damping, f"{text}: damping")
     rates = np.atleast_1d(positive(lags, f"{text}: lags"))
     lagged = finite(matrices, f"{text}: matrices").reshape(-1)
     if A1.shape != A0.shape:
         raise ArgumentError(f"{text}: found damping {A1.shape}, expected the shape of steady, {A0.shape}", "damping")
     if lagged.size != len(rates) * A0.size:
-        raise ArgumentError(
-            f"{text}: found {counted(lagged.size, 'number')} in matrices, expected {len(rates)} matrices "
-            f"{A0.shape}, one for each "
-            "lag",
-            "matrices",
-        )
+        found = f"{text}: found {counted(lagged.size, 'number')} in matrices"
+        raise ArgumentError(f"{found}, expected {len(rates)} matrices {A0.shape}, one for each lag", "matrices")
     shaped = lagged.reshape(len(rates), *A0.shape)
     return Flow(FlowLaw(lagging(A0, A1, shaped, rates, b), b), where, velocity, density, None, name)

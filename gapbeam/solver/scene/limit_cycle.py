@@ -262,7 +262,6 @@ def check_autonomous(scene: Scene, t: float, period: float, what: str = "limit c
 
 def _growing(scene: Scene) -> tuple[SceneState, float]:
     """Return the fastest growing motion at the amplitude at which a contact is first touched, and its period."""
-    n = scene.size
     values, vectors = np.linalg.eig(state_matrix(scene))
     best = int(np.argmax(values.real))
     if not values[best].real > 0.0:
@@ -272,22 +271,25 @@ def _growing(scene: Scene) -> tuple[SceneState, float]:
         )
     if not values[best].imag:
         raise UserError(f"limit cycle: the scene diverges as exp({values[best].real:.4g} t) without oscillation")
-    x = np.real(vectors[:, best] / vectors[np.abs(vectors[:n, best]).argmax(), best])
-    amplitude = touching(scene, scene.state(), x)
-    if amplitude is None:
+    motion = touching(scene, scene.state(), vectors[:, best])
+    if motion is None:
         raise UserError("limit cycle: the growing motion touches no contact, so that nothing limits it")
-    return state_of(scene, amplitude * x[:, None], 0.0), 2.0 * pi / abs(float(values[best].imag))
+    return state_of(scene, motion.real[:, None], 0.0), 2.0 * pi / abs(float(values[best].imag))
 
 
-def touching(scene: Scene, state: SceneState, x: Array) -> float | None:
-    """Return the amplitude, to a factor of 2, at which a motion x, (2 n + states,), from a state first touches."""
-    slabs, at, motion = scene.slabs(rough=False), scene.places(state.q, state.t), scene.contact_rows @ x[: scene.size]
-    still = rest(slabs, at)[0]
-    amplitude = 2.0**-DOUBLINGS / max(float(np.abs(x).max()), 1e-300)
+def touching(scene: Scene, state: SceneState, mode: Any) -> Any:
+    """Return a mode, (2 n + states,) complex, as large as its real part first touches a contact, to a factor of 2.
+
+    None where it touches none. The phase is such that the largest coordinate is real.
+    """
+    shape = mode / mode[np.abs(mode[: scene.size]).argmax()]
+    slabs, at = scene.slabs(rough=False), scene.places(state.q, state.t)
+    motion, still = scene.contact_rows @ shape[: scene.size].real, rest(slabs, at)[0]
+    amplitude = 2.0**-DOUBLINGS / max(float(np.abs(shape.real).max()), 1e-300)
     for _ in range(2 * DOUBLINGS):
         moved = amplitude * motion[:, None]
         if any(not np.array_equal(rest(slabs, at + sign * moved)[0], still) for sign in (1.0, -1.0)):
-            return amplitude
+            return amplitude * shape
         amplitude *= 2.0
     return None
 

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, positive, shown
 from gapbeam.solver.scene.contact_pair import Contact
-from gapbeam.solver.scene.feedback import Feedback, Joint
+from gapbeam.solver.scene.feedback import Feedback, Joint, side_by_side
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
 from gapbeam.solver.system.operators import Array
@@ -51,22 +51,14 @@ def state_matrix(scene: Scene, closed: Closed = ()) -> Array:
     """Return S of x' = S x, x = (q, v, z); see `eigenvalues`."""
     if scene.is_large:
         raise UserError("eigenvalues: a structure is too large; reduce it: gapbeam.reduced_at_points")
-    n, w, C = scene.size, scene.squares, scene.damping
-    feedbacks = [*scene.feedbacks, *closed_joints(scene, closed)]
-    whole = 2 * n + sum(len(one.A) for one in feedbacks)
-    S = np.zeros((whole, whole))
-    S[:n, n : 2 * n], S[n : 2 * n, :n] = np.eye(n), -np.diag(w)
-    S[n : 2 * n, n : 2 * n] = -np.diag(C[0]) if len(C) == 1 else -C
-    at = 2 * n
-    for one in feedbacks:
-        sense, act, k = scene.rows([one.sense]), scene.rows([one.act]), slice(at, at + len(one.A))
-        m = len(sense)
-        S[n : 2 * n, :n] += act.T @ one.D[:, :m] @ sense
-        S[n : 2 * n, n : 2 * n] += act.T @ one.D[:, m:] @ sense
-        S[n : 2 * n, k], S[k, k] = act.T @ one.C, one.A
-        S[k, :n], S[k, n : 2 * n] = one.B[:, :m] @ sense, one.B[:, m:] @ sense
-        at = k.stop
-    return S
+    feedbacks, damping = [*scene.feedbacks, *closed_joints(scene, closed)], scene.damping
+    sense, act = scene.rows([one.sense for one in feedbacks]), scene.rows([one.act for one in feedbacks])
+    A, B, C, D = side_by_side(feedbacks)
+    (Bd, Bv), (Dd, Dv), n = np.split(B, 2, axis=1), np.split(D, 2, axis=1), scene.size
+    K = np.diag(scene.squares) - act.T @ Dd @ sense
+    drag = (np.diag(damping[0]) if len(damping) == 1 else damping) - act.T @ Dv @ sense
+    rows = [np.zeros((n, n)), np.eye(n), np.zeros((n, len(A)))], [-K, -drag, act.T @ C], [Bd @ sense, Bv @ sense, A]
+    return np.block([*rows])
 
 
 def closed_joints(scene: Scene, closed: Closed) -> list[Feedback]:

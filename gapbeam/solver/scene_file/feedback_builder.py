@@ -15,19 +15,16 @@ from gapbeam.solver.scene.feedback import Feedback
 from gapbeam.solver.scene.flow_force import MOTIONS, FlowSpan, quasi_steady, span
 from gapbeam.solver.scene.lagged_force import aerodynamic_lag, measured, unsteady
 from gapbeam.solver.scene.structure import Structure, StructurePoint
-from gapbeam.solver.scene_file.feedback_tables import (
-    AnyFeedback,
-    ConnorsCheck,
-    Controller,
-    LaggedForces,
-    MeasuredFlow,
-    QuasiSteadyFlow,
-)
+from gapbeam.solver.scene_file.feedback_tables import AnyFeedback, Controller, MeasuredFlow
 from gapbeam.solver.scene_file.structure_tables import BodyTable, ElementBeam, RigidBar
 from gapbeam.solver.system.operators import Array
 
 FEWEST = 11
 """Stations of a span at least."""
+KINDS: dict[str, Callable[..., Feedback]] = {
+    "quasi-steady": quasi_steady, "unsteady": unsteady, "measured": measured, "aerodynamic-lag": aerodynamic_lag,
+    "controller": Feedback,
+}  # fmt: skip
 LAW_OF = {"quasi-steady": "slope", "unsteady": "stiffness", "measured": "file", "aerodynamic-lag": "steady"}
 """The key that says of how many motions a law is, by kind of force."""
 CALLED = re.compile(r"(?:flow|feedback) [^:]*: (?:found )?(\w+)")
@@ -65,44 +62,27 @@ def _profile(rows: Sequence[tuple[float, float]] | None) -> float | Callable[[Ar
 def made_feedback(
     table: AnyFeedback, where: FlowSpan | None, points: Mapping[str, Sequence[StructurePoint]]
 ) -> Feedback | None:
-    """Return the force of a table; None: it makes none.
+    """Return the force of a table, whose keys are the arguments of its kind in Python; None: it makes none.
 
     Args:
-        table: The table.
+        table: The table; its frequencies are in Hz.
         where: Its span.
         points: Its points by key.
 
     Raises:
         UserError: A value does not fit.
     """
-    if isinstance(table, ConnorsCheck):
+    if table.type not in KINDS:
         return None
+    given: dict[str, Any] = {key: value for key, value in table if key not in ("type", "span")}
+    given |= {key: list(places) for key, places in points.items() if places}
+    given |= {key: 2.0 * pi * np.array(given[key]) for key in ("frequency", "frequencies") if key in given}
+    place = given.pop("point", None), given.pop("points", None)
     if isinstance(table, Controller):
-        sense: Any
-        act: Any
-        sense, act = ([*points[key]] for key in ("sense", "act"))
-        return Feedback(sense, act, table.A, table.B, table.C, table.D or None, table.name)
-    if isinstance(table, LaggedForces):
-        return aerodynamic_lag(
-            list(points["points"]), velocity=table.velocity, density=table.density, half_chord=table.half_chord,
-            steady=table.steady, damping=table.damping, lags=table.lags, matrices=table.matrices, name=table.name,
-        )  # fmt: skip
-    given: dict[str, Any] = {
-        key: getattr(table, key) for key in ("velocity", "density", "diameter", "modes", "name")
-    }  # fmt: skip
-    place: Any = points["point"][0] if where is None else where
-    if isinstance(table, QuasiSteadyFlow):
-        return quasi_steady(
-            place, **given, drag=table.drag, slope=table.slope, lift=table.lift, delay=table.delay,
-            frequency=2.0 * pi * table.frequency, tolerance=table.tolerance,
-        )  # fmt: skip
+        return Feedback(**given | {"D": table.D or None})
     if isinstance(table, MeasuredFlow):
-        frequencies = 2.0 * pi * np.array(table.frequencies)
-        given |= {"states": table.states, "tolerance": table.tolerance}
-        return measured(place, table.file, **given, frequencies=frequencies)
-    return unsteady(
-        place, **given, stiffness=table.stiffness, damping=table.damping, amplitudes=table.amplitudes, rates=table.rates
-    )
+        given["table"] = given.pop("file")
+    return KINDS[table.type](where or place[1] or place[0][0], **given)
 
 
 def faulty_key(number: int, table: AnyFeedback, error: UserError) -> Key:

@@ -146,9 +146,5 @@ class ConnorsCheck(_Stream):
     )
 
 
-FEEDBACKS = (QuasiSteadyFlow, UnsteadyFlow, MeasuredFlow, LaggedForces, Controller, ConnorsCheck)
-FeedbackTable = Annotated[
-    QuasiSteadyFlow | UnsteadyFlow | MeasuredFlow | LaggedForces | Controller | ConnorsCheck,
-    Field(discriminator="type"),
-]
 AnyFeedback = QuasiSteadyFlow | UnsteadyFlow | MeasuredFlow | LaggedForces | Controller | ConnorsCheck
+FeedbackTable = Annotated[AnyFeedback, Field(discriminator="type")]

@@ -74,8 +74,7 @@ def _margins(scene: Scene, supports: Sequence[str]) -> Iterator[Row]:
     if all(isinstance(one, Joint) for one in scene.feedbacks):
         return
     name = "critical velocity" if flows else "growth, linear"
-    for closed, words in [(supports, "all closed"), ((), "all idle")][: 1 + bool(supports)]:
-        words = words if supports else "no supports with play"
+    for closed, words in _held(supports):
         try:
             if flows:
                 yield name, *_margin_words(flow_margin(scene, closed), flows[0], words)
@@ -97,6 +96,11 @@ def _margins(scene: Scene, supports: Sequence[str]) -> Iterator[Row]:
         yield "supports that may be idle", f"{found.tolerated} of {len(supports)}", worst
 
 
+def _held(supports: Sequence[str]) -> list[tuple[Sequence[str], str]]:
+    """Return supports that are closed, and words for them: all, and none."""
+    return [(supports, "all closed"), ((), "all idle")] if supports else [((), "no supports with play")]
+
+
 def _growth_words(found: complex, words: str) -> tuple[str, str]:
     """Return the growth of the motion that decays least, or grows most, and what that is."""
     state = "unstable" if found.real > UNDECIDED * abs(found) else "stable"
@@ -112,23 +116,19 @@ def _margin_words(found: FlowMargin, flow: Flow, words: str) -> tuple[str, str]:
         return f"below {found.lowest * flow.velocity:.4g} m/s", f"{words}; unstable, as far down as the laws hold"
     how = f"{found.frequency / (2.0 * pi):.4g} Hz" if found.frequency else "divergence"
     state = "stable" if found.factor > 1.0 else "unstable"
-    return (
-        f"{found.factor * flow.velocity:.4g} m/s, {how}", f"{words}; {state}: {found.factor:.3g} times the flow"
-    )  # fmt: skip
+    return f"{found.factor * flow.velocity:.4g} m/s, {how}", f"{words}; {state}: {found.factor:.3g} times the flow"
 
 
 def _connors(read: ReadScene, one: ConnorsCheck, supports: Sequence[str]) -> Iterator[Row]:
     tube = next(body for body in read.case.structure if body.name == read.spans[one.name].structure.name)
     figures = {"K": one.constant, **{key: getattr(one, key) for key in ("mass", "diameter", "density")}}
     figures["decrement"] = 2.0 * pi * tube.damping if one.decrement is None else one.decrement
-    for closed, words in [(supports, "all closed"), ((), "all idle")][: 1 + bool(supports)]:
+    for closed, words in _held(supports):
         found, w = connors_of_modes(read.scene, read.spans[one.name], closed, one.velocity, **figures)
         state = "stable" if found.ratio < 1.0 else "unstable"
         velocity = one.velocity / found.ratio if np.isfinite(found.ratio) else inf
-        yield (
-            f"{one.name}: Connors", f"{velocity:.4g} m/s, {w / (2.0 * pi):.4g} Hz",
-            f"{words if supports else 'no supports with play'}; {state}: {1.0 / found.ratio:.3g} times the flow",
-        )  # fmt: skip
+        margin = f"{words}; {state}: {1.0 / found.ratio:.3g} times the flow"
+        yield f"{one.name}: Connors", f"{velocity:.4g} m/s, {w / (2.0 * pi):.4g} Hz", margin
 
 
 LINES, WIDTH = 12, 33  # of drawn coefficients

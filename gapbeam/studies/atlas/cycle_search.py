@@ -63,16 +63,15 @@ def cycle_starts(scene: Scene, rest: SceneState, count: int, reach: float, seed:
     """
     if not reach > 0.0:
         raise UserError(f"found a reach of {reach:g}, expected one above 0")
-    n, draw, mixed, periods = scene.size, np.random.default_rng(seed), list[Any](), list[float]()
+    draw, mixed, periods = np.random.default_rng(seed), list[Any](), list[float]()
     values, vectors = np.linalg.eig(state_matrix(scene))
     swings = [int(k) for k in np.flatnonzero(values.imag > LOST * np.abs(values.real))]
     fastest = max(swings, key=lambda k: values[k].real, default=None)
     for k in sorted(swings, key=lambda k: (k != fastest, values[k].imag)):
         if len(mixed) < MIXED:
-            shape = vectors[:, k] / vectors[np.abs(vectors[:n, k]).argmax(), k]
-            size = touching(scene, rest, np.real(shape))
-            if size is not None:
-                mixed.append(size * shape)
+            motion = touching(scene, rest, vectors[:, k])
+            if motion is not None:
+                mixed.append(motion)
                 periods.append(2.0 * pi / float(values[k].imag))
     if not mixed:
         raise UserError("atlas: no oscillation of the scene touches a contact, so that nothing limits one that grows")

@@ -79,7 +79,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.solid_material import orthotropic
     from gapbeam.solver.scene.structure import Structure, from_modes, mass, reduced_at_points
     from gapbeam.solver.scene.structure_files import read_structure, write_structure
-    from gapbeam.solver.scene.structure_pose import Pose
+    from gapbeam.solver.scene.structure_geometry import Pose
     from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
     from gapbeam.studies.atlas.followed_responses import follow
     from gapbeam.studies.atlas.response_atlas import atlas, drawn_starts, gridded_starts
@@ -127,7 +127,7 @@ _MODULES = {
     "solver.scene.solid_material": ("orthotropic",),
     "solver.scene.structure": ("Structure", "from_modes", "mass", "reduced_at_points"),
     "solver.scene.structure_files": ("read_structure", "write_structure"),
-    "solver.scene.structure_pose": ("Pose",),
+    "solver.scene.structure_geometry": ("Pose",),
     "studies.atlas.atlas_figures": ("draw_basins", "draw_responses"),
     "studies.atlas.followed_responses": ("follow",),
     "studies.atlas.response_atlas": ("atlas", "drawn_starts", "gridded_starts"),

@@ -28,8 +28,7 @@ from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite,
 from gapbeam.solver.scene.beam_structure import element_count, refuse_buckling, section_table
 from gapbeam.solver.scene.frame_route import FrameAxes, FrameRoute, Station
 from gapbeam.solver.scene.structure import LARGE, Structure
-from gapbeam.solver.scene.structure_geometry import StructureGeometry, directions_across
-from gapbeam.solver.scene.structure_pose import ALONG
+from gapbeam.solver.scene.structure_geometry import ALONG, StructureGeometry, directions_across
 from gapbeam.solver.system.operators import Array
 
 ANGLE = pi / 16.0

@@ -22,7 +22,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
 from gapbeam.solver.scene.argument_checks import ArgumentError, finite
-from gapbeam.solver.scene.structure_pose import Pose
+from gapbeam.solver.scene.structure_geometry import Pose
 from gapbeam.solver.system.operators import Array
 
 TABLES = (".txt", ".csv", ".dat", ".nodes", ".nod")

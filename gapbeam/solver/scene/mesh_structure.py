@@ -18,7 +18,7 @@ from gapbeam.solver.scene.solid_cells import KINDS, Indices
 from gapbeam.solver.scene.solid_material import OrthotropicMaterial, Plane, moduli
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.scene.structure_files import ImportedModel, MeshSurface
-from gapbeam.solver.scene.structure_pose import Pose
+from gapbeam.solver.scene.structure_geometry import Pose
 
 LOG = logging.getLogger("gapbeam")
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}

@@ -18,7 +18,7 @@ import numpy as np
 from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
 from gapbeam.solver.scene.solid_cells import COMPONENTS, PLANE
-from gapbeam.solver.scene.structure_pose import Pose
+from gapbeam.solver.scene.structure_geometry import Pose
 from gapbeam.solver.system.operators import Array
 
 Plane = Literal["stress", "strain"]

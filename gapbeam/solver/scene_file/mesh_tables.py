@@ -13,7 +13,7 @@ from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.mesh_structure import mesh_model
 from gapbeam.solver.scene.solid_material import OrthotropicMaterial, orthotropic
 from gapbeam.solver.scene.structure_files import ImportedModel
-from gapbeam.solver.scene.structure_pose import Pose
+from gapbeam.solver.scene.structure_geometry import Pose
 from gapbeam.solver.schema.table import Number, Positive, Table
 
 Direction = tuple[Number, Number, Number]

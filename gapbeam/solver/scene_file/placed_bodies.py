@@ -10,7 +10,7 @@ import scipy
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.structure import Structure
-from gapbeam.solver.scene.structure_pose import ALONG, Pose
+from gapbeam.solver.scene.structure_geometry import ALONG, Pose
 from gapbeam.solver.system.operators import Array
 
 SAME = 1e-6  # of the distance: pairs of places that are as near

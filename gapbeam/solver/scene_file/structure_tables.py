@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from gapbeam.solver.case.beam_profile import Material
-from gapbeam.solver.scene.structure_pose import Pose
+from gapbeam.solver.scene.structure_geometry import Pose
 from gapbeam.solver.scene_file.mesh_tables import Direction, FileName, MeshFile
 from gapbeam.solver.schema.table import Name, NonNegative, Number, PointName, Positive, Table, Whole, named
 from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice

@@ -255,4 +255,4 @@ READERS: dict[str, Reader] = {
     **dict.fromkeys((".pch", ".dmig", ".bdf"), _dmig),
     **dict.fromkeys((".op4", ".op2"), _by_pyyeti),
 }
-"""What reads the files of each suffix."""
+"""Readers by the suffix of a file."""

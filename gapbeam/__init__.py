@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.contact_pair import Contact
     from gapbeam.solver.scene.convex_region import Disc, HalfPlane, Polar, Polygon, Slot, region
     from gapbeam.solver.scene.face_pair import face_contacts
-    from gapbeam.solver.scene.feedback import Feedback, Joint, memory
+    from gapbeam.solver.scene.feedback import Feedback, Joint
     from gapbeam.solver.scene.flow_force import in_fluid, quasi_steady, span
     from gapbeam.solver.scene.flow_margin import connors
     from gapbeam.solver.scene.force_law import law
@@ -102,7 +102,7 @@ _MODULES = {
     "solver.scene.contact_pair": ("Contact",),
     "solver.scene.convex_region": ("Disc", "HalfPlane", "Polar", "Polygon", "Slot", "region"),
     "solver.scene.face_pair": ("face_contacts",),
-    "solver.scene.feedback": ("Feedback", "Joint", "memory"),
+    "solver.scene.feedback": ("Feedback", "Joint"),
     "solver.scene.flow_force": ("in_fluid", "quasi_steady", "span"),
     "solver.scene.flow_margin": ("connors",),
     "solver.scene.force_law": ("law",),
@@ -226,7 +226,6 @@ __all__ = [
     "mass",
     "material",
     "measured",
-    "memory",
     "midpoint",
     "model",
     "modes",

@@ -173,23 +173,3 @@ class Joint(Feedback):
             positive(value, f"joint {name or '?'}: {key}", zero=True)
         unit = np.eye(motions_of(between))
         super().__init__(between, between, [], [], [], np.hstack([-stiffness * unit, -damping * unit]), name)
-
-
-@checked
-def memory(
-    point: StructurePoint, stiffness: float, damping: float, amplitudes: ArrayLike, rates: ArrayLike, name: str = ""
-) -> Feedback:
-    """Return the force A (y - sum a_i z_i) - B y' with z_i' = y' - d_i z_i: a memory of decaying exponentials.
-
-    Args:
-        point: Of one motion, y.
-        stiffness: A, N/m.
-        damping: B, N s/m.
-        amplitudes: a_i.
-        rates: d_i, 1/s.
-        name: Of the feedback.
-    """
-    decay = np.atleast_1d(finite(rates, f"feedback {name or '?'}: rates"))
-    read = np.column_stack([np.zeros(len(decay)), np.ones(len(decay))])
-    kept = -stiffness * finite(amplitudes, f"feedback {name or '?'}: amplitudes")
-    return Feedback(point, point, -np.diag(decay), read, kept, [stiffness, -damping], name)

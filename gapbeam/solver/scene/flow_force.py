@@ -58,11 +58,6 @@ class FlowSpan:
         """The tube."""
         return self.points[0].structure
 
-    @property
-    def motions(self) -> int:
-        """Motions of each point."""
-        return len(self.points[0].rows)
-
     def directions(self, modes: int | None = None) -> list[tuple[StructurePoint, float]]:
         """Return the fewest points that feel the same forces, each with its velocity over the reference velocity.
 

@@ -68,7 +68,7 @@ def test_a_plane_scene_stays_plane_and_a_hole_asks_for_the_solid() -> None:
     holes = read_case((CASE_FOLDER / "tube-holes.toml"), {"model": "auto", "mesh.dimension": None})
     assert holes.mesh.dimension == 3
     assert "beam on the solid: the simplest model that is left" in holes.model.reasons
-    aslant = {"model": "auto", "mesh.dimension": None, "load.shaker.direction": [0, 1, 1]}
+    aslant = {"model": "auto", "mesh.dimension": None, "mesh.cell": None, "load.shaker.direction": [0, 1, 1]}
     read = read_case(DEMO, aslant)
     assert read.mesh.dimension == 3
     assert any("on the slice" in reason for reason in read.model.reasons)

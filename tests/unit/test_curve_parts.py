@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as some
 
+from gapbeam.postprocess.report.sections.atlas_section import beside_curve
 from gapbeam.postprocess.report.sections.curve_section import curve_section
 from gapbeam.postprocess.results.bounded_files import branch_parts, stable_parts
 
@@ -39,6 +41,31 @@ def test_an_unstable_segment_is_drawn_dashed_alone() -> None:
         line = next(curve for curve in curves if curve.dashed == dashed and len(curve.x) > 1)
         x = np.asarray(line.x)
         assert [(a, b) for a, b in pairwise(x) if not np.isnan(a + b)] == spans
+
+
+def test_atlases_name_what_lies_beside_a_curve() -> None:
+    """Of a fold, both responses at one value are on it; another peak, order or chaos is not; other keys say nothing."""
+    table = [(1.0, 1.0e-3), (3.0, 2.0e-3), (1.5, 4.0e-3), (3.0, 5.0e-3)]
+    points = [{"value": value, "branch": 1, "tip.peak": peak} for value, peak in table]
+    curve = {"key": "k", "unit": "Hz", "periods": 2, "points": points}
+
+    def response(order: int, peak: float) -> dict[str, Any]:
+        return {
+            "order": order, "share": 0.2, "interval": [0.1, 0.3], "largest_multiplier": 0.5, "peak": {"tip": peak},
+            "impacts": {}, "peak_force": {},
+        }  # fmt: skip
+
+    def named(value: float, *responses: dict[str, Any], chaotic: float = 0.0, key: str = "k") -> list[Any] | None:
+        one = {"values": {key: value}, "responses": responses, "chaotic": chaotic, "unsettled": 0.0, "failed": 0.0}
+        found = beside_curve(curve, [one])
+        return found and [row[1:3] for block in found.blocks if hasattr(block, "rows") for row in block.rows]
+
+    assert named(2.0, response(1, 1.5e-3), response(2, 1.52e-3), response(2, 4.3333e-3)) == []
+    assert named(2.0, response(1, 3.0e-3), response(3, 1.5e-3)) == [("order 1", 0.2), ("order 3", 0.2)]
+    assert named(2.0, response(1, 1.5e-3), chaotic=0.4) == [("chaotic", 0.4)]
+    assert named(1.2, response(1, 4.0e-3)) == [("order 1", 0.2)]
+    assert named(5.0, response(1, 1.5e-3)) is None
+    assert named(2.0, response(1, 1.5e-3), key="other") is None
 
 
 def test_branches_are_apart() -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, Verdict, Words
+from gapbeam.postprocess.report.sections.atlas_section import ATLAS_FILE, ATLAS_KEYS, beside_curve
 from gapbeam.postprocess.report.sections.contact_section import wear_section
 from gapbeam.postprocess.report.sections.run_section import (
     case_section,
@@ -25,11 +26,12 @@ from gapbeam.postprocess.report.sections.statistics_section import (
     statistics_section,
 )
 from gapbeam.postprocess.report.sections.verdict_section import FIGURE_HEADS, run_verdicts
+from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results.run_watch import SpanOfRun
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.solver.schema.record_table import HISTORY_FILE, SUMMARY_FILE
+from gapbeam.solver.schema.record_table import CURVE_FILE, HISTORY_FILE, SUMMARY_FILE
 
 
 def report_on(folders: Sequence[Path], command: str, kinds: Sequence[Kind]) -> Report:
@@ -64,7 +66,20 @@ def report_on(folders: Sequence[Path], command: str, kinds: Sequence[Kind]) -> R
         )
         for number, (kind, folder) in enumerate(zip(found, folders, strict=True), start=1)
     ]
+    parts += _beside_curves(folders)
     return Report("Results", ", ".join(f"`{folder}`" for folder in folders), parts, meta)
+
+
+def _beside_curves(folders: Sequence[Path]) -> Iterator[ReportSection]:
+    """Yield what each atlas knows beside each response curve over its key."""
+    curves = [folder for folder in folders if (folder / CURVE_FILE).is_file()]
+    for number, atlas in enumerate(folder for folder in folders if (folder / ATLAS_FILE).is_file()):
+        records = read_records(atlas / ATLAS_FILE, ATLAS_KEYS)
+        for place, folder in enumerate(curves):
+            curve = read_object(folder / CURVE_FILE, ("key", "unit", "periods", "points"))
+            section = beside_curve(curve, records)
+            if section is not None:
+                yield _renamed(replace(section, title=f"{section.title} at {folder}"), f"beside-{number}-{place}")
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from gapbeam.postprocess.report.study_json import read_records
 from gapbeam.solver.messages.wording import counted
 
 ATLAS_FILE, ATLAS_PICTURE = "atlas.json", "atlas-responses.png"
+ATLAS_KEYS = ("values", "responses", "chaotic", "unsettled", "failed")
 Record = Mapping[str, Any]
 
 
@@ -59,7 +61,7 @@ def atlas_sections(folder: Path, command: str) -> list[ReportSection]:
         ResultsError: The file cannot be read, or is no such study.
     """
     del command
-    records = read_records(folder / ATLAS_FILE, ("values", "responses", "chaotic", "unsettled", "failed"))
+    records = read_records(folder / ATLAS_FILE, ATLAS_KEYS)
     left = sum(float(one["unsettled"]) + float(one["failed"]) for one in records) / len(records)
     several = sum(len(one["responses"]) + bool(one["chaotic"]) > 1 for one in records)
     found = sum(len(one["responses"]) for one in records)
@@ -81,3 +83,60 @@ def atlas_sections(folder: Path, command: str) -> list[ReportSection]:
         ReportSection("Summary", "summary", blocks),
         *picture_section(folder / ATLAS_PICTURE, caption, "gapbeam atlas"),
     ]
+
+
+ALIKE = 0.03
+"""Largest difference of peaks, relative to the largest of them, up to which a response lies on a curve."""
+
+
+def beside_curve(curve: Mapping[str, Any], records: Sequence[Record]) -> ReportSection | None:
+    """Return the responses of an atlas over the key of a response curve that do not lie on it, also chaotic ones.
+
+    A response lies on the curve where a branch passes its value with the same largest displacements of all probes, and
+    the period of the branch is a multiple of its own.
+
+    Args:
+        curve: Contents of curve.json.
+        records: Contents of atlas.json.
+
+    Returns:
+        None: the atlas is not over that key alone, or at no value of the curve.
+    """
+    key, points = curve["key"], curve["points"]
+    ends = [float(point["value"]) for point in points]
+    inside = [one for one in records if list(one["values"]) == [key] and min(ends) <= one["values"][key] <= max(ends)]
+    if not inside:
+        return None
+    others = [
+        one | {"responses": [r for r in one["responses"] if not _is_on(r, float(one["values"][key]), curve)]}
+        for one in map(dict, inside)
+    ]
+    left = [one for one in others if one["responses"] or one["chaotic"]]
+    count = sum(len(one["responses"]) for one in left)
+    at = f"at {counted(len(inside), 'value')} of {key}"
+    if not left:
+        text = f"All responses that the atlas knows {at} lie on the curve."
+        return ReportSection("Other responses", "other-responses", [Verdict("passed", text)])
+    chaos = sum(bool(one["chaotic"]) for one in left)
+    words = f"{counted(count, 'response')} that the atlas knows {at} are not on the curve"
+    words += f", and chaos at {chaos}." if chaos else "."
+    heads, rows = responses_of(left)
+    table = TableBlock("Responses beside the curve: shares of the starts with 95 % intervals", heads, rows, digits=4)
+    return ReportSection("Other responses", "other-responses", [Verdict("warning", words), table])
+
+
+def _is_on(response: Record, value: float, curve: Mapping[str, Any]) -> bool:
+    """Return whether a response lies on a curve."""
+    if response["order"] < 1 or curve["periods"] % response["order"]:
+        return False
+    known = curve["points"][0]
+    peaks = {f"{name}.peak": float(one) for name, one in response["peak"].items() if f"{name}.peak" in known}
+    for a, b in pairwise(curve["points"]):
+        low, high = float(a["value"]), float(b["value"])
+        if a["branch"] != b["branch"] or (low - value) * (high - value) > 0.0:
+            continue
+        part = (value - low) / (high - low) if high != low else 0.0
+        off = [abs((1.0 - part) * a[name] + part * b[name] - peak) for name, peak in peaks.items()]
+        if max(off, default=1.0) <= ALIKE * max(peaks.values(), default=0.0):
+            return True
+    return False

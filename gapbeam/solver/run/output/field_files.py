@@ -354,6 +354,7 @@ def _row(point: CurvePoint, branch: int, steady: SteadyModel) -> dict[str, Any]:
     for name, probe in model.probes.items():
         along = [float(probe.evaluate(place, model.system.operators)[-1]) for place in places]
         row[f"{name}.peak_to_peak"] = float(np.ptp(along))
+        row[f"{name}.peak"] = float(np.max(np.abs(along)))
     for face, name in enumerate(model.system.contact.face_names):
         row[f"{name}.peak_force"] = float(np.max(forces[:, face]))
     return row

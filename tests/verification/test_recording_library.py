@@ -26,11 +26,13 @@ RANGES = {"stop.clearance": (0.5, 2.0), "stop.stiffness": (5.0, 80.0), "stop.dam
 
 
 def marched(
-    values: np.ndarray, seed: int, periods: int = 44, stiffness: float = 1.0, noise: float = 0.02
-) -> np.ndarray:
+    values: np.ndarray, seed: int, periods: int = 44, stiffness: float = 1.0, noise: float = 0.02,
+    forces: list[np.ndarray] | None = None,
+) -> np.ndarray:  # fmt: skip
     """Return velocities (64 a period) of oscillators above a stop, by the textbook's Runge-Kutta march, with noise.
 
     m x'' + c x' + k x + max(0, K (x - g) + C x') [x > g] = F cos(w t), values: (members, 3) g, K, C; begun anywhere.
+    `forces` takes the rms of the contact force about its mean over these periods, (members,).
     """
     g, K, C = values.T
     draw, count, n = np.random.default_rng(seed), len(values), 512
@@ -41,8 +43,12 @@ def marched(
         return FORCE * np.cos(0.8 * t) - 0.02 * v - stiffness * x - touch
 
     x, v, kept = np.zeros(count), np.zeros(count), []
+    square, mean = np.zeros(count), np.zeros(count)
     for i in range((20 + periods) * n):
         t = i * h
+        if forces is not None and i >= 20 * n:
+            pressed = np.where(x > g, np.maximum(K * (x - g) + C * v, 0.0), 0.0) / (periods * n)
+            square, mean = square + pressed**2 * periods * n, mean + pressed
         a1 = rate(t, x, v)
         a2 = rate(t + h / 2, x + h / 2 * v, v + h / 2 * a1)
         a3 = rate(t + h / 2, x + h / 2 * v + h * h / 4 * a1, v + h / 2 * a2)
@@ -52,6 +58,8 @@ def marched(
         if i >= 20 * n + first and (i - first) % 8 == 0:
             kept.append(v)
     y = np.array(kept).T
+    if forces is not None:
+        forces.append(np.sqrt(square - mean**2))
     return y + noise * np.sqrt((y**2).mean(axis=1, keepdims=True)) * draw.standard_normal(y.shape)
 
 
@@ -110,13 +118,17 @@ def test_values_of_an_independent_march_are_found(found: gb.Library) -> None:
 
 @pytest.mark.slow(minutes=0.5)
 def test_the_error_of_a_coarse_step_is_removed() -> None:
-    """With 64 steps in a period, intervals hold values of fine marches, none of which is said to be outside."""
-    coarse, true = marched_library(1024, steps=64), drawn(64, 17)
-    estimates = [gb.estimate(coarse, one) for one in recordings(marched(true, 5))]
+    """With 64 steps in a period, intervals hold values and the rms force of fine marches, none of them outside."""
+    force = gb.figure("rms-force", "contact_force", "stop", statistic="rms")
+    coarse, values, forces = marched_library(1024, steps=64, figures=[force]), drawn(64, 17), list[np.ndarray]()
+    estimates = [gb.estimate(coarse, one) for one in recordings(marched(values, 5, forces=forces))]
+    true = np.column_stack([values, *forces])
     table = np.array([[(x.value, x.low, x.high) for x in one.values.values()] for one in estimates])
     inside = ((table[..., 1] <= true) & (true <= table[..., 2])).sum(axis=0)
     assert np.all(inside >= stats.binom(64, 0.95).ppf(1e-3))
-    assert np.median(np.abs(table[:, 0, 0] / true[:, 0] - 1.0)) < 0.01
+    error = np.median(np.abs(table[..., 0] / true - 1.0), axis=0)
+    assert error[0] < 0.01
+    assert error[3] < 0.02
     assert sum(one.is_outside for one in estimates) <= stats.binom(64, 0.01).ppf(0.999)
 
 
@@ -200,6 +212,11 @@ def test_library_is_read_back_and_continued(tmp_path: Path) -> None:
         gb.read_library(tmp_path)
     for wrong, says in (
         ({"point": "tip"}, "point"), ({"quantity": "speed"}, "quantity"), ({"members": 300}, "power of two"),
+        ({"figures": [gb.figure("late", "displacement", "at", start=1.0)]}, "figure late: it has a time"),
+        (
+            {"figures": [gb.figure("none", "contact_force", "stop", statistic="minimum")], "output": None},
+            "figure none: 1 distinct",
+        ),
         ({"noise": 0.0}, "noise"), ({"periods": 9}, "even number of periods"), ({"period": -1.0}, "period"),
     ):  # fmt: skip
         with pytest.raises(gb.UserError, match=says):

@@ -198,7 +198,7 @@ def run_atlas(
             else:
                 part = atlas(
                     one.scene, period=one.period, starts=begin, steps=one.steps, settle=settle, rounds=rounds,
-                    orders=orders, figures=_fit(one, first=number == 0),
+                    orders=orders, figures=fit_figures(one, first=number == 0),
                 )  # fmt: skip
             if kept is None:
                 named = dict(zip(over, map(float, values), strict=True))
@@ -230,7 +230,7 @@ def run_atlas(
     return AtlasResult(folder, whole, records, paths, branches)
 
 
-def _fit(one: PeriodicScene, first: bool) -> list[Figure]:
+def fit_figures(one: PeriodicScene, first: bool = True) -> list[Figure]:
     """Return the figures of one's own that a response can have; those that it cannot are named at the first point."""
     unfit = {figure.name: words for figure, words in response_figure_faults(one.scene, one.figures)}
     for name, words in unfit.items() if first else ():

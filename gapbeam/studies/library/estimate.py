@@ -30,7 +30,8 @@ class EstimatedValues(PrintedResult):
 
     Attributes:
         name: Of the recording.
-        values: By path, with 95 % intervals; `count`: windows of the recording, whose features were averaged.
+        values: By path, and figures by name, with 95 % intervals; `count`: windows of the recording, of which features
+            are means.
         rarity: Share of members of the library that are as far off, at most 1.
         ends: Paths whose interval comes to an end of their range: the value may lie beyond it.
     """

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from gapbeam.solver.messages.errors import Fault
 from gapbeam.solver.schema.table import Positive, Table, Whole
-from gapbeam.studies.atlas.run_atlas import PeriodicScene
+from gapbeam.studies.atlas.run_atlas import PeriodicScene, fit_figures
 from gapbeam.studies.library.recording import Quantity
 from gapbeam.studies.library.recording_library import FEWEST, MOST, Library, library
 from gapbeam.studies.study_folder import study_folder
@@ -89,5 +89,5 @@ def run_library(
             quantity=recorded.quantity, period=one.period, members=study.members, noise=recorded.noise,
             periods=recorded.periods, harmonics=recorded.harmonics, settle=study.settle,
             steps=one.steps, starts=study.begin(one), seed=study.seed, output=folder,
-            progress=progress,
+            progress=progress, figures=fit_figures(one),
         )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,12 +13,14 @@ import numpy as np
 from rich.table import Table
 from scipy.stats import norm, qmc, randint, uniform
 
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.ensemble_members import ensemble_key
 from gapbeam.solver.scene.lane_ensemble import ensemble
+from gapbeam.solver.scene.lane_figures import response_figure_faults
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.touch_kernel import WIDTH
@@ -30,7 +32,7 @@ from gapbeam.studies.study_folder import study_written
 from gapbeam.studies.uncertain.member_responses import START, Answers, KeptAnswers
 from gapbeam.studies.uncertain.probability import NEVER_ONE, inputs_of
 
-NOISE, KEPT_WORD, FAILED_WORD = "noise", "kept", "failed"
+NOISE, KEPT_WORD, FAILED_WORD, OWN = "noise", "kept", "failed", "figure/"
 LANES = 4 * WIDTH
 """Members whose histories are in memory together."""
 FEWEST, MOST = 256, 16384
@@ -46,8 +48,8 @@ class Library(PrintedResult):
     """Members of a scene, and what estimates their values from features of a recording.
 
     Attributes:
-        paths: What is unknown.
-        grid: Quantiles of each path at probabilities 0, 1/1000, ..., 1, (paths, 1001).
+        paths: What is unknown, then figures of one's own by name.
+        grid: Quantiles of each at probabilities 0, 1/1000, ..., 1, (paths, 1001); of figures among the members.
         point: Whose motion is recorded.
         quantity: "displacement", "velocity" or "acceleration".
         period: Of the loads, s.
@@ -97,7 +99,7 @@ class Library(PrintedResult):
 
 @dataclass(frozen=True, eq=False)
 class _Members:
-    """Features of members at values by path."""
+    """Features of members at values by path, and figures of one's own."""
 
     scene: Scene
     point: str
@@ -109,6 +111,7 @@ class _Members:
     starts: SceneState
     scheme: LinearScheme
     threads: int | None
+    figures: tuple[Figure, ...]
 
     def __call__(self, values: dict[str, Array]) -> Answers:
         count = len(values[NOISE])
@@ -116,19 +119,21 @@ class _Members:
         found = np.concatenate(parts)
         lost = ~np.isfinite(found).all(axis=1)
         word = np.where(lost, FAILED_WORD, KEPT_WORD).astype(object)
-        return Answers(word, {f"{i:03d}": column for i, column in enumerate(found.T)})
+        names = [OWN + one.name for one in self.figures]
+        names += [f"{i:03d}" for i in range(found.shape[1] - len(names))]
+        return Answers(word, dict(zip(names, found.T, strict=True)))
 
     def _some(self, values: dict[str, Array]) -> Array:
-        own = {path: one for path, one in values.items() if path not in (START, NOISE)}
+        differ = {path: one for path, one in values.items() if path not in (START, NOISE)}
         T, n, kind, t0 = self.period, self.steps, self.kind, self.starts.t
         start, count = self.starts, len(values[NOISE])
         if START in values:
             which, whole = values[START].astype(int), start.spread(start.q.shape[1])
             start = SceneState(t0, *(one[:, which] for one in (whole.q, whole.v, whole.z, whole.F)))
         many = ensemble(
-            self.scene, own, step=T / n, end=t0 + (self.settle + kind.periods) * T, settle=t0 + self.settle * T,
+            self.scene, differ, step=T / n, end=t0 + (self.settle + kind.periods) * T, settle=t0 + self.settle * T,
             start=start, members=count, threads=self.threads, scheme=self.scheme,
-            every=n // (KEPT_SAMPLES * kind.harmonics),
+            every=n // (KEPT_SAMPLES * kind.harmonics), figures=self.figures,
         )  # fmt: skip
         lost = np.asarray(many.untrusted, dtype=bool)
         moved = np.where(lost, 0.0, many.displacement[self.point]).T
@@ -136,7 +141,8 @@ class _Members:
         c = c * (2j * np.pi * np.arange(c.shape[1]) / (kind.periods * T)) ** self.order
         digest = hashlib.sha256(b"".join(np.ascontiguousarray(one).tobytes() for one in values.values())).digest()
         draw = np.random.default_rng(np.frombuffer(digest, dtype=np.uint32))
-        return np.where(lost[:, None], np.nan, kind.of(kind.noisy(c, values[NOISE], draw)))
+        own = [many.figures[one.name] for one in self.figures]
+        return np.where(lost[:, None], np.nan, np.column_stack([*own, kind.of(kind.noisy(c, values[NOISE], draw))]))
 
 
 @checked
@@ -145,6 +151,7 @@ def library(
     members: int = 8192, noise: float = 0.02, periods: int = 100, harmonics: int = 16, settle: int = 100,
     steps: int = 400, starts: SceneState | None = None, seed: int = 0, scheme: LinearScheme = MIDPOINT,
     threads: int | None = None, output: str | Path | None = None, progress: Callable[[int], None] | None = None,
+    figures: Sequence[Figure] = (),
 ) -> Library:  # fmt: skip
     """March members over what is unknown, and learn to estimate their values from the motion of a point.
 
@@ -173,9 +180,11 @@ def library(
         threads: As of `ensemble`.
         output: A folder for the library and finished members: a call with the same arguments continues there.
         progress: Called with the number of members that are done.
+        figures: Of one's own, by `gapbeam.figure`, over the periods of a recording: estimated, too, such as a force
+            that nobody records.
 
     Raises:
-        UserError: A distribution, path, point or number cannot be, or the folder has another library.
+        UserError: A distribution, path, point, figure or number cannot be, or the folder has another library.
         NotWritten: The folder takes no file.
 
     Source: see `Regression` in gapbeam.studies.library.calibrated_regression.
@@ -186,8 +195,10 @@ def library(
     samples = KEPT_SAMPLES * harmonics
     begin, each = starts or scene.state(), -(-steps // samples) * samples
     kind = FeatureKind(periods, harmonics, float(noise))
-    order = QUANTITIES.index(quantity)
-    model = _Members(scene, point, order, T, each, settle, kind, begin, scheme, threads)
+    order, wanted = QUANTITIES.index(quantity), tuple(figures)
+    for figure, words in response_figure_faults(scene, wanted):
+        raise UserError(f"library: figure {figure.name}: {words}")
+    model = _Members(scene, point, order, T, each, settle, kind, begin, scheme, threads, wanted)
     values, grid = _points(scene, distributions, members, begin.q.shape[1], float(noise), seed)
     own = {path: one for path, one in values.items() if path not in (START, NOISE)}
     try:
@@ -198,12 +209,15 @@ def library(
     key = None
     if output is not None:
         times = begin.t + T * np.linspace(0.0, 1.0, 50)
-        key = ensemble_key(scene, {}, 1, begin, times, T, point, quantity, each, HELD, settle, kind, scheme, seed)
+        key = ensemble_key(
+            scene, {}, 1, begin, times, T, point, quantity, each, HELD, settle, kind, scheme, seed, *wanted
+        )
     folder, blocks = None if output is None else Path(output), members // WIDTH
     out = np.repeat(np.random.default_rng([seed, 2]).permutation(blocks) < max(blocks // HELD, 1), WIDTH)
-    p, pairs = np.linspace(0.0, 1.0, grid.shape[1]), zip(own.values(), grid, strict=True)
+    p: Any = np.linspace(0.0, 1.0, grid.shape[1])
+    pairs = zip(own.values(), grid, strict=True)
     u = np.column_stack([np.interp(x, row, p) for x, row in pairs])
-    parts, lost, done = [], 0, 0
+    parts, lost, done = list[Array](), 0, 0
 
     def show(count: int) -> None:
         if progress is not None:
@@ -214,12 +228,27 @@ def library(
         found = KeptAnswers(one, place, key, show)({path: value[which] for path, value in values.items()})
         done += int(which.sum())
         whole = found.response == KEPT_WORD
-        parts += [np.column_stack(list(found.figures.values()))[whole], u[which][whole]]
+        mine = [found.figures.pop(OWN + one.name)[whole] for one in wanted]
+        if not parts:
+            grid = np.vstack([grid, *(_quantiles(one, x, p) for one, x in zip(wanted, mine, strict=True))])
+        places = [np.interp(x, row, p) for x, row in zip(mine, grid[len(own) :], strict=True)]
+        parts += [np.column_stack(list(found.figures.values()))[whole], np.column_stack([u[which][whole], *places])]
         lost += int(np.sum(~whole))
-    result = Library(tuple(own), grid, point, quantity, T, kind, members - lost, lost, regression(*parts))
+    paths = (*own, *(one.name for one in wanted))
+    result = Library(paths, grid, point, quantity, T, kind, members - lost, lost, regression(*parts))
     if folder is not None:
         _write(result, folder)
     return result
+
+
+def _quantiles(figure: Figure, values: Array, p: Array) -> Array:
+    """Return the quantiles of a figure among members at probabilities."""
+    if (distinct := len(np.unique(values))) < 2:
+        raise UserError(
+            f"library: figure {figure.name}: {distinct} distinct among {len(values)} members; expected one that "
+            "changes with the values: leave it out"
+        )
+    return np.asarray(np.quantile(values, p), dtype=float)
 
 
 def _points(

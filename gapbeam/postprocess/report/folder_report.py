@@ -71,7 +71,7 @@ def report_on(folders: Sequence[Path], command: str, kinds: Sequence[Kind]) -> R
 
 
 def _beside_curves(folders: Sequence[Path]) -> Iterator[ReportSection]:
-    """Yield what each atlas knows beside each response curve over its key."""
+    """Yield a section for each atlas and each response curve over its key: responses that are not on the curve."""
     curves = [folder for folder in folders if (folder / CURVE_FILE).is_file()]
     for number, atlas in enumerate(folder for folder in folders if (folder / ATLAS_FILE).is_file()):
         records = read_records(atlas / ATLAS_FILE, ATLAS_KEYS)

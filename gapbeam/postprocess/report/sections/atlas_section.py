@@ -112,14 +112,13 @@ def beside_curve(curve: Mapping[str, Any], records: Sequence[Record]) -> ReportS
         for one in map(dict, inside)
     ]
     left = [one for one in others if one["responses"] or one["chaotic"]]
-    count = sum(len(one["responses"]) for one in left)
     at = f"at {counted(len(inside), 'value')} of {key}"
     if not left:
         text = f"All responses that the atlas knows {at} lie on the curve."
         return ReportSection("Other responses", "other-responses", [Verdict("passed", text)])
-    chaos = sum(bool(one["chaotic"]) for one in left)
-    words = f"{counted(count, 'response')} that the atlas knows {at} are not on the curve"
-    words += f", and chaos at {chaos}." if chaos else "."
+    count, chaos = sum(len(one["responses"]) for one in left), sum(bool(one["chaotic"]) for one in left)
+    found = ", ".join([counted(count, "response")] * bool(count) + [f"chaos at {chaos}"] * bool(chaos))
+    words = f"Of what the atlas knows {at}, not on the curve: {found}."
     heads, rows = responses_of(left)
     table = TableBlock("Responses beside the curve: shares of the starts with 95 % intervals", heads, rows, digits=4)
     return ReportSection("Other responses", "other-responses", [Verdict("warning", words), table])

@@ -216,6 +216,10 @@ def test_a_tie_rod_of_a_frame_and_its_fluid() -> None:
     for slip, words in (({"tension": -900.0}, "buckles"), ({"clamped": []}, "moves as a whole")):
         with pytest.raises(gb.UserError, match=words):
             gb.frame(ends, ROUND, STEEL, points, **(given | slip))
+    with pytest.raises(gb.UserError, match="compression of 1e\\+06 N") as refused:
+        gb.frame(ends, ROUND, STEEL, points, **given, branches=[gb.Member([[0, 0, 0], [0.2, 0, 0]], ROUND, STEEL,
+                                                                          tension=-1e6)])  # fmt: skip
+    assert getattr(refused.value, "argument", "") == "members.0.tension"
 
 
 def test_a_grid_is_that_of_a_direct_stiffness_script() -> None:
@@ -474,6 +478,7 @@ def test_members_of_a_file_are_branches() -> None:
         ("bend_radius", 0.6, "member.*bend_radius", "for the bends at its ends"),
         ("section", {"type": "tube", "wall": 0.02}, "member.*section", "wall"),
         ("hinged", ["middle"], "member.*hinged", "start"),
+        ("tension", 5.0, "member.*tension", "a straight member"),
     ],
 )
 def test_slips_of_members_are_refused_by_their_key(key: str, value: Any, where: str, words: str) -> None:

@@ -207,13 +207,14 @@ def beam(
     return whole if modes is None and not ratio else whole.reduced(modes or len(free), ratio)
 
 
-def refuse_buckling(K: Any, tension: float, where: str) -> None:
+def refuse_buckling(K: Any, tension: float, where: str, argument: str = "tension") -> None:
     """Refuse a compression that buckles what it presses.
 
     Args:
         K: Stiffness with it of what supports leave, sparse; None: not all is held.
         tension: The compression, below 0, N.
         where: How the structure is called in messages.
+        argument: Where the compression is given.
 
     Raises:
         ArgumentError: It does.
@@ -222,7 +223,7 @@ def refuse_buckling(K: Any, tension: float, where: str) -> None:
         raise ArgumentError(
             f"{where}: found a compression of {-tension:g} N under which it buckles, expected less than the critical "
             "load; look at its supports",
-            "tension",
+            argument,
         )
 
 

@@ -351,7 +351,7 @@ def _assembled(
 
 def _check_preload(members: Sequence[Member], K: Any, is_held: bool, where: str) -> None:
     """Refuse preloads of bent members, of frames that move as a whole, and those that buckle the frame."""
-    pressed = 0.0
+    pressed, pressed_key = 0.0, ""
     for k, one in enumerate(members):
         key = "tension" if k == 0 else f"members.{k - 1}.tension"
         tension = float(finite(one.tension, f"{where}: tension"))
@@ -360,9 +360,10 @@ def _check_preload(members: Sequence[Member], K: Any, is_held: bool, where: str)
             raise ArgumentError(
                 f"{where}: found a tension of {found}, expected a straight member of a frame that is held", key
             )
-        pressed = min(pressed, tension)
+        if tension < pressed:
+            pressed, pressed_key = tension, key
     if pressed < 0.0:
-        refuse_buckling(K, pressed, where)
+        refuse_buckling(K, pressed, where, pressed_key)
 
 
 def _element(

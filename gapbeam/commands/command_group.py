@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from typer.core import TyperGroup
 
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.process.terminal_text import harmless
-
-if TYPE_CHECKING:
-    from click import Command
 
 SYNONYMS = {
     "simulate": "run", "solve": "run", "start": "run", "resume": "run", "init": "new", "create": "new",
@@ -56,16 +53,14 @@ EXAMPLES = {
 class SuggestingGroup(TyperGroup):
     """Commands; instead of "No such command" with the nearest one. Help ends with an example."""
 
-    def get_command(self, ctx: Any, cmd_name: str) -> Command | None:  # type: ignore[override]  # as below
-        """Return a command, with its example."""
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:  # of click, or of the one that typer has from 0.29 on
+        """Return a command, with its example; None: there is none."""
         found = super().get_command(ctx, cmd_name)
         if found is not None and cmd_name in EXAMPLES:
             found.epilog = f"Example: {EXAMPLES[cmd_name]}"
         return found
 
-    def resolve_command(  # type: ignore[override]  # of click, or of the one that typer has from 0.29 on
-        self, ctx: Any, args: list[str]
-    ) -> tuple[str | None, Command | None, list[str]]:
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """Return the command of the first word.
 
         Raises:

@@ -167,9 +167,7 @@ def beam(
     added = float(positive(added_mass, f"{where}: added mass", zero=True))
     if model == "rigid":
         if held or ratio or modes or tension:
-            raise UserError(
-                f"{where}: a rigid beam has no supports, modes or preload; hold it by contacts or joints"
-            )
+            raise UserError(f"{where}: a rigid beam has no supports, modes or preload; hold it by contacts or joints")
         moved = mass + added
         about = np.array([[moved * size, 0.0], [0.0, moved * size**3 / 12.0 + rotary * size]])
         rows = {key: np.array([[1.0, x - 0.5 * size]]) for key, x in places.items()}

@@ -204,9 +204,7 @@ def _body(site: Site, table: BodyTable) -> Structure:
         one, at = _imported(site, table, points, held), {}
     elif isinstance(model, ElementFrame):
         given = stations_of(points, nearest, extent)
-        given |= {
-            name: (x, direction_of(point)) for point, way in _ways(site, table) for name, x in way.items()
-        }
+        given |= {name: (x, direction_of(point)) for point, way in _ways(site, table) for name, x in way.items()}
         one, places = framed(table, model, site.members(table), given, held)
         at, site.places = {}, site.places | places
     else:
@@ -436,9 +434,7 @@ def _at_moving_end(site: Site, number: int, joint: SpringJoint, point: Structure
         return lambda t: joint.stiffness * (s.value(t) - s.value(0.0)) + joint.damping * rate(t)
 
     motions = _motions(site, joint.name, point) if len(joint.between) == 1 else []
-    return [
-        Force(point, _Signal(force(s)), unit, f"{joint.name} {number}-{k}") for k, (unit, s) in enumerate(motions)
-    ]
+    return [Force(point, _Signal(force(s)), unit, f"{joint.name} {number}-{k}") for k, (unit, s) in enumerate(motions)]
 
 
 def _in_motions(site: Site, number: int, load: AnyLoad, point: StructurePoint) -> Array | None:

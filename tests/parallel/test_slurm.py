@@ -141,7 +141,7 @@ def test_job_without_a_case_says_how(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_job_resumes_until_it_is_done(tmp_path: Path) -> None:
     """A run that is warned twice is queued twice, and ends the same to the last bit as one that had the time."""
-    keys = (*RATTLE, "time.end=0.3", "output.fields_interval=5e-3")
+    keys = (*RATTLE, "time.end=0.9", "output.fields_interval=5e-3")
     assert gapbeam.run(DEMO, keys, tmp_path / "whole").exit_status == 0
     program(tmp_path, "srun", WARNED)
     program(tmp_path, "scontrol", SCONTROL)

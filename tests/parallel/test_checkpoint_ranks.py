@@ -84,7 +84,7 @@ def test_round_off_after_a_resume_on_other_ranks(
 ) -> None:
     """The demo, resumed on two ranks: the same motion, until chaos, where it is chaotic, has multiplied the round-off.
 
-    Found elsewhere with two beam codes of their own: exponents of 18 to 84 1/s for stiff rattling under 20 N. A fit over
+    Found elsewhere with two beam codes of their own: exponents of 18 to 84 1/s for stiff rattling under 20 N. A fit to
     few impacts scatters around them: half as much more is allowed.
     """
     keys = ("load.shaker.ramp=0.0",) if chaotic else RATTLE

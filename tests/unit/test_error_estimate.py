@@ -505,6 +505,19 @@ def test_a_blow_within_a_long_contact_is_not_resolved() -> None:
     assert "on gland (and so on base), 2e+04 N" in words, "one warning for all faces"
 
 
+@pytest.mark.parametrize("gap", [1, 2, 5])
+def test_a_blow_right_after_the_horizon_belongs_to_its_error(gap: int) -> None:
+    """Two records after the end of the part, the largest force is doubtful; five records after it, it is not."""
+    run = pulses(np.full(20, 100.0), base=10.0)
+    averages = Averages(INTERVAL, contact_windows(run.between(0.0, 490 * INTERVAL)))
+    part = Span("up to the horizon", 0.0, (500 - gap) * INTERVAL, 1, cut=True)
+    errors = {one.name: one.error for one in figure_errors(run, {TWICE: run}, TWICE, part, False, averages)}
+    assert errors["base largest recorded force"] == pytest.approx(100.0 if gap <= 2 else 0.0)
+    whole = replace(part, name="whole run", cut=False)
+    errors = {one.name: one.error for one in figure_errors(run, {TWICE: run}, TWICE, whole, False, averages)}
+    assert errors["base largest recorded force"] == 0.0
+
+
 @given(
     points=st.integers(1, 400), others=st.integers(0, 400), records=st.integers(1, 200), at=st.integers(5, 150),
 )  # fmt: skip

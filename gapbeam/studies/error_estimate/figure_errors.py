@@ -28,7 +28,8 @@ which is quadratic in small changes of the motion: their errors are at least min
 Where plane companions stand for a solid, differences are taken relative to the figures of the plane and enlarged by a
 tenth, and |f - R| falls away. A motion across another one that is a million times as large is made by the asymmetry of
 the mesh, and its figures have no error. Where the horizon ends a span, be it within the second half, motions are about
-to part: E is twice as large there.
+to part: E is twice as large there. Of a part up to the horizon in one window, the change of f with an end later by two
+records of the companions is added: a blow that comes just after the end of the run's part comes before that in others.
 
 Beyond the horizon figures are means over windows, and so is each term: it differs by chance as much as two means do.
 With the variance v of a mean, c = t sqrt(2 v) and Student's t (95 %, two-sided),
@@ -71,6 +72,8 @@ FACTORS = {FINEST: 2.0, COARSER: 1.0, FOURFOLD: 0.5, HALF_STEP: 4.0 / 3.0}
 RIGID_FACTOR = 1.0 / (1.0 - 0.5**0.5)
 MODEL = "step and model"  # the difference from the reference
 SHORT = "steps in a contact"
+EDGE = "end of the part"
+LATER = 2  # records of the companions, by which the end may be late
 SETTLING = "settling"
 QUICK, SLOW = 0.5, 0.99  # ratios of neighboring differences of windows
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
@@ -161,6 +164,8 @@ def figure_errors(
     mine = reported if records == 1 else key_figures(run.thinned(records), span, averages)
     theirs = {name: key_figures(motion, span, averages) for name, motion in companions.items()}
     same = mine if reference is None else theirs[reference]
+    longer = replace(span, width=span.width + LATER * records * run.interval)
+    later = key_figures(run, longer, averages) if span.cut and span.count == 1 else {}
     usual_motion = run.thinned(records) if reference is None else companions[reference]
     apart = {name: _harmonics_apart(usual_motion, motion, span, averages) for name, motion in companions.items()}
     if not in_plane:
@@ -193,7 +198,9 @@ def figure_errors(
                 parts[SETTLING] = left_to_settle(figure.values)
                 error = _error(known, span, factors) + parts[SETTLING]
             elif span.predictable:
-                error = _error(known, span, factors)
+                if name in later:
+                    parts[EDGE] = abs(later[name].mean - figure.mean)
+                error = _error(known, span, factors) + parts.get(EDGE, 0.0)
             else:
                 error = _error_of_means(known, everyone, ratio, factors)
         found.append(

@@ -46,14 +46,14 @@ def test_marches_have_the_exact_figures(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*STOPS, "sliding"])
 def test_intervals_hold_the_exact_figures(name: str) -> None:
-    """Of the intervals of 100 signals at least 90 % hold each exact figure, and 92 to 99 % those of all figures."""
+    """Of the intervals of 100 signals at least 87 % hold each exact figure (chance, the step), and 92 to 99 % all."""
     rattler = RATTLERS[name]()
     found = [figures(rattler, seed, SECONDS) for seed in range(MANY)]
     shares = {
         figure: np.mean([one[figure][0] <= exact <= one[figure][2] for one in found])
         for figure, exact in rattler.exact.items()
     }
-    assert all(share >= 0.9 for share in shares.values()), shares
+    assert all(share >= 0.87 for share in shares.values()), shares
     assert 0.92 <= np.mean(list(shares.values())) <= 0.99, shares
     for figure, exact in rattler.exact.items():  # 3 standard deviations of chance, and the step
         assert np.mean([one[figure][1] for one in found]) == pytest.approx(exact, rel=0.05), figure

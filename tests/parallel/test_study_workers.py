@@ -283,7 +283,7 @@ def test_a_killed_map_of_stability_goes_on(tmp_path: Path) -> None:
 def test_what_options_contradict_is_refused(tmp_path: Path) -> None:
     """In the words of the command line, with status 2, before anything is written."""
     for options, said in (
-        (("--workers", "0"), "0 is not in the range"),
+        (("--workers", "0"), "Invalid value for '--workers'"),
         (("--workers", "2", "--scheduler", "tcp://a:1"), "--scheduler takes those that run already"),
         (("--scheduler", "tcp://a:1", "--slurm", "-t 9"), "give one"),
         (("--slurm", "job.sh"), "options of sbatch alone"),

@@ -194,7 +194,7 @@ def test_the_command_refuses_bad_input(tmp_path: Path) -> None:
         ("--measured", "50,40"): ["ascend"],
         ("--measured", "1,2,3,4,5"): ["--count 5"],
         ("--measured", "1,nan"): ["more than 0 Hz"],
-        ("--count", "1"): ["x>=2"],
+        ("--count", "1"): ["--count", "2"],
         ("--count", "70"): ["expected 1 to"],
         ("--accuracy", "3"): ["between 0 and 1"],
         tuple(settings("beam.lenght=1")): ["did you mean"],

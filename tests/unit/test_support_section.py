@@ -73,6 +73,7 @@ def test_amber_wherever_a_figure_may_not_be_used() -> None:
         "tip peak-to-peak displacement may not": {
             "closing": {"part": "", "rows": [{"figure": "tip peak-to-peak displacement", "verdict": "do not use"}]}
         },
+        "the response has not settled": {"closing": {"part": "second half, not settled", "rows": []}},
         "1 statistics are too short": {"statistics": {"figures": [{"name": "probe.tip.rms", "verdict": "too short"}]}},
         "errors of the figures are not known": {"errors": {"status": "not estimated"}},
         "beyond its limit: small rotation": {"assumptions": [{"name": "small rotation", "verdict": "warning"}]},

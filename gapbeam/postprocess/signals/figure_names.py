@@ -9,6 +9,7 @@ LARGEST_FORCE = "largest recorded force"
 MEAN_FORCE = "largest mean force"
 AXIAL_STRESS = "peak-to-peak axial stress"
 VON_MISES_STRESS = "largest von Mises stress"
+NOT_SETTLED = "not settled"
 
 GOOD, ROUGH = 0.1, 0.5  # of a figure: the errors up to which it may be used, and used with care
 USE, CARE, REFUSED = "good", "rough", "do not use"

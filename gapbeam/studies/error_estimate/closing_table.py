@@ -10,6 +10,7 @@ from gapbeam.postprocess.signals.figure_names import (
     DISPLACEMENT,
     LARGEST_FORCE,
     MEAN_FORCE,
+    NOT_SETTLED,
     USE,
     VON_MISES_STRESS,
     usable,
@@ -71,7 +72,7 @@ def closing_table(
     motions = [one for one in shown if not one.name.endswith(FORCES)]
     room = max(MOST_ROWS - len(rows) - len(largest), 0)
     rows += [_row(one) for one in shown if one in motions[:room] or one in largest]
-    until = ", not settled" if span == SECOND_HALF else ""
+    until = f", {NOT_SETTLED}" if span == SECOND_HALF else ""
     until += "" if whole else f", up to t = {reached:.3g} s"
     smaller = [one for one in forces if one not in largest and (one.value or one.error)]
     others = len(averaged[MOST_STATISTICS:]) + len(motions[room:]) + len(smaller)

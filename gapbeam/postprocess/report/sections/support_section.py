@@ -14,7 +14,7 @@ import numpy as np
 from gapbeam.postprocess.report.blocks import Block, Cell, TableBlock, Verdict, number, percent
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.html_page import sentence
-from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE, REFUSED, usable
+from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE, NOT_SETTLED, REFUSED, usable
 
 USE_HEAD = "use of the peak"
 RESOLVED = "contacts resolved by the step"
@@ -133,6 +133,8 @@ def doubts_of_figures(summary: Summary) -> list[str]:
         found.append("peak forces are not resolved by the time step")
     if errors.get("horizon") is not None and not errors.get("settled_part_repeats"):
         found.append(f"the time history cannot be predicted after t = {number(float(errors['horizon']), 3)} s")
+    if NOT_SETTLED in ((summary.get("closing") or {}).get("part") or ""):
+        found.append("the response has not settled")
     if refused := _refused(summary):
         found.append(f"{_listed(refused)} may not be used")
     statistics = summary.get("statistics") or {}

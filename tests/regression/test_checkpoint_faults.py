@@ -224,6 +224,7 @@ def test_read_only_folder_is_refused(tmp_path: Path) -> None:
     def without_rights() -> None:
         for place in (tmp_path, *tmp_path.parents[:3]):
             place.chmod(place.stat().st_mode | 0o055)
+        command("run", tmp_path / "none.toml", "--output", folder)()  # loads the rest of typer from a folder of root's
         os.setuid(65534)
 
     assert ended(beside(command("run", DEMO, "--output", folder, first=without_rights), shown)) == 2

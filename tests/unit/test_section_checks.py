@@ -159,3 +159,12 @@ def test_keys_of_other_programs_are_one_fault_each() -> None:
     assert said == {
         "diameter": "did you mean `thickness`?", "start": "did you mean `from`?", "end": "did you mean `to`?"
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(("value", "word"), [([0.03, 0.03], "ratios"), (0.03, "ratio")])
+def test_of_keys_that_are_near_the_one_that_takes_the_value_was_meant(value: object, word: str) -> None:
+    """A list is no single ratio."""
+    tables = TABLES | {"beam": {"length": 0.5, "thickness": 0.02, "width": 0.02}, "damping": {"ratiso": value}}
+    with pytest.raises(gapbeam.CaseError) as raised:
+        gapbeam.read_case(tables)
+    assert f"did you mean `{word}`?" in [fault.hint for fault in raised.value.faults]

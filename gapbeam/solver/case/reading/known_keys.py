@@ -150,17 +150,20 @@ def header(key: Key, data: object, root: type[BaseModel] = Case) -> str:
     return f"[{'.'.join(map(printable, key))}]"
 
 
-def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case) -> str:
+def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case, value: object = None) -> str:
     """Return a hint for an unknown key: a near miss in its table, or the table where it belongs; "" if none.
 
     Args:
         name: The key as written.
         model: The table it was found in.
         root: Model of the whole file.
+        value: Of the key; where several keys are near, one that takes it was meant.
     """
     own = list(model.model_fields)
     every = sorted({key for table in tables(root) for key in table.model.model_fields})
-    word = same(name, own) or (None if same(name, every) else close_to(name, own))
+    word = same(name, own)
+    if not (word or same(name, every)):
+        word = close_to(name, [key for key in own if _takes(model, key, value)]) or close_to(name, own)
     if word:
         is_table = model is root and models_in(model.model_fields[word].annotation)
         return f"did you mean {header((word,), {}, root) if is_table else f'`{word}`'}?"
@@ -179,6 +182,15 @@ def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case) -> st
     if word == name:
         return f"`{name}` belongs in {either(places)}"
     return f"did you mean `{word}`, which belongs in {either(places)}?"
+
+
+def _takes(model: type[BaseModel], key: str, value: object) -> bool:
+    """Return whether a key of a table may have a value."""
+    try:
+        TypeAdapter(model.model_fields[key].rebuild_annotation()).validate_python(value)
+    except ValidationError:
+        return False
+    return True
 
 
 MOST_FAULTS = 100
@@ -311,7 +323,7 @@ def _unknown_key(key: Key, value: object, owner: type[BaseModel], root: type[Bas
     ]
     found = f"the unknown {'table' if isinstance(value, Mapping) else 'key'} `{printable(name)}`"
     related = ((*key[:-1], "type"),) if type_name(owner) else ()
-    return Fault(key, found, f"one of {', '.join(known)}", meant(name, owner, root), related)
+    return Fault(key, found, f"one of {', '.join(known)}", meant(name, owner, root, value), related)
 
 
 def _union_fault(key: Key, value: object, models: list[type[BaseModel]]) -> Fault:

@@ -1,4 +1,7 @@
-"""The names of figures of a motion: each says how it is defined, and is the same in every table, message and file."""
+"""The names of figures of a motion: each says how it is defined, and is the same in every table, message and file.
+
+The closing table adds the width of a mean behind its name.
+"""
 
 from __future__ import annotations
 

@@ -56,9 +56,6 @@ def stations_of(points: Sequence[PointTable], nearest: Mapping[str, Any], extent
     return given
 
 
-Z = (0.0, 0.0, 1.0)
-
-
 def direction_of(point: PointTable) -> Any:
     """Return the direction of a point, or its rotation as six numbers."""
     return point.direction if point.about is None else (0.0, 0.0, 0.0, *point.about)
@@ -82,7 +79,7 @@ def framed(
     axes, places = _axes(table, model, members), dict[str, PlacedPoint]()
     for name, (at, way) in points.items():
         ways = np.atleast_2d(np.asarray(way, dtype=float))
-        on_axis = (not isinstance(at, float) or at <= axes.routes[0].length) and ways.shape[1] == len(Z)
+        on_axis = (not isinstance(at, float) or at <= axes.routes[0].length) and ways.shape[1] == 3
         place = axes.at(axes.along(at, "point")) if on_axis else None
         places[f"{table.name}.{name}"] = PlacedPoint(place, ways / np.linalg.norm(ways, axis=1)[:, None])
     one = frame(

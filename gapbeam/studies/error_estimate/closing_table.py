@@ -87,10 +87,8 @@ def _row(one: FigureError) -> ClosingRow:
         verdict = NO_CONTACT
     elif one.own and one.value == 0.0 == one.error:
         verdict = USE
-    name = (
-        f"{one.name} over {1e3 * one.window:.3g} ms" if one.name.endswith(f" {MEAN_FORCE}") and one.window else one.name
-    )
-    return ClosingRow(name, with_unit(one.value, one.unit), plus_minus(one), verdict)
+    over = f" over {1e3 * one.window:.3g} ms" if one.name.endswith(f" {MEAN_FORCE}") and one.window else ""
+    return ClosingRow(one.name + over, with_unit(one.value, one.unit), plus_minus(one), verdict)
 
 
 def _statistic(one: Mapping[str, Any]) -> ClosingRow:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from gapbeam.solver.schema.table import models_in, named, type_name
-from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
-from gapbeam.solver.sections.section_table import SectionTable
+from gapbeam.solver.case.reading.known_keys import candidates
+from gapbeam.solver.messages.errors import Key
+from gapbeam.solver.sections.section_table import RectangularSection, SectionTable
 
 PROPER = 1.0  # m: a width that has no fault, where the thickness has one or is missing
 
@@ -24,25 +24,19 @@ def imply(data: dict[str, Any]) -> None:
     beam, mesh = data.get("beam"), data.get("mesh", {})
     if not isinstance(beam, Mapping) or not isinstance(mesh, Mapping):
         return
-    section = _chosen(beam)
+    section = _section(("beam",), data)
     if section and section.round and "width" not in beam:
         size = beam.get("thickness")
         sound = isinstance(size, int | float) and not isinstance(size, bool) and size > 0.0
         data["beam"] = {**beam, "width": size if sound else PROPER}
-    kinds = {type_name(one) for one in (section, *_others(data.get("segment"))) if one}
-    if not {"dimension", "file"} & set(mesh) and kinds - {RECTANGLE.type}:
+    segments = data.get("segment")
+    count = len(segments) if isinstance(segments, list | tuple) else 0
+    sections = {section, *(_section(("segment", number), data) for number in range(count))}
+    if not {"dimension", "file"} & set(mesh) and sections - {None, RectangularSection}:
         data["mesh"] = {**mesh, "dimension": 3}
 
 
-def _others(segments: object) -> Iterator[type[SectionTable] | None]:
-    """Yield the sections of segments."""
-    for one in segments if isinstance(segments, list | tuple) else ():
-        yield _chosen(one) if isinstance(one, Mapping) else None
-
-
-def _chosen(table: Mapping[str, Any]) -> type[SectionTable] | None:
+def _section(key: Key, data: Mapping[str, Any]) -> type[SectionTable] | None:
     """Return the section of a table; None: it has none, or one that is not known."""
-    section = named(table.get("section"))
-    kind = section.get("type") if isinstance(section, Mapping) else None
-    known = (one for one in models_in(SectionChoice) if issubclass(one, SectionTable))
-    return next((one for one in known if type_name(one) == kind), None)
+    found = [one for one in candidates((*key, "section"), data) if issubclass(one, SectionTable)]
+    return found[0] if len(found) == 1 else None

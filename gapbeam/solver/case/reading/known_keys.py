@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, get_args
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.reading.value_words import example, hint_for, shown, toml_value, wanted
+from gapbeam.solver.case.reading.value_words import example, fits, hint_for, shown, toml_value, wanted
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import close_to, either, near, printable, same
 from gapbeam.solver.schema.table import FORMS, Positive, array_models, models_in, type_name
@@ -163,7 +163,7 @@ def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case, value
     every = sorted({key for table in tables(root) for key in table.model.model_fields})
     word = same(name, own)
     if not (word or same(name, every)):
-        word = close_to(name, [key for key in own if _takes(model, key, value)]) or close_to(name, own)
+        word = close_to(name, [key for key in own if fits(model, key, value)]) or close_to(name, own)
     if word:
         is_table = model is root and models_in(model.model_fields[word].annotation)
         return f"did you mean {header((word,), {}, root) if is_table else f'`{word}`'}?"
@@ -182,15 +182,6 @@ def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case, value
     if word == name:
         return f"`{name}` belongs in {either(places)}"
     return f"did you mean `{word}`, which belongs in {either(places)}?"
-
-
-def _takes(model: type[BaseModel], key: str, value: object) -> bool:
-    """Return whether a key of a table may have a value."""
-    try:
-        TypeAdapter(model.model_fields[key].rebuild_annotation()).validate_python(value)
-    except ValidationError:
-        return False
-    return True
 
 
 MOST_FAULTS = 100

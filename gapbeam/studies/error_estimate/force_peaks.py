@@ -1,4 +1,4 @@
-"""Largest contact force of each face, recorded where the contact is resolved, otherwise as the mean over the contact.
+"""Largest contact force of each face, recorded where the contact is resolved, otherwise as the largest mean.
 
 The largest force on record means something where records resolve the contact that carries it. Elsewhere it follows the
 step and the formulation and has no limit as the step shrinks. The largest mean over the contact, or over ten records of
@@ -398,7 +398,7 @@ def key_figures(motion: MotionRecord, span: Span, averages: Averages) -> dict[st
     For each probe: peak to peak of the displacement and of the smoothed absolute acceleration, and, over whole periods
     of the forcing, the amplitudes of the first three harmonics of the displacement, of bodies that move in space for
     both directions; for each gauge the range of the axial and the largest von Mises stress; for each face the impulse,
-    and the largest recorded force or the mean force over the contact.
+    and the largest recorded force or the largest mean force.
 
     Args:
         motion: The records.

@@ -163,13 +163,14 @@ def _anchor(heading: str) -> str:
 
 
 def _types(types: tuple[str, ...], kinds: tuple[str, ...]) -> str:
-    """Return the types that have a row: all, all with the same beginning, or their names."""
-    if set(types) == set(kinds):
-        return "all"
+    """Return the types that have a row: all, all but some, all with the same beginning, or their names."""
+    others = [kind for kind in kinds if kind not in types]
     first = types[0].partition("_")[0] + "_"
-    return (
-        f"{first}*" if len(types) > 1 and types == tuple(k for k in kinds if k.startswith(first)) else ", ".join(types)
-    )
+    if len(types) > 1 and types == tuple(kind for kind in kinds if kind.startswith(first)):
+        return f"{first}*"
+    if len(types) < len(others) + 2:
+        return ", ".join(types)
+    return f"all but {', '.join(others)}" if others else "all"
 
 
 def _table(rows: Sequence[tuple[Row, tuple[str, ...]]], kinds: tuple[str, ...]) -> Iterator[str]:
@@ -183,10 +184,10 @@ def _table(rows: Sequence[tuple[Row, tuple[str, ...]]], kinds: tuple[str, ...]) 
     else:
         columns.append(("value", values))
     columns.append(("meaning", [meaning for (_, _, meaning), _ in rows]))
-    yield f"| {' | '.join(head for head, _ in columns)} |"
-    yield "|---" * len(columns) + "|"
+    yield " | ".join(head for head, _ in columns)
+    yield "|".join(["---"] * len(columns))
     for row in zip(*(cells for _, cells in columns), strict=True):
-        yield f"| {' | '.join(row)} |"
+        yield " | ".join(row)
 
 
 def _row(model: type[BaseModel], key: str) -> Row:

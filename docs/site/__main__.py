@@ -1,7 +1,8 @@
 """Build the site of the documentation: `make docs`, or `python -m docs.site FOLDER` where requirements-docs.txt are.
 
-The pages stay where they are. They are copied, the index gets the tables of contents that its own links say, and two
-pages are made from the code: all commands, and the Python interface. A broken link inside the site ends the build.
+The pages stay where they are. They are copied, some with words for the search, the index gets the tables of contents
+that its own links say, and two pages are made from the code: all commands, and the Python interface. A broken link
+inside the site ends the build.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from sphinx.cmd.build import main as sphinx
 from docs.site.all_commands import commands_page
 from docs.site.contents import with_contents
 from docs.site.python_interface import interface_page
+from docs.site.search_words import SEARCH_WORDS, with_search_words
 
 DOCS = Path(__file__).parents[1]
 MADE = {"reference/all-commands.md": commands_page, "reference/python-interface.md": interface_page}
@@ -32,6 +34,9 @@ def copied(target: Path) -> None:
             shutil.copyfile(path, copy)
     for name, page in MADE.items():
         (target / name).write_text(page(), encoding="utf-8")
+    for name, words in SEARCH_WORDS.items():
+        searched = target / name
+        searched.write_text(with_search_words(searched.read_text(encoding="utf-8"), words), encoding="utf-8")
     index = target / "index.md"
     index.write_text(with_contents(index.read_text(encoding="utf-8"), {"Reference": list(MADE)}), encoding="utf-8")
 

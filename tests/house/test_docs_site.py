@@ -16,6 +16,7 @@ from docs.site.all_commands import commands_page
 from docs.site.contents import contents, with_contents
 from docs.site.notebook_file import TUTORIAL, cells, notebook
 from docs.site.python_interface import interface
+from docs.site.search_words import SEARCH_WORDS, with_search_words
 from gapbeam.command_line import app
 from tests.house.test_docs import PAGES
 
@@ -38,6 +39,18 @@ def test_contents_are_hidden_behind_the_index() -> None:
     assert made.startswith(index.rstrip())
     assert "```{toctree}\n:hidden:\n:caption: First\n\nA <k/a>\nC <k/c>\nk/made\n```" in made
     assert made.count("{toctree}") == 1
+
+
+def test_words_of_practice_find_a_page() -> None:
+    """The search ranks entries of the index first: at most three pages for a word, each of which exists."""
+    entries = [word for words in SEARCH_WORDS.values() for word in words]
+    practice = "orifice,loose support,natural frequency,rattle,freeplay,snubber,gap,clearance,bumper,lift-off,fretting"
+    practice += ",wear,impact,stick-slip,chatter,pipe whip,baffle,tube bundle,bolt,barrel"
+    assert set(practice.split(",")) <= set(entries)
+    assert max(map(entries.count, entries)) <= 3
+    assert [word for word in entries if word != word.lower() or "," in word] == []
+    assert [page for page in SEARCH_WORDS if not (DOCS / page).read_text(encoding="utf-8").startswith("# ")] == []
+    assert with_search_words("# A\n\nText\n", ("a", "b c")) == "# A\n\n```{index} ! a, ! b c\n```\n\nText\n"
 
 
 def test_commands_are_all_there() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import signal
@@ -23,6 +24,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.stash[BEGAN] = time.monotonic()
+    gc.disable()  # until all tests are collected
     os.environ["GAPBEAM_ERRORS"] = "none"  # the tests of error estimates ask for them
     os.environ["GAPBEAM_KEEP"] = "none"  # a basis that an earlier test kept would hide what this one changes
     settings.register_profile("no wall time", deadline=None)
@@ -44,6 +46,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = [item for item in items if minutes_of(item) <= longest]
     if config.getoption("within") is not None:
         items.sort(key=minutes_of)
+
+
+def pytest_collection_finish() -> None:
+    """Keep the garbage collector away from ten thousand tests and their modules."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

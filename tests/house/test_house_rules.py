@@ -69,6 +69,12 @@ def tree(path: Path) -> ast.Module:
 
 
 @cache
+def nodes(path: Path) -> tuple[ast.AST, ...]:
+    """Return all nodes of the syntax tree of a file."""
+    return tuple(ast.walk(tree(path)))
+
+
+@cache
 def imports(path: Path) -> tuple[tuple[str, int], ...]:
     """Return what a file imports, `from a import b` as both a and a.b where that is a module; with the line."""
     return tuple(_imports(path))
@@ -76,7 +82,7 @@ def imports(path: Path) -> tuple[tuple[str, int], ...]:
 
 def _imports(path: Path) -> Iterator[tuple[str, int]]:
     known = _names()
-    for node in ast.walk(tree(path)):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             yield from ((alias.name, node.lineno) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -160,7 +166,7 @@ def test_no_class_name_repeats() -> None:
     found = [
         node.name
         for path in FILES
-        for node in ast.walk(tree(path))
+        for node in nodes(path)
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
     ]
     assert sorted(name for name in set(found) if found.count(name) > 1) == PUBLIC_NOUNS
@@ -203,7 +209,7 @@ def test_imports_are_absolute() -> None:
     wrong = [
         place(path, node.lineno)
         for path in [*FILES, *tests]
-        for node in ast.walk(tree(path))
+        for node in nodes(path)
         if isinstance(node, ast.ImportFrom) and node.level > 0
     ]
     assert wrong == []
@@ -214,7 +220,7 @@ def test_no_star_imports() -> None:
     wrong = [
         place(path, node.lineno)
         for path in FILES
-        for node in ast.walk(tree(path))
+        for node in nodes(path)
         if isinstance(node, ast.ImportFrom) and any(alias.name == "*" for alias in node.names)
     ]
     assert wrong == []
@@ -275,7 +281,7 @@ def test_no_class_is_called_a_handler() -> None:
     wrong = [
         f"{place(path, node.lineno)} {node.name}"
         for path in FILES
-        for node in ast.walk(tree(path))
+        for node in nodes(path)
         if isinstance(node, ast.ClassDef) and "handler" in node.name.lower()
     ]
     assert wrong == []
@@ -327,11 +333,11 @@ def test_commands_need_no_click_beside_typer() -> None:
     for path in FILES:
         typed = [
             inner
-            for node in ast.walk(tree(path))
+            for node in nodes(path)
             if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
             for inner in ast.walk(ast.Module(node.body, []))
         ]
-        for node in ast.walk(tree(path)):
+        for node in nodes(path):
             loads = isinstance(node, ast.Import) and any(one.name.split(".")[0] == "click" for one in node.names)
             loads |= isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "click"
             if (loads and node not in typed) or (isinstance(node, ast.keyword) and node.arg == "click_type"):

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
-import pytest
-
-from tests.house.test_house_rules import FILES, OF_ENVIRONMENT, PROJECT, imports, name_of, place, tree
+from tests.house.test_house_rules import FILES, OF_ENVIRONMENT, PROJECT, imports, name_of, nodes, place
 
 ROOM = PROJECT / "gapbeam" / "meshes" / "versions"
 INSIDE = "gapbeam.meshes.versions."
@@ -26,10 +24,10 @@ def names_in(node: ast.AST | None) -> set[str]:
     return {part.id for part in ast.walk(node) if isinstance(part, ast.Name)} if node else set()
 
 
-def of_environment(node: ast.AST) -> set[str]:
+def of_environment(parts: Iterable[ast.AST]) -> set[str]:
     """Return the names under which a file, or a part of it, imports DOLFINx and its company."""
     bound: set[str] = set()
-    for part in ast.walk(node):
+    for part in parts:
         if isinstance(part, ast.Import):
             from_there = [alias for alias in part.names if alias.name.split(".")[0] in OF_ENVIRONMENT]
         elif isinstance(part, ast.ImportFrom) and (part.module or "").split(".")[0] in OF_ENVIRONMENT:
@@ -40,23 +38,17 @@ def of_environment(node: ast.AST) -> set[str]:
     return bound
 
 
-@cache
-def imported(path: Path) -> tuple[tuple[str, int], ...]:
-    """Return what a file imports, with the lines."""
-    return tuple(imports(path))
-
-
 def guesses(path: Path) -> Iterator[str]:
     """Yield where a file finds out which release there is, or takes whatever there is."""
-    bound = of_environment(tree(path))
-    for node in ast.walk(tree(path)):
+    bound = of_environment(nodes(path))
+    for node in nodes(path):
         if isinstance(node, ast.Attribute) and node.attr in ASKS:
             yield f"{place(path, node.lineno)} asks {node.attr}"
         elif isinstance(node, ast.Try) and _falls_back(node, bound):
             yield f"{place(path, node.lineno)} tries what a release may not have"
         elif bound and isinstance(node, ast.Call) and _looks(node):
             yield f"{place(path, node.lineno)} looks with {ast.unparse(node.func)}"
-    for module, line in imported(path):
+    for module, line in imports(path):
         if module.startswith(("dolfinx.cpp", "basix._", "petsc4py.lib")):
             yield f"{place(path, line)} imports {module}, a name that is not promised to stay"
         if bound and module == "ctypes":
@@ -74,7 +66,7 @@ def _falls_back(node: ast.Try, bound: set[str]) -> bool:
     caught: set[str] = set().union(*(names_in(one.type) for one in node.handlers))
     tried = ast.Module(node.body, [])
     absent = caught & {"ImportError", "ModuleNotFoundError"} and (
-        of_environment(tried) or "importlib" in names_in(tried)
+        of_environment(ast.walk(tried)) or "importlib" in names_in(tried)
     )
     unknown = caught & {"AttributeError", "TypeError"} and names_in(tried) & bound
     return bool(absent or unknown)
@@ -98,14 +90,14 @@ def touches() -> set[str]:
     direct = {
         name_of(path)
         for path in FILES
-        if any(module.startswith(INSIDE) and module != INDIFFERENT for module, _ in imported(path))
+        if any(module.startswith(INSIDE) and module != INDIFFERENT for module, _ in imports(path))
     }
     return direct | {INSIDE + path.stem for path in ROOM.glob("*.py")} - {INDIFFERENT}
 
 
-@pytest.mark.parametrize("path", TESTS, ids=lambda path: path.stem)
-def test_tests_of_the_room_are_run_with_every_release(path: Path) -> None:
+def test_tests_of_the_room_are_run_with_every_release() -> None:
     """A test file that imports the room, or a module that does, is marked `versions`; CI runs it on Debian sid, too."""
-    met = {module for module, _ in imported(path)} & touches()
-    marked = "pytest.mark.versions" in path.read_text(encoding="utf-8")
-    assert marked or not met, f"{place(path)} imports {sorted(met)}; mark it: pytestmark = pytest.mark.versions"
+    for path in TESTS:
+        met = {module for module, _ in imports(path)} & touches()
+        marked = "pytest.mark.versions" in path.read_text(encoding="utf-8")
+        assert marked or not met, f"{place(path)} imports {sorted(met)}; mark it: pytestmark = pytest.mark.versions"

@@ -26,6 +26,7 @@ THREE = {
 }
 MESHES = [{}, {"degree": 1}, THREE]
 NAMES = ["2D", "degree 1", "3D"]
+ALL = [*MESHES[:2], pytest.param(THREE, marks=pytest.mark.slow(minutes=0.1))]
 
 
 def operators_of(mesh: dict[str, object], effective: str) -> PetscOperators:
@@ -107,7 +108,7 @@ def test_iterations_feel_no_more_of_rigid_motions_than_their_inertia() -> None:
     assert np.abs(motions.T @ assembled.multiply(motions) - exact).max() > 1e-6 * np.abs(exact).max()
 
 
-@pytest.mark.parametrize("mesh", MESHES, ids=NAMES)
+@pytest.mark.parametrize("mesh", ALL, ids=NAMES)
 def test_modes_without_a_solve_are_those_by_a_factor(mesh: dict[str, object]) -> None:
     found = {}
     for effective in ("factor", "iterative"):

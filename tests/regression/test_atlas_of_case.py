@@ -57,6 +57,7 @@ def test_files_say_what_was_found(tmp_path: Path) -> None:
     assert f"{len(orders)} stable periodic responses at 2 points" in result.headline()
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_starts_that_do_not_settle_are_reported(tmp_path: Path) -> None:
     """Three periods are too few: nothing is claimed, and the status says so."""
     result = run_atlas(oscillator, [read_axis("push=1.7367")], tmp_path / "x", starts=8, settle=1, rounds=1, orders=1)

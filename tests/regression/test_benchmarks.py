@@ -40,7 +40,7 @@ def shaken(dimension: int = 3, steps: int = 40) -> Case:
 
 @alone
 @needs_gcc
-@pytest.mark.parametrize("factorization", ["lu", "cholesky"])
+@pytest.mark.parametrize("factorization", [pytest.param("lu", marks=pytest.mark.slow(minutes=0.1)), "cholesky"])
 def test_textbook_agrees(factorization: str) -> None:
     """A solid beam that rattles: the same displacements to 1e-8 of the largest, and a table that says so."""
     table = textbook.compare(shaken(), {factorization: textbook.STEPS}, 20)

@@ -26,17 +26,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return outcome.folder
 
 
-Drawn = dict[str, subprocess.CompletedProcess[str]]
-
-
-@pytest.fixture(scope="module")
-def drawn(folder: Path) -> Drawn:
-    """Figures, figures in other formats beside the results, and pictures, drawn in one process."""
-    formats = ("--format", "pdf", "--format", "svg", "--output", folder.parent / "formats", "--probe", "tip")
-    calls = [("plot", folder), ("plot", folder, *formats), ("render", folder, "--no-film", "--size", "640x360")]
-    return dict(zip(("figures", "formats", "pictures"), called_in_turn(*calls), strict=True))
-
-
 def assert_refused(done: subprocess.CompletedProcess[str], *message: str) -> None:
     """Check that a call ended with the status of a faulty input, a message, and no trace."""
     assert done.returncode == 2, done.stderr
@@ -183,9 +172,9 @@ def test_wrong_options_of_drawing_are_refused(folder: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.slow(minutes=0.3)
-def test_plot_draws_figures_and_tables(folder: Path, drawn: Drawn) -> None:
+def test_plot_draws_figures_and_tables(folder: Path) -> None:
     """Every figure of a run is a picture with something on it; tables and data name the forcing; all are listed."""
-    done = drawn["figures"]
+    done = called("plot", folder)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
     figures = folder / "figures"
@@ -204,18 +193,19 @@ def test_plot_draws_figures_and_tables(folder: Path, drawn: Drawn) -> None:
 
 
 @pytest.mark.slow(minutes=0.1)
-def test_plot_in_other_formats(folder: Path, drawn: Drawn) -> None:
+def test_plot_in_other_formats(folder: Path) -> None:
     """--format pdf and svg, and another folder: only these, each beginning as its format does."""
-    done, formats = drawn["formats"], folder.parent / "formats"
+    formats = folder.parent / "formats"
+    done = called("plot", folder, "--format", "pdf", "--format", "svg", "--output", formats, "--probe", "tip")
     assert done.returncode == 0, done.stderr
     assert list(formats.glob("*.png")) == []
     assert (formats / "contact.pdf").read_bytes().startswith(b"%PDF")
     assert b"<svg" in (formats / "contact.svg").read_bytes()
 
 
-def test_render_draws_pictures(folder: Path, drawn: Drawn) -> None:
+def test_render_draws_pictures(folder: Path) -> None:
     """Pictures of the asked size that are not blank, no film, and every file reported on standard output."""
-    done = drawn["pictures"]
+    done = called("render", folder, "--no-film", "--size", "640x360")
     assert done.returncode == 0, done.stderr
     paths = [Path(line) for line in done.stdout.splitlines()]
     assert sorted(paths) == sorted((folder / "pictures").iterdir())

@@ -46,7 +46,11 @@ def arrays(one: Model) -> list[Any]:
     return [operators.mass, operators.stiffness, contact.gap_matrix.toarray(), *one.body.patterns, expanded]  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize(("case", "overrides"), [(STABILITY, REDUCED), (TUBE, RIGID)], ids=["slice", "tube"])
+@pytest.mark.parametrize(
+    ("case", "overrides"),
+    [(STABILITY, REDUCED), pytest.param(TUBE, RIGID, marks=pytest.mark.slow(minutes=0.2))],
+    ids=["slice", "tube"],
+)
 def test_a_body_or_basis_that_is_read_has_the_bits_of_the_one_that_was_found(
     case: Path, overrides: dict[str, Any], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

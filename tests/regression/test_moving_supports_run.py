@@ -89,6 +89,7 @@ def test_results_know_where_walls_are(tmp_path: Path) -> None:
     assert [path.suffix for path in gapbeam.render(tmp_path / "run", film=False)] == [".png", ".png"]
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_orbits_are_those_in_the_support_that_moves(tmp_path: Path) -> None:
     """A probe in a hole that moves aside stays within its clearance of the middle of the hole."""
     holes = [{**one, "clearance": 1.0e-4, "region": "hole"} for one in (LEFT, RIGHT)]

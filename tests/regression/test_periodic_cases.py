@@ -103,6 +103,7 @@ def test_harmonic_balance_agrees_with_shooting(tmp_path: Path) -> None:
     assert abs(balanced.summary["energy"]["relative_residual"]) < 1e-3
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_multipliers_of_too_few_harmonics_are_not_known(tmp_path: Path) -> None:
     """40 harmonics of the case of an exciter say "period doubling, 1.24" where shooting finds it stable, 0.762."""
     overrides = ["analysis.method=harmonic-balance", "time.end=0.5"]

@@ -102,6 +102,7 @@ def test_analysis_finds_the_amplitudes_and_the_period_that_were_put_in(forced: P
     assert smoothed["1"] == pytest.approx(2e-3 * omega**2 * gain, rel=1e-9)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_tables_and_data_say_the_same(forced: Path, tmp_path: Path) -> None:
     plot(forced, tmp_path)
     text, data = (tmp_path / "tables.txt").read_text(), json.loads((tmp_path / "figures.json").read_text())
@@ -114,6 +115,7 @@ def test_tables_and_data_say_the_same(forced: Path, tmp_path: Path) -> None:
     assert data["status"] == "completed"
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_without_forcing_there_are_no_periods(tmp_path: Path) -> None:
     time = np.linspace(0.0, 0.5, 5001)
     folder = write_results(tmp_path, time, sine_records(time), frequency=None)
@@ -154,7 +156,9 @@ def test_friction_is_in_the_energy_figure_where_there_is_any(tmp_path: Path, los
         assert np.asarray(drawn["friction"]) == pytest.approx(1e3 * loss * time)
 
 
-@pytest.mark.parametrize("count", [2, 3, 7, 60, 501])
+@pytest.mark.parametrize(
+    "count", [2, *(pytest.param(one, marks=pytest.mark.slow(minutes=0.1)) for one in (3, 7, 60, 501))]
+)
 def test_short_records_are_drawn_as_far_as_they_go(tmp_path: Path, count: int) -> None:
     time = np.arange(count) * 1e-4
     folder = write_results(tmp_path, time, sine_records(time))

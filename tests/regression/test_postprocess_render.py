@@ -80,6 +80,7 @@ def test_without_ffmpeg_the_film_is_a_gif(tmp_path: Path, monkeypatch: pytest.Mo
         assert picture.n_frames == 3
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_triangles_and_tetrahedra_are_drawn(tmp_path: Path) -> None:
     points, cells = plane_beam()
     triangles = np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])

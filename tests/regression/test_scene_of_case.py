@@ -33,7 +33,9 @@ CHOICES: dict[str, tuple[str, dict[str, object]]] = {
 }
 
 
-@pytest.mark.parametrize("name", CHOICES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=pytest.mark.slow(minutes=0.1) if "round" in one else ()) for one in CHOICES]
+)
 def test_a_scene_moves_as_its_case(name: str) -> None:
     """Displacements of all DOFs after 200 steps of the default scheme, from the seat of the case."""
     file, overrides = CHOICES[name]

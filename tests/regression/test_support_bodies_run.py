@@ -133,6 +133,7 @@ def last_period(folder: Path) -> xr.DataArray:
     return moved[-201:]
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_periodic_responses(tmp_path: Path) -> None:
     """Shooting finds where a march ends, and that it is stable; harmonic balance comes near."""
     march = gapbeam.run(shaken(time={"end": 0.8, "step": 2.0e-4}), output=tmp_path / "march")

@@ -193,6 +193,7 @@ def test_wear_under_a_flow_is_that_of_motion_and_force_in_a_round_hole(tmp_path:
     assert found["verdict"] == "too short"
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_fit_that_misses_is_stated_drawn_and_warned_of(tmp_path: Path) -> None:
     """A bump of c that no exponential has: the misfit is that of an own search of all rates; runs without contact."""
     given = tables(tmp_path)

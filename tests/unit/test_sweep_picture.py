@@ -48,7 +48,7 @@ def test_keys_side_by_side_share_one_panel(tmp_path: Path, monkeypatch: pytest.M
     assert axis_of(points).choices == ()
 
 
-@pytest.mark.parametrize("count", [2, 4, 5, 12])
+@pytest.mark.parametrize("count", [2, 5, *(pytest.param(one, marks=pytest.mark.slow(minutes=0.1)) for one in (4, 12))])
 def test_titles_of_a_grid_are_apart(tmp_path: Path, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     points = [
         {LONG: f"{n}.125", "contact.law.restitution": "0.75", "support.clearance": f"{m}e-5"}

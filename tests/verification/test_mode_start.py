@@ -104,6 +104,7 @@ def test_a_phase_begins_with_the_velocity() -> None:
         assert tip_of(simulation, start, "v") == pytest.approx(omega * AMPLITUDE * np.sin(angle), rel=1e-12)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_full_model_and_a_round_bar_in_space_begin_in_a_mode_of_the_plane() -> None:
     """A full slice; and a round bar, whose modes in two planes share a frequency: it does not move sideways."""
     simulation, start = started(tables({"type": "full"}, {"number": 1}))

@@ -165,6 +165,7 @@ def marched(kind: dict[str, Any], end: float) -> tuple[Array, Array, Simulation]
     return passage.forces, passage.probes, simulation
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_orbits_are_those_of_beam_elements() -> None:
     """Before chaos sets in: orbits within 1 % of their size, mean forces within 1 %, and their peaks within 10 %."""
     found, expected = marched(RIGID, 0.03), marched(BEAM, 0.03)

@@ -167,7 +167,7 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("dimension", [2, pytest.param(3, marks=pytest.mark.slow(minutes=0.1))])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_beam_slides_down_a_slope(kind: str, dimension: int) -> None:
     """Without friction: the integral of N(t) g sin(a) t in every model, in a slice and in space, within 1e-3.

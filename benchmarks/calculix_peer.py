@@ -315,8 +315,8 @@ def table(cells: tuple[float, int] = FINE, steps: int = STEPS) -> Table:
     """Return the table, or one without rows where there is no CalculiX.
 
     Args:
-        cells: Of the mesh for matrices and frequencies, as `FINE`.
-        steps: Of the motion.
+        cells: Cells of the mesh for matrices and frequencies, as `FINE`.
+        steps: Steps of the motion.
     """
     title, columns = "gapbeam and CalculiX on the same tetrahedra", ("what", "DOFs", "largest difference")
     ccx = program()

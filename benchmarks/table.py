@@ -29,7 +29,7 @@ class Table:
     """One benchmark's result.
 
     Attributes:
-        name: Of the files.
+        name: Name of the files.
         title: The measured quantity.
         columns: Headings, with units.
         rows: Cells in the order of the columns.

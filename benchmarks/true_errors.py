@@ -14,7 +14,7 @@ def true_errors(summary: Mapping[str, Any], other: MotionRecord) -> Iterator[tup
     """Yield each figure that has an error, a row of the summary, with its distance from a reference.
 
     Args:
-        summary: Of the run, with its errors.
+        summary: Summary of the run, with its errors.
         other: The motion of the reference.
     """
     errors = summary["errors"]

@@ -53,7 +53,7 @@ class Figure:
 
     Attributes:
         part: "settled", "start-up" or "beyond the horizon".
-        name: Of the figure.
+        name: Name of the figure.
         value: The figure.
         estimate: Of its error.
         error: Its difference from the second way.
@@ -73,17 +73,17 @@ class Attempt:
     """A drawn run.
 
     Attributes:
-        number: Of the scene.
+        number: Number of the scene.
         kind: Its model, or rigid sections.
-        stiffness: Of the contact: "given" or "auto".
+        stiffness: Stiffness of the contact: "given" or "auto".
         choices: Other choices.
-        status: Of the run.
-        message: Of the run.
+        status: Status of the run.
+        message: Message of the run.
         horizon: Up to where its motion can be predicted, s; None: to the end.
         seconds: Processor time of it and its error estimate.
-        second_seconds: Of the second way.
-        second_status: Of the second way; None: there was nothing to compare.
-        second_message: Of the second way.
+        second_seconds: Wall time of the second way.
+        second_status: Status of the second way; None: there was nothing to compare.
+        second_message: Message of the second way.
         off: How far a run with another status than 0 is from the second way, over its figures; None: it has no end.
         figures: Those that have errors.
     """

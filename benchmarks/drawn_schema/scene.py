@@ -17,7 +17,7 @@ class Scene:
 
     Attributes:
         folder: Where the files of the case go.
-        seed: Of the case.
+        seed: Seed of the case.
         length: m.
         thickness: m.
         width: m.
@@ -26,7 +26,7 @@ class Scene:
         modulus: Young's modulus, Pa.
         density: kg/m^3.
         bending: First bending frequency of the clamped overhang, Hz.
-        frequency: Of the forcing, Hz.
+        frequency: Frequency of the forcing, Hz.
         step: Time step, s, about a whole part of the forcing period.
         periods: Forcing periods in the run.
     """

@@ -93,7 +93,7 @@ class Way:
     """Another way to compute a case.
 
     Attributes:
-        name: Of the way.
+        name: Name of the way.
         changes: Keys that it replaces.
         exact: Largest difference of the motion relative to its size, before chaos has multiplied it; None: the
             figures differ by no more than their stated errors.
@@ -282,7 +282,7 @@ def motion_by(way: Way, case: Case, run: MotionRecord, step: float, computed: di
         way: The other way.
         case: The case.
         run: The motion of the run.
-        step: Of the run, s.
+        step: Step of the run, s.
         computed: Values that the run computed, by key; the contact stiffness stays as it was.
 
     Raises:
@@ -325,7 +325,7 @@ def long_march(
     Args:
         way: The other way.
         case: The case.
-        step: Of the run, s; here the nearest to it that divides the forcing period.
+        step: Step of the run, s; here the nearest to it that divides the forcing period.
         computed: Values that the run computed, by key; the contact stiffness stays as it was.
         multiplier: The largest one of the response, from which follows how long a march takes to settle.
         varied: Keys of the case with other values, such as those of a point of a curve.

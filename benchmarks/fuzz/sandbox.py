@@ -33,7 +33,7 @@ class Limits:
     """Limits on time, memory and file size of an attempt.
 
     Attributes:
-        seconds: Of the wall clock.
+        seconds: Seconds of the wall clock.
         memory: Bytes of address space on top of what the process has when it starts.
         file: Bytes of the largest file that it may write.
     """

@@ -23,7 +23,7 @@ class Target:
         name: In the table.
         weight: Share of the inputs.
         spoil: Makes the input in a folder and returns the work; gets seeds, folder, chance.
-        limits: Of an attempt.
+        limits: Limits of an attempt.
         quotes: Whether its messages quote the line of the file that the user named, as those of case files do.
     """
 

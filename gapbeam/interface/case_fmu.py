@@ -118,9 +118,9 @@ def fmu(
         overrides: As in `run`; not for a scene.
         inputs: Names of loads whose value the importer gives in place of their own function of time.
         overwrite: Replace a file that is there.
-        step: Of a scene, s; a case has its own.
-        end: Of a scene: time until which importers simulate by default, s.
-        start: Of a scene: state at the start; default at rest, undeformed.
+        step: Step of a scene, s; a case has its own.
+        end: End of a scene: time until which importers simulate by default, s.
+        start: Start of a scene: state at the start; default at rest, undeformed.
 
     Returns:
         The file.

@@ -164,7 +164,7 @@ def axis_of(key: str, values: str | Sequence[object], spacing: Spacing = "linear
     Args:
         key: Key of the case.
         values: A list, or text as on the command line: "a,b,c" or "first:last:count".
-        spacing: Of a range that does not say.
+        spacing: Spacing of a range that does not say.
 
     Raises:
         UserError: There are no values, or a range is none.
@@ -237,7 +237,7 @@ def case_and_rule(
     Args:
         source: As in `gapbeam.run`, like those that follow.
         overrides: Keys to replace.
-        relative_error: Of the figure; None: the run ends at `time.end`.
+        relative_error: Relative error of the figure; None: the run ends at `time.end`.
         of: The figure.
         at_most: Longest time that is marched, s; None: 10 times `time.end`.
         comm: The ranks that read.

@@ -58,14 +58,14 @@ def sweep(
 
     Args:
         case: Path of a case file, its text, a dict of its tables, or a case.
-        values: Of each key: a list, or text such as "0:2e-4:5" (first:last:count), with ":log" behind for even steps
-            in the logarithm.
+        values: Values of each key: a list, or text such as "0:2e-4:5" (first:last:count), with ":log" behind for
+            logarithmic steps.
         overrides: Keys to replace at every point.
         zipped: Values side by side; by default every one with every other.
         carry: Start from the end of the point before, along the last key.
         both: Carry upward and downward; implies `carry`.
         starts: Starts of every point: the seat and random kicks.
-        seed: Of the kicks.
+        seed: Seed of the kicks.
         transient: s before a response counts; None: found in it.
         tolerance: Difference of amplitudes, as a fraction, below which two responses are the same.
         output: Folder; by default results/<case>-sweep.

@@ -109,16 +109,16 @@ def plot(
         points: Points of its moving average.
         sampling: Mean over an interval, or its last value.
         periods: Forcing periods in the spectra; None: as many as there are.
-        window: Of the spectra; None: rectangular over whole periods.
+        window: Window of the spectra; None: rectangular over whole periods.
         harmonics: Highest harmonic in figures and tables.
-        tolerance: Of the period, as a fraction of the range.
+        tolerance: Tolerance of the period, as a fraction of the range.
         zoom: Forcing periods in the enlarged panels.
         begin: First time that is looked at, s; None: from the start.
         end: Last time, s; None: to the end.
         psd: Names of records to draw the power spectral density of, such as "contact_force".
         resolution: Of these densities, Hz; None: from the length of the record.
         shock: Names of records to draw the shock response spectrum of, accelerations or forces.
-        damping: Of the oscillators, as a part of critical damping.
+        damping: Damping of the oscillators, as a part of critical damping.
         rainflow: Names of records to count the cycles of.
         sn_curve: Exponent, range, Pa, and cycles at this range of the S-N curve for damage; None: none is asked for.
 

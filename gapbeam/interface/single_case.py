@@ -58,8 +58,8 @@ def run(
         output: Results folder; by default results/<name of the case file>, or results/scene.
         overwrite: Replace the results of an earlier run.
         resume: Continue from its last checkpoint; from the start where it has none yet.
-        relative_error: Of a statistic of a run under random loads: the run goes on after `time.end` until the 95 %
-            interval of the figure is +- this part of it.
+        relative_error: A run under random loads continues beyond `time.end` until the 95 % interval of a statistic is
+            +- this part of it.
         of: That figure, such as "probe.tip.rms".
         at_most: Longest time that is marched, s; None: 10 times `time.end`.
         march: For a scene, see `gapbeam.solver.run.scene_run.SceneRun`: `step` and `end`, s; `start`, a state;

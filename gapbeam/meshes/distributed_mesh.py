@@ -33,7 +33,7 @@ def mesh_from_gmsh(comm: MPI.Comm, dimension: int, end: Callable[[], float]) -> 
 
     Args:
         comm: The ranks.
-        dimension: Of the cells.
+        dimension: Dimension of the cells.
         end: Called on rank 0; returns where the last support ends, m.
 
     Returns:

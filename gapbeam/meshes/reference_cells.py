@@ -31,7 +31,7 @@ class LagrangeCell:
 
     Attributes:
         cell: Its type, such as "hexahedron".
-        degree: Of the shapes, 1 or 2.
+        degree: Degree of the shapes, 1 or 2.
     """
 
     cell: str

@@ -33,7 +33,7 @@ class SerialMap:
 
     Attributes:
         size_local: Of this rank.
-        size_global: Of all ranks.
+        size_global: Number over all ranks.
     """
 
     size_local: int
@@ -145,7 +145,7 @@ class SerialSpace:
 
     Args:
         mesh: The mesh.
-        degree: Of the shapes, 1 or 2.
+        degree: Degree of the shapes, 1 or 2.
         nodes: Places of the nodes, (n, 3), m, and nodes of each cell, (cells, k); None: numbered here.
 
     Attributes:

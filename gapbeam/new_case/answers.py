@@ -56,19 +56,19 @@ class CaseAnswers:
     """Answers that make a new case; lengths in m.
 
     Attributes:
-        length: Of the beam.
+        length: Length of the beam.
         section: One of `SECTIONS`.
         thickness: Outer size in the bending direction.
         width: Outer size across it; that of round sections is the thickness.
         walls: Keys of the section.
         material: One of `MATERIALS`, or another name with the figures beside.
-        figures: Of the material.
+        figures: Figures of the material.
         supports: 1: base and gland at x = 0; more: spread evenly along the beam.
         region: Of several supports: flat faces or round holes.
         clearance: Play in each support.
         load: One of `LOADS`.
         amplitude: In the unit of the load.
-        frequency: Of the load, Hz.
+        frequency: Frequency of the load, Hz.
     """
 
     length: float = 0.5

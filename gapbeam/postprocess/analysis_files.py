@@ -22,7 +22,7 @@ class AnalysisTable:
 
     Attributes:
         name: Of its file, without suffix: the name of the picture.
-        heads: Of the columns, with units.
+        heads: Heads of the columns, with units.
         rows: As many cells each as there are heads.
     """
 

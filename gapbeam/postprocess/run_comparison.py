@@ -179,7 +179,7 @@ class ComparedFigure:
     """One figure of both runs.
 
     Attributes:
-        name: Of the figure.
+        name: Name of the figure.
         unit: SI unit.
         a: Of the first run, the mean over its windows.
         b: Of the second run.

@@ -43,7 +43,7 @@ class CaseDescription(PrintedResult):
     """Description of a run and its cost before it starts.
 
     Attributes:
-        title: Of the case.
+        title: Title of the case.
         sections: Rows of name, value and explanation under each heading.
         warnings: Warnings.
         cost: Predicted times and memory.

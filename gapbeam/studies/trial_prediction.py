@@ -308,7 +308,7 @@ def cost_of_errors(model: Model, comm: MPI.Comm) -> tuple[float, int]:
     compiled in the first steps of the first companion is kept, and does not count.
 
     Args:
-        model: Of the run.
+        model: Model of the run.
         comm: Its ranks; the first one works, as it does for the estimate.
 
     Collective.

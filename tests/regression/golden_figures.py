@@ -38,7 +38,7 @@ class Run:
         case: Name of the file in cases/.
         overrides: Keys that it replaces.
         compiled: Whether the compiled march takes it.
-        tolerance: Of the largest of a history, of all energies for each of them; 1.6e-9 between two processors.
+        tolerance: Relative to the largest of a history, for energies of all of them; 1.6e-9 between two processors.
     """
 
     case: str

@@ -19,7 +19,7 @@ def dense_beam(size: int = 8, points: int = 12, seed: int = 0, damping: float = 
     Args:
         size: DOFs.
         points: Contact points, half of them on each face.
-        seed: Of the matrices.
+        seed: Seed of the matrices.
         damping: Of M, 1/s; that of K follows.
     """
     random = np.random.default_rng(seed)
@@ -59,7 +59,7 @@ def dense_shaft(
     Args:
         sections: Sections, those of the first half in the first hole.
         around: Contact points around each.
-        seed: Of the matrices.
+        seed: Seed of the matrices.
         damping: Of M, 1/s; that of K follows.
         clearance: Between these are the gaps of the points.
         rubs: Whether sections have the other four motions of rigid ones too, and the points directions to rub along.

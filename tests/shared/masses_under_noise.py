@@ -94,7 +94,7 @@ def biases_of(scheme: TimeScheme, steps_of_contact: float, seconds: float, masse
         steps_of_contact: Steps in the duration of a contact with the stop that gives way.
         seconds: Span of the march of each mass behind its settling, s.
         masses: Number of masses.
-        seed: Of the noise.
+        seed: Seed of the noise.
 
     Raises:
         NotConverged: A step did not converge at the smallest size.

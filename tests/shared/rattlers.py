@@ -176,7 +176,7 @@ def rattled(
 
     Args:
         rattler: What rattles.
-        seed: Of the noise.
+        seed: Seed of the noise.
         seconds: Span, s.
         steps_of_contact: Steps in the duration of a contact.
     """

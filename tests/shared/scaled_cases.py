@@ -282,7 +282,7 @@ class SimilarCase:
     Attributes:
         name: Of its file in cases/.
         overrides: Keys that it replaces.
-        end: Of the short run, s.
+        end: End of the short run, s.
         to_the_last_bit: Whether all histories are the same at sizes that are powers of four: so wherever K of the law
             scales by a power of two.
         within: Otherwise allowed difference of histories, over their largest values.

@@ -308,7 +308,7 @@ def refined_delaunay(
         sides: Start and end of the sides around the region, and of lines in it that edges follow, (n, 2, 2), m.
         inside: Whether places, (k, 2), are in the region, (k,).
         wanted: Length of edges at places, (k,), m.
-        area: Of the region, m^2.
+        area: Area of the region, m^2.
 
     Raises:
         MeshError: The triangles do not fill the region, or are too many.

@@ -218,7 +218,7 @@ def check_facing(
         where: The file, for messages.
         geometry: The beam, with what faces a support.
         nodes: Nodes of the elements of each group, corners first.
-        facets: Of the body.
+        facets: Facets of the body.
         points: Coordinates of all nodes, (nodes, 3), m.
 
     Raises:

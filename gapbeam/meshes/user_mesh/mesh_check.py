@@ -167,9 +167,9 @@ def check_surface(where: str, dimension: int, cells: Nodes, facets: Facets, poin
 
     Args:
         where: The file and the group, for messages.
-        dimension: Of the mesh.
+        dimension: Dimension of the mesh.
         cells: Nodes of the cells, (cells, nodes).
-        facets: Of the cells.
+        facets: Facets of the cells.
         points: Coordinates of all nodes, (nodes, 3), m.
 
     Raises:
@@ -221,7 +221,7 @@ def _covered(kind: int, cells: Nodes, x: Coordinates, facets: Facets, samples: C
         kind: gmsh's number of the cell type.
         cells: Nodes of the cells.
         x: Coordinates of the nodes, (nodes, dimension), m.
-        facets: Of the cells.
+        facets: Facets of the cells.
         samples: For each side of the reference cell, (sides, samples, dimension).
 
     Returns:

@@ -18,7 +18,7 @@ def read_model(comm: MPI.Comm, dimension: int, divide: Any) -> tuple[Mesh, MeshT
 
     Args:
         comm: The ranks.
-        dimension: Of the cells.
+        dimension: Dimension of the cells.
         divide: Function that divides the dual graph of the cells, see `gapbeam.meshes.distributed_mesh`.
 
     Returns:

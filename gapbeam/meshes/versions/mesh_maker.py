@@ -19,7 +19,7 @@ def made_mesh(comm: MPI.Comm, points: Any, cells: Any, order: int, divide: Any) 
         comm: The ranks.
         points: Nodes, (n, d), m; (0, d) on other ranks.
         cells: Nodes of each cell, axis after axis, (m, (order + 1)^d); none on other ranks.
-        order: Of the cells.
+        order: Order of the cells.
         divide: Function that divides the dual graph of the cells, see `gapbeam.meshes.distributed_mesh`.
 
     Collective.

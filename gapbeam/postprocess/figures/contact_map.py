@@ -36,7 +36,7 @@ def draw_contact_map(points: Mapping[str, PointMap]) -> Figure:
     """Draw a row of three panels for each face around the beam, and one for all planes together.
 
     Args:
-        points: Of the faces of one support, by name, at least one; see
+        points: Points of the faces of one support, by name, at least one; see
             `gapbeam.postprocess.results.columns_of_run.points_of`.
     """
     around = {face: one for face, one in points.items() if one.around}

@@ -40,7 +40,7 @@ def draw_mode_shapes(modes: Mapping[str, Any], path: Path) -> Path:
 
     Args:
         modes: Contents of `modes.json`.
-        path: Of the picture, PNG.
+        path: Path of the picture, PNG.
 
     Returns:
         The path.

@@ -92,7 +92,7 @@ def panels(
     Args:
         rows: Number of rows.
         columns: Number of columns.
-        width: Of the figure, inches.
+        width: Width of the figure, inches.
         height: Of one row, inches.
         options: For `Figure.subplots`.
 

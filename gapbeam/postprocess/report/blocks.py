@@ -81,7 +81,7 @@ class Picture:
     """A picture, put into the page.
 
     Attributes:
-        path: Of a file: PNG, JPEG, SVG or GIF; or the contents of a PNG.
+        path: Path of a file: PNG, JPEG, SVG or GIF; or the contents of a PNG.
         caption: Description, also read to those who cannot see it.
         command: That makes it.
     """
@@ -230,7 +230,7 @@ class Report:
     """A whole page.
 
     Attributes:
-        title: Of the page.
+        title: Title of the page.
         subtitle: Below it; may be empty.
         sections: In reading order.
         meta: Sources and programs of the report: names and values, at its end.

@@ -30,7 +30,7 @@ def face_points(
     """Return the numbers of the points on every face.
 
     Args:
-        points: Of the mesh, (n, 3), m.
+        points: Points of the mesh, (n, 3), m.
         cells: Their corners, by type of cell.
         dimension: 2 or 3; the bending direction is y or z.
         walls: The faces of the supports.
@@ -75,7 +75,7 @@ def _normals(corners: np.ndarray, outward: np.ndarray) -> np.ndarray:
     """Return the unit normals of sides, (s, 3), on the side of vectors that point outward, (s, 3).
 
     Args:
-        corners: Of the sides, (s, corners, 3), m; two in a plane.
+        corners: Corners of the sides, (s, corners, 3), m; two in a plane.
         outward: From the middle of the cell behind each to its own, m.
     """
     along = corners[:, 1] - corners[:, 0]

@@ -166,7 +166,7 @@ def span_report(
         run: The span.
         statistics: Of its records, as the summary of a run has them; None: the run has none.
         command: That makes the report.
-        wear: Of the span, in the form of the summary of a run; None: nothing wears.
+        wear: Wear of the span, in the form of the summary of a run; None: nothing wears.
 
     Raises:
         ResultsError: A file of the results cannot be read.

@@ -70,8 +70,8 @@ class SceneWall:
         met: The face where the run starts.
         support: Name of its support.
         along: Where it begins and ends along the beam, m.
-        bottom: Of the beam there, in the bending direction, m.
-        top: Of the beam there, m.
+        bottom: Bottom of the beam there, in the bending direction, m.
+        top: Top of the beam there, m.
         moved: Gap, offset and lateral in every frame, (frames, 3), m; None: it stands still.
         force: Normal contact force in every frame, (frames,), N; empty: not recorded.
     """
@@ -140,7 +140,7 @@ class MovingScene:
 
     Attributes:
         caption: Description.
-        times: Of the frames, (frames,), s.
+        times: Times of the frames, (frames,), s.
         beam: The moving beam.
         walls: The walls around it.
         magnification: Of displacements and gaps at the start.

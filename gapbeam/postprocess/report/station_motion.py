@@ -39,7 +39,7 @@ class Stations:
     Attributes:
         places: x, (s,), m.
         members: Numbers of the points of each.
-        points: Of the mesh, y and z, (n, 2), m.
+        points: Points of the mesh, y and z, (n, 2), m.
         regular: Whether every station is a plane of the mesh.
     """
 
@@ -81,9 +81,9 @@ def beam_of(stations: Stations, frames: Iterable[Frame], dimension: int, width: 
     u_y = v - phi (z - z0), u_z = w + phi (y - y0). Where sections stay flat and keep their shape nothing is lost.
 
     Args:
-        stations: Of the mesh.
+        stations: Stations of the mesh.
         frames: The fields to show.
-        dimension: Of the mesh; of 2, w is the mean.
+        dimension: Dimension of the mesh; of 2, w is the mean.
         width: Drawn for a slice, m.
     """
     fit, count = _fit(stations, dimension), len(stations.places)
@@ -185,7 +185,7 @@ def contact_maps_of(
     Faces around the beam have a map each, the planes of a support have one together.
 
     Args:
-        points: Of the mesh, (n, 3), m.
+        points: Points of the mesh, (n, 3), m.
         cells: Their corners, by type of cell.
         dimension: 2 or 3; the bending direction is y or z.
         walls: The faces of the supports.
@@ -215,7 +215,7 @@ def within_room(maps: Sequence[ContactMap], most: int = CONTACT_MAPS_MOST) -> tu
     """Return the maps that a page has room for, those of the largest pressures first, and the supports of the others.
 
     Args:
-        maps: Of all supports.
+        maps: Maps of all supports.
         most: Numbers of 16 bits to keep; frames without contact and points that nothing presses on take none for zeros.
     """
     kept, used = set[int](), 0
@@ -242,7 +242,7 @@ def _over_x(face: str, numbers: np.ndarray, places: FloatArray, near: float, fra
 
     Args:
         face: Name.
-        numbers: Of the points on it, (p,).
+        numbers: Numbers of the points on it, (p,).
         places: x of each, (p,), m.
         near: Distance of places that are one, m.
         frames: The fields.

@@ -86,7 +86,7 @@ def check_hdf5(path: Path, file: h5py.File) -> None:
     gapbeam writes neither links nor compressed data, so whatever is read fits in about the size of the file.
 
     Args:
-        path: Of the file, for the message.
+        path: Path of the file, for the message.
         file: The same, open.
 
     Raises:

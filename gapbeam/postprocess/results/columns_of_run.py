@@ -32,7 +32,7 @@ def means_by_place(places: np.ndarray, sums: np.ndarray, areas: np.ndarray) -> t
     """Return the different places, ascending, and the sum per area of the points at each.
 
     Args:
-        places: Of the points, (m,), m or degrees.
+        places: Places of the points, (m,), m or degrees.
         sums: Values of the points, (m,).
         areas: That belong to them, (m,), m^2.
     """
@@ -47,7 +47,7 @@ def rows_by_face(path: Path, columns: int, contents: str, may_lack: int = 0) -> 
     """Return the rows of each face, (k, columns); empty where the file is not there, as in runs of earlier releases.
 
     Args:
-        path: Of the file.
+        path: Path of the file.
         columns: Behind the face.
         contents: Expected contents, for messages.
         may_lack: Number of last cells that may be empty, which are read as not-a-number.
@@ -203,7 +203,7 @@ def columns_of_table(folder: Path, name: str) -> list[Column]:
     """Return a table of a run as columns: the face, and what there is behind it; cells of what is not known are NaN.
 
     Args:
-        folder: Of the results.
+        folder: Folder of the results.
         name: "points", "wear" or "impacts".
 
     Raises:
@@ -234,7 +234,7 @@ class WearMap:
         angle: Directions of the walls, degrees from straight down, positive toward +y, (m,).
         area: That belongs to each point, (m,), m^2.
         rate: Work rate of each point, (m,), W.
-        depth_rate: Of each point by itself, (m,), m/s; None: no coefficient is known.
+        depth_rate: Depth rate of each point by itself, (m,), m/s; None: no coefficient is known.
         settled: Work rate of each point behind the burn-in with the ends of its 95 % interval, (m, 3), W; None: the run
             has no statistics.
     """
@@ -331,7 +331,7 @@ def chosen_records(
     """Return the records asked for, in the time asked for.
 
     Args:
-        history: Of a run.
+        history: History of a run.
         records: Names of records; empty: all.
         begin: First time, s; None: from the start.
         end: Last time, s; None: to the end.

@@ -68,7 +68,7 @@ class Fields:
 
     @cached_property
     def dimension(self) -> int:
-        """2 for cells of a plane, 3 for those of a solid."""
+        """2 for plane cells, 3 for solids."""
         return 3 if any(block.type in ("tetra", "hexahedron") for block in self.cells) else 2
 
     @property

@@ -41,7 +41,7 @@ class RunWatch:
     Attributes:
         folder: Its results folder.
         state: Whether its process sets it up or marches it, it has ended, or its process is gone before it has ended.
-        title: Of the case; "" before it is known.
+        title: Title of the case; "" before it is known.
         progress: `progress.json`; empty before and after the march.
         summary: `summary.json`; empty while there is none.
         age: Since `progress` was written, s; None without one.
@@ -156,7 +156,7 @@ def motion_of(results: Results, frequency: float | None) -> xr.Dataset:
 
     Args:
         results: Of any run.
-        frequency: Of the forcing, Hz.
+        frequency: Frequency of the forcing, Hz.
 
     Raises:
         ResultsError: The results cannot be read.

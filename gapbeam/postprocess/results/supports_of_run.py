@@ -75,7 +75,7 @@ class RunSupport(NamedTuple):
         end: Where it ends, m.
         clearance: m.
         faces: Faces that the beam touches.
-        thickness: Of the beam there, m; None: the same all along the beam.
+        thickness: Thickness of the beam there, m; None: the same all along the beam.
     """
 
     name: str

@@ -39,9 +39,9 @@ def scale_of_whole(motion: MotionRange, support: SupportBoxes, size: tuple[int, 
     """Choose a round factor with which the motion of the beam fills a picture; 1 where nothing moves.
 
     Args:
-        motion: Of all times.
+        motion: Motion of all times.
         support: Beam and support.
-        size: Of the picture in pixels.
+        size: Size of the picture in pixels.
     """
     height = (support.end - support.start) * size[1] / size[0] - 2.0 * support.thickness
     moved = motion.highest - motion.lowest
@@ -54,7 +54,7 @@ def scale_of_support(motion: MotionRange, support: SupportBoxes) -> float:
     Smaller where the beam in the support would be drawn farther than 1.2 times its thickness away.
 
     Args:
-        motion: Of all times.
+        motion: Motion of all times.
         support: Beam and support.
     """
     limits, thickness = [], max((block.thickness for block in support.near_blocks()), default=support.thickness)
@@ -75,10 +75,10 @@ def window_of_whole(
     """The whole beam at all times, with the aspect of its picture.
 
     Args:
-        motion: Of all times.
+        motion: Motion of all times.
         support: Beam and support.
         scale: Factor of displacements.
-        size: Of the picture in pixels.
+        size: Size of the picture in pixels.
         carried: x and height of masses on the undeformed beam, which may be beside it, m.
     """
     low, high = support.heights(support.blocks, scale)

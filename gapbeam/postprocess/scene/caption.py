@@ -50,11 +50,11 @@ def caption_of(
     """Write the texts.
 
     Args:
-        title: Of the case.
+        title: Title of the case.
         scales: Factors of the pictures of the whole beam and of the support.
         clearance: m.
         forcing_frequency: Hz, or None.
-        times: Of the frames, s.
+        times: Times of the frames, s.
         frames_per_second: Speed of the film; 0 for no film.
         slides: Whether the beam moves along itself by so much that a picture shows that it is not enlarged.
     """

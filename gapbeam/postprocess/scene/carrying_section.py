@@ -27,7 +27,7 @@ class CarryingSection:
         """Return the displacement of a place that the section carries, m, (3,).
 
         Args:
-            displacement: Of all points of the mesh, m, (n, 3).
+            displacement: Displacement of all points of the mesh, m, (n, 3).
             place: X, m, (3,).
         """
         motion = self.fit @ displacement[self.points].reshape(-1)
@@ -40,7 +40,7 @@ def carrying_section(points: np.ndarray, x: float) -> CarryingSection:
     What the points do not show, such as a twist of those of a line, is none.
 
     Args:
-        points: Of the mesh, m, (n, 3).
+        points: Points of the mesh, m, (n, 3).
         x: Along the beam, m.
     """
     away = np.abs(points[:, 0] - x)
@@ -61,8 +61,8 @@ def unrolled(numbers: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.nd
     """Return points around a beam with x, m, and the angle from its lowest line, degrees; those at the top twice.
 
     Args:
-        numbers: Of the points around the beam, (p,).
-        points: Of the mesh, (n, 3), m.
+        numbers: Numbers of the points around the beam, (p,).
+        points: Points of the mesh, (n, 3), m.
 
     Returns:
         Numbers, x and angle of each, positive toward +y; the points at the top are at 180 degrees and again at -180.

@@ -284,11 +284,11 @@ class Studio:
         """Set up.
 
         Args:
-            results: Of the run.
+            results: Results of the run.
             fields: Its fields, open, with one frame at least.
             scale: Factor of displacements and clearance in both views, or "auto": a round one for each.
-            size: Of the sheet, pixels.
-            frames_per_second: Of the film; 0 for no film.
+            size: Size of the sheet, pixels.
+            frames_per_second: Frames per second of the film; 0 for no film.
             stress: Field of stress that the beam is colored by; None: contact pressure on its faces.
 
         Raises:

@@ -54,8 +54,8 @@ class SetUp:
     """A case before anything runs.
 
     Attributes:
-        title: Of the case.
-        points: Of the mesh, (points, 3), m.
+        title: Title of the case.
+        points: Points of the mesh, (points, 3), m.
         cells: Their corners, by type of cell.
         supports: Along the beam.
         regions: The types of their regions, by name.
@@ -77,7 +77,7 @@ class SetUp:
 
     @cached_property
     def dimension(self) -> int:
-        """2 for cells of a plane, 3 for those of a solid."""
+        """2 for plane cells, 3 for solids."""
         return 3 if any(block.type in ("tetra", "tetrahedron", "hexahedron") for block in self.cells) else 2
 
     @cached_property
@@ -111,7 +111,7 @@ def facing(facets: np.ndarray, normals: np.ndarray, points: np.ndarray, support:
     Args:
         facets: Numbers of their points, (facets, corners).
         normals: Component in the bending direction of the outward unit normals, (facets,).
-        points: Of the mesh, (n, 3), m.
+        points: Points of the mesh, (n, 3), m.
         support: Beam and support.
     """
     near = _NEAR * (support.end - support.start)

@@ -43,8 +43,8 @@ def draw_section(panel: Axes, section: SectionMask, faces: tuple[FaceBox, ...], 
 
     Args:
         panel: Where.
-        section: Of the beam.
-        faces: Of the support.
+        section: Section of the beam.
+        faces: Faces of the support.
         scale: Enlarges the gaps.
     """
     up = 1e3 * section.up
@@ -129,8 +129,8 @@ def factor_of(supports: tuple[RunSupport, ...], thickness: float) -> float:
     """Return a round factor that shows the widest gap at nearly half the thickness of the beam; at least 1.
 
     Args:
-        supports: Of the case.
-        thickness: Of the beam, m.
+        supports: Supports of the case.
+        thickness: Thickness of the beam, m.
     """
     widest, thinnest = 0.0, thickness
     for one in supports:

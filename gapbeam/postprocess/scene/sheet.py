@@ -53,7 +53,7 @@ class PressurePanel:
             figure: The sheet.
             place: Left, bottom, width, height as fractions of the sheet.
             support: Beam and support.
-            points: Of the undeformed mesh, m.
+            points: Points of the undeformed mesh, m.
             faces: Numbers of the mesh points on each face.
             largest: End of the scale, Pa.
             large: Height of the sheet over the one it was designed for.
@@ -213,7 +213,7 @@ def ruler_step(length: float, most: int) -> float:
     """Return the distance of the labels on a ruler: 1, 2 or 5 times a power of ten, so that not too many stand there.
 
     Args:
-        length: Of the window, in any unit.
+        length: Length of the window, in any unit.
         most: Intervals that the picture has room for.
     """
     decade = 10.0 ** np.floor(np.log10(length / most))

@@ -25,7 +25,7 @@ def outer_radius(met: RunFace, thickness: float, scale: float) -> float:
 
     Args:
         met: The face.
-        thickness: Of the beam, m.
+        thickness: Thickness of the beam, m.
         scale: Enlarges its gaps.
     """
     widest = 0.5 * thickness + float(met.walls(scale)[1].max())
@@ -51,7 +51,7 @@ def ring_of(
         met: The face.
         along: Where it begins and ends along the beam, m.
         middle: y and z of its middle, m.
-        thickness: Of the beam, m.
+        thickness: Thickness of the beam, m.
         scale: Enlarges its gaps.
     """
     import pyvista as pv  # for solids alone
@@ -92,8 +92,8 @@ class FaceBox:
     Attributes:
         met: The face.
         along: Where it begins and ends along the beam, m.
-        bottom: Of the beam there, in the bending direction, m.
-        top: Of the beam there, m.
+        bottom: Bottom of the beam there, in the bending direction, m.
+        top: Top of the beam there, m.
     """
 
     met: RunFace
@@ -137,8 +137,8 @@ class SupportBoxes:
         clearance: Of this support.
         start: x of one end of the beam.
         end: x of the other end.
-        bottom: Of the beam, in the bending direction.
-        top: Of the beam.
+        bottom: Bottom of the beam, in the bending direction.
+        top: Top of the beam.
         front: Smallest y of the beam in 3D, else 0.
         back: Largest y of the beam in 3D, else 0.
     """
@@ -220,7 +220,7 @@ def support_of(
     """Return beam and supports in the frame of the mesh.
 
     Args:
-        points: Of the undeformed mesh, (points, 3), m.
+        points: Points of the undeformed mesh, (points, 3), m.
         dimension: 2 or 3.
         supports: Those of the run.
         loudest: The face whose support is shown from near; None: the first one.

@@ -107,7 +107,7 @@ class ColoredCells:
 
         Args:
             renderer: Of Agg. It takes an outline for its last one if both are at the same place in memory.
-            outline: Of the beam, pixels.
+            outline: Outline of the beam, pixels.
             corners: All points of the mesh, (n, 2), pixels.
             values: The field there, (n,).
         """

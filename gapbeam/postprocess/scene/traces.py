@@ -56,7 +56,7 @@ def traces_of(results: Results, fields_times: np.ndarray, tip: np.ndarray) -> Tr
     """Take the forces from the history, and the displacement of the probe nearest to the free end.
 
     Args:
-        results: Of the run; without a history only the displacement of the free end is there.
+        results: Results of the run; without a history only the displacement of the free end is there.
         fields_times: Times of the fields, (k,), s.
         tip: Displacement of the free end at these times, (k,), m; used where no probe was recorded.
 

@@ -18,9 +18,9 @@ def enlarged_span(time: np.ndarray, values: np.ndarray, frequency: float | None,
     shock is shown where it happens.
 
     Args:
-        time: Of the record, (n,), s.
+        time: Time of the record, (n,), s.
         values: Measure of the activity, (n,), in any unit.
-        frequency: Of the forcing, Hz; None without forcing.
+        frequency: Frequency of the forcing, Hz; None without forcing.
         periods: Number of forcing periods.
     """
     first, last = float(time[0]), float(time[-1])

@@ -266,7 +266,7 @@ def last_periods(signal: Signal, frequency: float, periods: int) -> FloatArray:
 
     Args:
         signal: Evenly sampled.
-        frequency: Of the forcing, Hz.
+        frequency: Frequency of the forcing, Hz.
         periods: Number of periods; the signal must last as long.
 
     Raises:

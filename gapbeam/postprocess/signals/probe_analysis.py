@@ -65,7 +65,7 @@ class Options:
         periods: Forcing periods in the spectra; None the most of 12, 24, ... after the transient.
         window: None: rectangular over whole periods, hann without forcing.
         harmonics: Highest harmonic in the table.
-        tolerance: Of the periodicity, as a fraction of the range.
+        tolerance: Tolerance of the periodicity, as a fraction of the range.
     """
 
     probe: str | None = None
@@ -123,7 +123,7 @@ class Analysis:
         """Return the start of the part that shows the response itself: its cycles, or its last forcing periods.
 
         Args:
-            periods: Of the forcing, that are enough.
+            periods: Periods of the forcing, that are enough.
 
         Returns:
             Time in s; the start of the record where it has no Poincaré section.
@@ -155,7 +155,7 @@ def analyze(results: Results, options: Options | None = None, history: xr.Datase
     What a short record, or one without forcing or probes, cannot give is left out, and a warning says so.
 
     Args:
-        results: Of a run, finished or not.
+        results: Results of a run, finished or not.
         options: See `Options`.
         history: Records to take in place of those of the results, such as those of a period that is repeated.
 

@@ -159,7 +159,7 @@ class PowerDensity:
         unit: SI unit of the record; densities have its square over Hz.
         frequency: (k,), Hz, from one over the length of a window to half the sampling rate.
         densities: (k,) by the labels of the column, without those that do not change.
-        rms: Of each column, about its mean, in the unit.
+        rms: Rms of each column, about its mean, in the unit.
         windows: Number of averaged windows.
         least: Factor on a density to the lower end of its 95 % interval.
         most: Factor to the upper end.

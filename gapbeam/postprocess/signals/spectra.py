@@ -300,7 +300,7 @@ def window_of(history: xr.Dataset, frequency: float | None) -> float:
 
     Args:
         history: The records of a run.
-        frequency: Of the forcing, Hz; None: it has none.
+        frequency: Frequency of the forcing, Hz; None: it has none.
     """
     if SMOOTHING_WINDOW in history.attrs:
         return float(history.attrs[SMOOTHING_WINDOW])

@@ -33,7 +33,7 @@ class Windows:
     """The windows at the end of a record.
 
     Attributes:
-        frequency: Of the forcing, Hz.
+        frequency: Frequency of the forcing, Hz.
         periods: Forcing periods in a window.
         count: Number of windows k.
         end: s, where the last one ends.
@@ -117,9 +117,9 @@ def settled_windows(
 
     Args:
         history: The records of a run.
-        frequency: Of the forcing, Hz.
+        frequency: Frequency of the forcing, Hz.
         after: s, where the transient ends; by default where the cycle begins or, without one, half the record is over.
-        tolerance: Of the periodicity, as a fraction of the range.
+        tolerance: Tolerance of the periodicity, as a fraction of the range.
         probes: Names of those that are looked at; by default all.
 
     Raises:
@@ -176,7 +176,7 @@ class WindowFigure:
     Attributes:
         unit: SI unit.
         values: (k,), one a window.
-        unsettled: By how much it may still change while the transient of its response fades; 0 where nobody asked.
+        unsettled: Possible further change as the transient decays; 0 if not asked for.
     """
 
     unit: str
@@ -204,15 +204,15 @@ class Steady:
     """A forced response after its transient.
 
     Attributes:
-        frequency: Of the forcing, Hz.
+        frequency: Frequency of the forcing, Hz.
         cycle: Its period, and how well it repeats.
         periods: Forcing periods in a window.
         windows: Number of windows k.
         start: s, where the first window begins.
         end: s, where the last one ends.
         quantities: Figures by name: "<probe> peak-to-peak displacement" and so on, see `steady`.
-        harmonics: Of the displacement, by probe: complex amplitudes A exp(i phase) of A sin(2 pi n f t + phase) for
-            n = 1 ... 5, (k, 5), m.
+        harmonics: Harmonics of the displacement, by probe: complex amplitudes A exp(i phase) of
+            A sin(2 pi n f t + phase) for n = 1 ... 5, (k, 5), m.
         notes: Warnings.
     """
 
@@ -257,9 +257,9 @@ def steady(
 
     Args:
         history: The records of a run.
-        frequency: Of the forcing, Hz.
+        frequency: Frequency of the forcing, Hz.
         after: s, where the transient ends; by default where the cycle begins or, without one, half the record is over.
-        tolerance: Of the periodicity, as a fraction of the range.
+        tolerance: Tolerance of the periodicity, as a fraction of the range.
 
     Raises:
         SignalError: No probe, fewer than four forcing periods or four values in one, or values that are not finite.
@@ -308,7 +308,7 @@ def figures_over(
 
     Args:
         history: The records of a run.
-        frequency: Of the forcing, Hz.
+        frequency: Frequency of the forcing, Hz.
         periods: Forcing periods in a window.
         count: Number of windows.
 

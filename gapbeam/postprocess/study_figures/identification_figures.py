@@ -52,7 +52,7 @@ def draw_identification(folder: Path) -> list[Path]:
     """Draw the pictures of an identification into its folder.
 
     Args:
-        folder: Of the identification.
+        folder: Folder of the identification.
 
     Returns:
         The files.

@@ -185,7 +185,7 @@ class Place:
     """One fidelity level in the picture.
 
     Attributes:
-        name: Of the fidelity level; its first words are its kind.
+        name: Name of the fidelity level; its first words are its kind.
         seconds: Wall time of the case, s.
         error: Relative.
         on_front: Whether no other fidelity level is both cheaper and nearer.
@@ -204,7 +204,7 @@ def draw_pareto(places: Sequence[Place], uncertainty: float, tolerance: float, p
 
     Args:
         places: The fidelity levels.
-        uncertainty: Of the reference, relative: errors below it say nothing.
+        uncertainty: Uncertainty of the reference, relative: errors below it say nothing.
         tolerance: The requested tolerance.
         path: File to write; its suffix gives the format.
     """

@@ -60,7 +60,7 @@ class Branch:
     """One of the responses at a point.
 
     Attributes:
-        values: Of the keys of the sweep, as typed.
+        values: Values of the keys of the sweep, as typed.
         word: "period 1", "no cycle", "random", "not settled", ...
         members: The records that found it.
     """
@@ -101,7 +101,7 @@ class SweepPoint:
     """Result of one point of a sweep.
 
     Attributes:
-        values: Of the keys, as typed.
+        values: Values of the keys, as typed.
         branches: The responses, the one that was reached most often first.
         failures: Records of what did not pass, or has no figures.
     """

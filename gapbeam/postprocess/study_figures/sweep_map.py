@@ -62,7 +62,7 @@ def draw_map(points: Sequence[SweepPoint], path: Path, names: Sequence[str] = ()
     Args:
         points: The census.
         path: File to write; its suffix gives the format.
-        names: Of the figures; by default those of `draw_branches`.
+        names: Names of the figures; by default those of `draw_branches`.
     """
     found, names = grid_of(points), list(names) or drawn_figures(points)
     if found is None or not names:

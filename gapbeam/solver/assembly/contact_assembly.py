@@ -337,9 +337,9 @@ def _surface(points: FacePoints, fit: Array, motions: Sequence[csr_matrix]) -> c
     """Return U, a, b and t of the stations of a face one after the other, (4k, size).
 
     Args:
-        points: Of the face, all around the beam.
+        points: Points of the face, all around the beam.
         fit: From values at the points to those at the stations, (k, points).
-        motions: Of the points along x, y and z, (points, size) each.
+        motions: Motions of the points along x, y and z, (points, size) each.
     """
     y, z = points.positions[:, 1:].T
     squares, total = y**2 + z**2, points.weights.sum()

@@ -36,7 +36,7 @@ class PointRule:
     """Rule for the contact points of a facet.
 
     Attributes:
-        degree: Of the quadrature; of the nodes if nodal.
+        degree: Degree of the quadrature; of the nodes if nodal.
         nodal: The points are nodes of a Lagrange space, with the areas that a uniform pressure gives them: all nodes
             but the corners of quadratic triangles, whose areas are 0.
     """
@@ -276,7 +276,7 @@ class CornerGradients:
         nodes: Nodes of each cell of this rank, local, (cells, k).
         corners: Its corners, local, (cells, c).
         slopes: Gradients of the basis functions in the reference cell at its corners, (d, c, k).
-        inverse: Of the Jacobians at the corners, (cells, c, d, d).
+        inverse: Inverse of the Jacobians at the corners, (cells, c, d, d).
         linear: Linear space, whose nodes are the corners.
         counts: Number of cells of all ranks that meet at each corner that this rank owns, (n,).
     """

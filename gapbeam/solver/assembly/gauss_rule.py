@@ -46,7 +46,7 @@ def gauss_rule(y: Array, weights: Array, count: int) -> GaussRule:
 
     Args:
         y: Places of the points, (points,), m.
-        weights: Of the points, (points,).
+        weights: Weights of the points, (points,).
         count: Number of nodes; fewer where points lie at fewer places.
     """
     total = float(weights.sum())

@@ -187,7 +187,7 @@ def _pieces(corners: Array, levels: Array, ends: bool) -> Iterator[tuple[Indices
     """Yield the cells that are cut, (p,), and the pieces of the plane in them, (p, dimension, dimension).
 
     Args:
-        corners: Of the simplices of the reference cell, (s, dimension + 1, dimension).
+        corners: Corners of the simplices of the reference cell, (s, dimension + 1, dimension).
         levels: Distances beyond the plane, cell by cell, (cells, s, dimension + 1).
         ends: Whether a corner on the plane lies beyond it.
     """

@@ -127,7 +127,7 @@ def row_at(sections: SectionRows, point: float | tuple[float, ...], name: str) -
     """Return the row of a point of the body, or of the cross-section for a point on the axis.
 
     Args:
-        sections: Of the mesh.
+        sections: Sections of the mesh.
         point: x on the axis, or all coordinates, m.
         name: Name of the point in errors.
 

@@ -43,8 +43,8 @@ class RigidMotion:
     """A displacement, or a velocity, of all points of a rigid body.
 
     Attributes:
-        translation: Of the origin, (x, y, z), m or m/s.
-        rotation: Of the body, a vector by the rule of the right hand, (x, y, z), rad or rad/s.
+        translation: Translation of the origin, (x, y, z), m or m/s.
+        rotation: Rotation of the body, a vector by the rule of the right hand, (x, y, z), rad or rad/s.
     """
 
     translation: tuple[float, float, float] = (0.0, 0.0, 0.0)

@@ -214,7 +214,7 @@ def _wanted(pressure: float, clearance: float, limit: float, least: float) -> fl
     """Return the stiffness with a penetration of 1 % of a clearance, or less where the clearance is next to none, Pa/m.
 
     Args:
-        pressure: Of an impact, Pa.
+        pressure: Pressure of an impact, Pa.
         clearance: Without its sign, m.
         limit: The stiffest, Pa/m.
         least: The softest, Pa/m.
@@ -341,7 +341,7 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
 
     Args:
         case: The case.
-        stiffness: Of the contact, Pa/m.
+        stiffness: Stiffness of the contact, Pa/m.
         cell_length: h of the contact faces, m.
         area: Of both faces, m^2.
     """

@@ -134,7 +134,7 @@ class Figure(Table):
         """Return the figure of a quantity.
 
         Args:
-            times: Of the records, s, (n,).
+            times: Times of the records, s, (n,).
             series: Their values, (n,).
         """
         blank = FigureValue(self.name, self.unit, None)
@@ -244,7 +244,7 @@ def figure_faults(figures: Mapping[int, Figure], places: Mapping[str, Sequence[s
     Args:
         figures: By number.
         places: Names along each dimension that has places; "support" has whole supports. Others are not checked.
-        end: Of the run, s.
+        end: End of the run, s.
     """
     for number, one in figures.items():
         key: Key = ("figure", number)

@@ -30,7 +30,7 @@ class FigureValue:
     """The value of a figure.
 
     Attributes:
-        name: Of the figure.
+        name: Name of the figure.
         unit: SI unit; "1" for shares and probabilities.
         value: SI; None: it is not known.
         low: Lower end of the 95 % interval of a probability; None: the figure has none.
@@ -59,7 +59,7 @@ def extreme(blank: FigureValue, t: Array, x: Array, place: int, timed: bool) -> 
         blank: The figure without its value.
         t: Times, s, (n,).
         x: Values, (n,).
-        place: Of the value.
+        place: Place of the value.
         timed: Whether the figure is the time.
     """
     return replace(blank, value=float(t[place])) if timed else replace(blank, value=float(x[place]), at=float(t[place]))

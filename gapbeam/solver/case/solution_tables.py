@@ -33,8 +33,8 @@ class SceneFigures(NamedTuple):
         driven: Highest frequency of loads and of contacts, Hz; infinite where the contact is as stiff as the mesh.
         first_bending: First bending frequency, Hz.
         highest: Highest frequency of interest, Hz.
-        length: Of the beam, m.
-        thickness: Of the beam where it is thickest, m.
+        length: Length of the beam, m.
+        thickness: Thickness of the beam where it is thickest, m.
         wavelength: Of bending waves of the highest frequency, where they are shortest, m.
         shortest_support: Length of the shortest support, m.
         squeezed: Whether a support is an interference fit, which squeezes the section.

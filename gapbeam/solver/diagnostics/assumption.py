@@ -62,8 +62,8 @@ class PoseScales:
             by -nu of that along the beam (beam models: "beam"), or not ("").
         support_length: m.
         width: m.
-        radius: Of a beam in supports that are met along its radii; 0: there is none, m.
-        span: Of the run, s.
+        radius: Radius of a beam in supports that are met along its radii; 0: there is none, m.
+        span: Span of the run, s.
         strength: Divisor of the watched stress: 1, or the yield stress at each point, (k,), Pa.
     """
 
@@ -358,7 +358,7 @@ class FrequencyContent:
         frequencies: Each stands for a hundredth of the energy, rising, (100,), Hz.
         along: Highest frequency of motion along the beam, Hz; 0: it carries next to nothing.
         across: The same of motion across the beam; None: that of all motion.
-        share: Of the motion, which vibrates.
+        share: Share of the motion, which vibrates.
     """
 
     frequencies: Array
@@ -394,7 +394,7 @@ def content_of_history(history: Mapping[str, Recorded], static: Sequence[bool]) 
 
     Args:
         history: Records by name.
-        static: Of each load, whether it never changes.
+        static: True for each load that never changes.
     """
     if "velocity" not in history:
         return None
@@ -416,7 +416,7 @@ def content_of_motion(times: Array, velocity: Recorded) -> FrequencyContent | No
     """Return the energy content of recorded velocities; None where nothing moves, or with too few records.
 
     Args:
-        times: Of the records, s; what comes after the first uneven interval is left out.
+        times: Times of the records, s; what comes after the first uneven interval is left out.
         velocity: (records, ..., components), m/s, the component along the beam first.
     """
     intervals = np.diff(times)
@@ -459,7 +459,7 @@ def content_of(power: Array, interval: float, records: int) -> FrequencyContent 
     Args:
         power: Sums of `power_of` over segments, of motion along the beam and across it, (2, lines).
         interval: Time between records, s.
-        records: Of a segment.
+        records: Records of a segment.
     """
     lines = np.arange(1, power.shape[1]) / (records * interval)
     sums = np.cumsum(power.sum(axis=0)[1:])

@@ -245,7 +245,7 @@ def impact_figures(impacts: Impacts, layout: Layout, seconds: float) -> dict[str
     """Return the figures of the impacts of each support and of each of its faces, by name.
 
     Args:
-        impacts: Of a march.
+        impacts: Impacts of a march.
         layout: Its supports, whose faces are those of the march in this order.
         seconds: Span of the march, s.
     """

@@ -18,10 +18,10 @@ class NoiseBias(NamedTuple):
     Attributes:
         steps: In the duration of a contact.
         mean_square: Of its place.
-        contact_share: Of the time in contact.
-        mean_force: Of the contact force.
-        mean_square_force: Of the mean forces of steps.
-        impact_rate: Of the impacts per second.
+        contact_share: Share of the time in contact.
+        mean_force: Mean contact force.
+        mean_square_force: Mean square of the mean forces of steps.
+        impact_rate: Impacts per second.
     """
 
     steps: float

@@ -40,7 +40,7 @@ def write_fmu(data: KernelData, path: Path, name: str, end: float | None = None)
     Args:
         data: The scene.
         path: File to write, *.fmu.
-        name: Of the model.
+        name: Name of the model.
         end: Time until which importers simulate by default, s; None: they choose.
 
     Returns:
@@ -79,7 +79,7 @@ def model_description(data: KernelData, name: str, token: str, end: float | None
 
     Args:
         data: The scene.
-        name: Of the model.
+        name: Name of the model.
         token: That an importer hands to the library.
         end: Default stop time, s; None: there is none.
     """

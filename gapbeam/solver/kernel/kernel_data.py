@@ -60,7 +60,7 @@ class KernelData:
 
     Attributes:
         block: Sizes, arrays, parameters and state.
-        size: Of the block with its work.
+        size: Size of the block with its work.
         step: s.
         begin: Time of the state, s.
         modes: Number of modes.

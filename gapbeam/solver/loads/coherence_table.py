@@ -60,7 +60,7 @@ class CoherenceTable(Table, ABC):
         """Return distances, ascending from 0, between which rho is smooth, m; it is 0 beyond the last.
 
         Args:
-            length: Of the load, m, where the last piece ends at the latest.
+            length: Length of the load, m, where the last piece ends at the latest.
         """
 
     def faults(self, key: Key) -> Iterator[Fault]:  # noqa: ARG002 - for those that override it
@@ -85,8 +85,8 @@ def joint_acceptance(
 
     Args:
         shapes: At places from 0 to the length.
-        coherence: Of the load.
-        length: Of the load, m.
+        coherence: Coherence of the load.
+        length: Length of the load, m.
         half_waves: Most half waves of a shape in the length: what the number of Gauss points follows.
         knots: Places between which the shapes are smooth, m; none: smooth all along.
     """

@@ -131,7 +131,7 @@ def compared_cross_spectrum(signal: RandomSignal, other: RandomSignal, shared: S
     """Return the coherence of two signals in bands, as generated up to a time and as asked for.
 
     Args:
-        signal: Of the load with the cross-spectrum, without its smooth start.
+        signal: Signal of the load with the cross-spectrum, without its smooth start.
         other: Signal of the load that it names, of the same rate.
         shared: The requested correlation.
         end: s.

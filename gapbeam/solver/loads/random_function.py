@@ -67,7 +67,7 @@ def normal_block(key: int, block: int, size: int) -> Array:
     """Return a block of independent normal numbers of mean 0 and variance 1, (size,).
 
     Args:
-        key: Of the sequence.
+        key: Key of the sequence.
         block: Number of the block; it may be negative.
         size: A multiple of 4.
     """
@@ -85,7 +85,7 @@ class SharedNoise:
     """The noise that is shared.
 
     Attributes:
-        key: Of the white noise of the other signal.
+        key: Key of the white noise of the other signal.
         frequencies: Ascending, Hz.
         coherences: gamma at each, from 0 to 1.
         phases: phi at each, rad: how far this signal is ahead of the other one.
@@ -103,7 +103,7 @@ class SharedNoise:
 
         Args:
             block: Number of the block; it may be negative.
-            length: Of a block.
+            length: Length of a block.
             rate: Samples in a second.
         """
         first = (block - 1) * length - self._whole(rate)
@@ -148,8 +148,8 @@ class RandomSignal:
 
     Attributes:
         spectrum: One-sided.
-        seed: Of the noise.
-        name: Of the load; loads of other names are independent.
+        seed: Seed of the noise.
+        name: Name of the load; loads of other names are independent.
         ramp: Duration of the smooth start, s.
         shared: Correlation with another signal of the same rate and filter length.
     """

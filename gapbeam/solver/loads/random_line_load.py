@@ -125,10 +125,10 @@ def compared_coherence(
     """Return the coherence with the strongest station near the middle, as generated up to a time and as asked for.
 
     Args:
-        signals: Of the patterns, without their smooth starts.
-        weights: Of the patterns at the stations, (patterns, stations).
+        signals: Signals of the patterns, without their smooth starts.
+        weights: Weights of the patterns at the stations, (patterns, stations).
         coherence: Asked for.
-        span: Of the load, x on the beam axis, m.
+        span: Span of the load, x on the beam axis, m.
         profile: Of its velocity.
         end: s.
 

@@ -242,7 +242,7 @@ class RecordedSignal:
     """A recorded function of time.
 
     Attributes:
-        name: Of the load.
+        name: Name of the load.
         curve: x, of time from the first row.
         shift: Time from the first row at which the run starts, s.
         scale: Factor of x.

@@ -153,7 +153,7 @@ class StepForce(UnrepeatedLoad, PointLoad):
             yield "start + ramp = {} is later than the end of the run, {} s".format(*apart(self.rise_time, end))
 
     def unusual_steps(self, step: float) -> Iterator[str]:
-        """Yield a step that is long compared with the ramp."""
+        """Yield a warning of a step that is long compared with the ramp."""
         if self.ramp > 0.0 and exceeds(step, self.ramp):
             yield f"longer than the ramp of {apart(step, self.ramp)[1]} s: the force jumps within a step"
 

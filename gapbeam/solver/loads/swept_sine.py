@@ -78,7 +78,7 @@ class SweptSineLoad(PointOrSupportLoad):
         )
 
     def faults(self, key: Key) -> Iterator[Fault]:
-        """Yield a sweep without a range, and ramps that overlap."""
+        """Yield faults: a sweep without a range, ramps that overlap."""
         yield from super().faults(key)
         if self.start_frequency == self.end_frequency:
             yield Fault(

@@ -10,7 +10,7 @@ class RunError(Exception):
     """Error of a run that cannot be trusted or continued; the message says when, where and what to try.
 
     Attributes:
-        exit_status: Of the command.
+        exit_status: Exit status of the command.
         reason: In a few words, for `summary.json`: several reasons may share a status.
         run_status: End of the run, for `summary.json`: "failed", "interrupted" or "completed".
     """

@@ -70,7 +70,7 @@ class CurveSettings:
         longest_step: Longest arc length, likewise.
         shortest_step: Shortest arc length, likewise; where it fails the curve ends.
         max_points: Largest number of points in one direction.
-        tolerance: Of the change over a period, relative.
+        tolerance: Tolerance of the change over a period, relative.
     """
 
     low: float

@@ -221,7 +221,7 @@ def leading_multipliers(
         apply: L.
         inner: Scalar products.
         start: A vector.
-        tolerance: Of the largest.
+        tolerance: Relative to the largest.
         most: Limit of products with L.
 
     Collective.

@@ -95,7 +95,7 @@ def climb(
         samples_per_harmonic: Samples in a period over the number of harmonics.
         start: A series and its coefficients of modal coordinates, (2 H + 1, n); None: rest.
         near: Whether the start is near the response, so that the last two stages are enough.
-        tolerance: Of the residual.
+        tolerance: Tolerance of the residual.
         max_iterations: Limit of each solution.
         pause: Called before every Newton iteration; what it raises ends the search.
 

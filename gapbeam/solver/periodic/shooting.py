@@ -171,7 +171,7 @@ class KnownOrbits:
     Attributes:
         map_at: The period map for a value of the parameter.
         images_at: The states of the same response, and of its mirror image, for a value and a state; without the state.
-        tolerance: Of the change over a period, relative.
+        tolerance: Tolerance of the change over a period, relative.
         curves: Points of each curve, in order.
     """
 

@@ -57,7 +57,7 @@ class SceneCheckpoint:
         marcher: The march.
         accounts: Accounts of the march.
         records: Records of the march.
-        statistics: Of a march under random loads.
+        statistics: Statistics of a march under random loads.
     """
 
     mark: str

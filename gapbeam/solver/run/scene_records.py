@@ -63,7 +63,7 @@ def contacts_of(scene: Scene, places: Array, forces: Array, before: Array | None
 
     Args:
         scene: The scene.
-        places: Of the contact motions, (steps, motions), m.
+        places: Places of the contact motions, (steps, motions), m.
         forces: Likewise, N. The normal force is -F . n, and friction what is across it.
         before: Places before the first step, (motions,); default none: nothing has slid.
     """
@@ -107,7 +107,7 @@ class SceneAccounts:
     Attributes:
         gates: On the energy.
         ledger: After the last step.
-        impacts: Of each contact.
+        impacts: Impacts of each contact.
         depth: Largest penetration of each contact, m; negative: its smallest gap.
         force: Largest normal force of a step, N.
         friction: Largest friction force, N.

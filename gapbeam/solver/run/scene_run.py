@@ -68,11 +68,11 @@ class SceneRun:
         end: Time of the last step, s.
         start: State at the start; None: at rest, undeformed.
         every: Steps from one record to the next.
-        scheme: Of the time integration.
+        scheme: Scheme of the time integration.
         gates: As the table [gates] of case files.
         observers: Called after every record.
-        period: Of the forcing, s; None: it has none.
-        title: Of the results.
+        period: Period of the forcing, s; None: it has none.
+        title: Title of the results.
         checkpoint: Wall time from one checkpoint to the next, s.
         errors: Whether the errors of the figures are estimated, by the same scene at half the step.
         penalty: Contacts, by name with stars, whose stiffness stands for rigid contact: their errors include what a

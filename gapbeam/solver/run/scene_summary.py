@@ -78,8 +78,8 @@ def figures_of(accounts: SceneAccounts, names: Sequence[str], seconds: float) ->
     """Return the figures of energy, gates and contact for the summary.
 
     Args:
-        accounts: Of the march.
-        names: Of the contacts.
+        accounts: Accounts of the march.
+        names: Names of the contacts.
         seconds: Span of the march, s.
     """
 
@@ -109,8 +109,8 @@ def wear_of(
     Rates are those behind the burn-in, with 95 % intervals and verdicts, or the mean of a run of few steps.
 
     Args:
-        accounts: Of the march.
-        names: Of the contacts.
+        accounts: Accounts of the march.
+        names: Names of the contacts.
         seconds: Span of the march, s.
         step: s.
         wear: `coefficient`, 1/Pa, and `area`, m^2, where they are known.

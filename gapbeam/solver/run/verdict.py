@@ -298,9 +298,9 @@ def wear_figures(
     """Return the figures of wear for the summary; None for a case without [wear].
 
     Args:
-        model: Of the run.
+        model: Model of the run.
         accounts: At its end.
-        statistics: Of the summary; None: the run has none.
+        statistics: Those of the summary; None: the run has none.
         gathered: What they were made of.
         too_few_steps: Of `Doubts`: how many steps an impact has and needs; None: it has enough.
     """

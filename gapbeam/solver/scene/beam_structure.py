@@ -144,9 +144,9 @@ def beam(
         elements: About so many; default 40.
         modes: Kept modes; default all of them.
         ratio: Damping ratio of each mode.
-        added_mass: Of a fluid that moves with the beam, per length, kg/m; it has no weight.
+        added_mass: Added mass of a fluid that moves with the beam, per length, kg/m; it has no weight.
         tension: Axial preload, which keeps its direction and size, N; below 0: compression.
-        name: Of the structure.
+        name: Name of the structure.
 
     Raises:
         UserError: A place is off the beam, the model is unknown, a rigid beam is held or has a preload, or compression

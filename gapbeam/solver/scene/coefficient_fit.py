@@ -134,7 +134,7 @@ def table_rows(table: ArrayLike | PathLike[str] | str, states: int, where: str) 
 
     Args:
         table: Rows, or a CSV file of them with or without a line of names; # begins a comment.
-        states: Of the fit: two rows more are needed, so that the misfit shows something.
+        states: States of the fit: two rows more are needed, so that the misfit shows something.
         where: For messages.
 
     Raises:

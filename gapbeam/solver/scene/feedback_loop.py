@@ -194,7 +194,7 @@ def feedback_loop(
         rows: Motions that feedback senses or acts on, (motions, n).
         answers: Velocities of unit forces, (outputs, n).
         G: Velocities of the ports for unit forces at contacts, then of the feedback, (ports, m + outputs).
-        port: Of each input and output.
+        port: Port of each input and output.
     """
     inputs, outputs = len(port) - len(answers), len(answers)
     m, by_speed = G.shape[1] - outputs, force[:, force.shape[1] - inputs :]

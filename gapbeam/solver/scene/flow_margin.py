@@ -99,7 +99,7 @@ class FlowMargin:
 
     Attributes:
         factor: Critical over present velocity; infinite: stable up to `highest`; 0: unstable from `lowest` on.
-        frequency: Of the mode that turns unstable, rad/s; 0 for divergence, NaN where none does.
+        frequency: Frequency of the mode that turns unstable, rad/s; 0 for divergence, NaN where none does.
         lowest: Least factor that was looked at: the laws hold from there on.
         highest: Largest factor that was looked at.
     """
@@ -191,7 +191,7 @@ def connors_of_modes(
         scene: See `eigenvalues`.
         span: Where the flow is.
         closed: Supports that are closed.
-        velocity: Of the flow, m/s.
+        velocity: Velocity of the flow, m/s.
         figures: K, mass, decrement, diameter, density of `connors`.
 
     Raises:

@@ -29,7 +29,7 @@ class RoutePart:
         start: Where it begins, m.
         along: Direction there.
         inward: Direction toward the center of a bend; None: straight.
-        radius: Of a bend, m.
+        radius: Radius of a bend, m.
     """
 
     begin: float
@@ -72,7 +72,7 @@ class FrameRoute:
 
     Args:
         corners: Its ends and corners, (count, 3), m.
-        radius: Of the bend at each corner: a number for all, or one for each corner between the ends; 0: sharp.
+        radius: Radius of the bend at each corner: a number for all, or one for each corner between the ends; 0: sharp.
         where: How its structure is called in messages.
 
     Raises:

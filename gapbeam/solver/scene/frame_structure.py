@@ -48,8 +48,8 @@ class SpaceSection(NamedTuple):
         torsion_constant: m^4.
         shear_area: Area that carries shear along the thickness, m^2; infinite: shear does not strain.
         lateral_shear_area: Along the width.
-        mean_radius: Of a tube, m; 0: no tube, whose elbows do not ovalize.
-        wall: Of a tube, m.
+        mean_radius: Mean radius of a tube, m; 0: no tube, whose elbows do not ovalize.
+        wall: Wall of a tube, m.
     """
 
     area: float
@@ -113,7 +113,7 @@ class Member:
         flexibility: Factor of its elbows.
         up: Direction of its thickness.
         hinged: Ends of a branch that bend freely: "start", "end" or both; twist is carried over.
-        added_mass: Of a fluid that moves with it across its axis.
+        added_mass: Added mass of a fluid that moves with it across its axis.
         tension: Axial preload of a straight member.
     """
 
@@ -166,9 +166,9 @@ def frame(
         branches: More members. They are joined rigidly where an end of one lies on the axis of another, but for ends
             that are hinged.
         elements: About so many along all members; default 40. Bends have one for each pi / 16 at least.
-        added_mass: Of a fluid that moves with the member across its axis, per length, kg/m; it has no weight.
+        added_mass: Mass of a fluid that moves with the member across its axis, per length, kg/m; it has no weight.
         tension: Axial preload of a straight member, which keeps its direction and size, N; below 0: compression.
-        name: Of the structure.
+        name: Name of the structure.
 
     Raises:
         UserError: A route is none, a place is off the route, a direction is none, a branch meets no other member, all

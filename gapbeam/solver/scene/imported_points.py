@@ -180,7 +180,7 @@ class Rows:
         nodes: Coordinates and sets, or None.
         meter: Unit of the coordinates, m.
         named: Whether the labels have nodes and directions.
-        place: Of the structure in space: coordinates and directions of points are those of space.
+        place: Place of the structure in space: coordinates and directions of points are those of space.
     """
 
     labels: list[str]
@@ -386,7 +386,7 @@ def check_imported(K: Any, M: Any, rows: Rows, name: str = "") -> None:
         K: Stiffness of all rows, SI, sparse.
         M: Mass.
         rows: Their names and nodes.
-        name: Of the structure.
+        name: Name of the structure.
 
     Raises:
         ArgumentError: M is not positive definite, K has a negative direction, or rows are in another order than their

@@ -59,7 +59,7 @@ class _Followed:
         return dict(zip(self.paths, map(float, u), strict=True))
 
     def at(self, u: Array) -> OrbitTangents:
-        """Return figures and tangents at values, followed from the last ones in parts as long as predictions hold.
+        """Return figures and tangents at values, continued from the last ones in steps as long as predictions hold.
 
         Raises:
             NotConverged: The response ends on the way, or has no derivatives.
@@ -116,9 +116,9 @@ def optimize(
         over: (lowest, first, highest) value by path.
         period: s; or a function of the values by path.
         steps: In a period.
-        start: Of the response at the first values, or near it.
+        start: Start of the response at the first values, or near it.
         limits: Highest values of other figures, above 0.
-        scheme: Of the time integration.
+        scheme: Scheme of the time integration.
         passes: Of the search at most.
 
     Raises:

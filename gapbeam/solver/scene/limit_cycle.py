@@ -68,7 +68,7 @@ def periodic(
         steps: In a period.
         start: Where to begin; default at rest. March some periods first where that is far away.
         passes: Of Newton's method at most.
-        scheme: Of the time integration; without accelerations as states.
+        scheme: Scheme of the time integration; without accelerations as states.
 
     Raises:
         UserError: The period, steps or scheme cannot be.

@@ -124,7 +124,7 @@ class CriticalVelocity:
     """The value at which a scene turns unstable.
 
     Attributes:
-        value: Of the path, m/s for a velocity.
+        value: Value of the path, m/s for a velocity.
         frequency: Angular frequency of the mode that turns unstable, rad/s; 0 for divergence.
         eigenvalue: At this value, 1/s.
         residual: Growth rate that is left there over the size of the eigenvalue.

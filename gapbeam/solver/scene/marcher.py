@@ -39,7 +39,7 @@ class Marcher:
         step: s.
         start: State at the start; default at rest, undeformed.
         lanes: Members side by side.
-        scheme: Of the time integration.
+        scheme: Scheme of the time integration.
         linear: The condensed scene for that step and scheme, where it is known.
 
     Raises:

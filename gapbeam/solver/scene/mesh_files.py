@@ -58,7 +58,7 @@ class SolidMesh:
     """A mesh of solids.
 
     Attributes:
-        kind: Of the cells, as meshio calls it.
+        kind: Cell type of meshio.
         cells: (cells, nodes), indices of labels.
         labels: Names of the nodes of the cells.
         nodes: Coordinates of all nodes by name, and sets.

@@ -26,7 +26,7 @@ def read_modes(path: str | Path, name: str = "") -> Structure:
 
     Args:
         path: The file.
-        name: Of the structure.
+        name: Name of the structure.
 
     Raises:
         UserError: The file cannot be read, a column is missing or holds no numbers, or there are no modes or points.

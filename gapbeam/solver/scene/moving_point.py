@@ -35,7 +35,7 @@ class Track:
 
     Attributes:
         points: Along the way, all of one structure.
-        places: Of the points along the way, m, growing.
+        places: Places of the points along the way, m, growing.
         position: s, m, a function of time.
         shapes: N, a spline.
     """
@@ -103,8 +103,8 @@ def moving_point(
     A scene with such contacts is marched by the midpoint rule, one member at a time.
 
     Args:
-        points: Of the structure along the way, two or more, with as many motions each.
-        places: Of the points along the way, m, growing.
+        points: Points of the structure along the way, two or more, with as many motions each.
+        places: Places of the points along the way, m, growing.
         position: Place on the way, m, a function of time; or a speed, m/s, at which it starts from 0.
         name: For messages.
 
@@ -135,7 +135,7 @@ def moving_force(
 
     Args:
         points: Along its way, two or more.
-        places: Of the points along the way, m, growing.
+        places: Places of the points along the way, m, growing.
         force: F, N; see `Load`.
         position: s, m, a function of time; or a speed, m/s, at which it starts from 0.
         name: "wheel" makes loads "wheel-0", "wheel-1", ...

@@ -23,7 +23,7 @@ class OrbitFigure:
     Attributes:
         name: With its owner.
         kind: "peak", "rms", "harmonic_3", "peak_force", "impulse" or "work".
-        columns: Of the motions of its owners; for the work those of forces, then those of moves.
+        columns: Columns of the motions of its owners; for the work those of forces, then those of moves.
         harmonic: Number of the harmonic.
         owners: Number of contacts, whose forces add up.
     """

@@ -90,7 +90,7 @@ def tangents(
         period: s.
         steps: In a period.
         start: On the orbit, as of `periodic`.
-        scheme: Of the time integration; without accelerations as states.
+        scheme: Scheme of the time integration; without accelerations as states.
 
     Raises:
         UserError: The start is on no orbit, the orbit does not converge to 1e-12 of its range or has a multiplier near

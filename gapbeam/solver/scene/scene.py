@@ -471,7 +471,7 @@ class Scene:
 
         Args:
             z: States of the feedback at the start, (states, lanes).
-            span: Of the march, s.
+            span: Span of the march, s.
 
         Raises:
             UserError: A law does not hold at a frequency of interest, or a force that lags by more than the march

@@ -207,7 +207,7 @@ class BaseMotion(_InertiaLoad):
 
     Args:
         structure: The structure on the frame.
-        acceleration: Of the frame, m/s^2; as the value of a `Load`.
+        acceleration: Acceleration of the frame, m/s^2; as the value of a `Load`.
         direction: Motion of all DOFs when the frame moves by 1, (DOFs,); default: the inertia of the structure says.
             A structure in space takes the direction (x, y, z), whose length does not count.
         name: See `Load`.

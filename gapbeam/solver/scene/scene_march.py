@@ -105,7 +105,7 @@ def march(
         end: Time of the last step, s: a whole number of steps from the start.
         start: State at the start, as of `seat`, `scene.state` or `step.state`; default at rest, undeformed.
         every: Steps from one that is yielded to the next.
-        scheme: Of the time integration; the default conserves energy in contact at any step.
+        scheme: Scheme of the time integration; the default conserves energy in contact at any step.
 
     Raises:
         UserError: Step or end are out of range.

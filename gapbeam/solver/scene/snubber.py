@@ -68,12 +68,12 @@ def snubber(
 
     Args:
         between: A point of one motion, or two: the motion of the first relative to the second.
-        stiffness: Of the locked snubber, from the place where it locked, N/m.
+        stiffness: Stiffness of the locked snubber, from the place where it locked, N/m.
         release: Velocity, m/s, or acceleration, m/s^2, at which it opens again; below that at which it locks.
         velocity: At which it locks, m/s.
         acceleration: At which it locks, m/s^2; one of both.
-        damping: Of the locked snubber beside its spring, N s/m.
-        drag: Of the free snubber, N s/m.
+        damping: Damping of the locked snubber beside its spring, N s/m.
+        drag: Drag of the free snubber, N s/m.
         name: For results and paths; unique in a scene.
 
     Raises:

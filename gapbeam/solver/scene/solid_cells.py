@@ -133,7 +133,7 @@ def shapes_at(name: str, points: Array) -> tuple[Array, Array]:
     """Return shape functions (points, nodes) and slopes (points, dimension, nodes) of a kind of cell or facet.
 
     Args:
-        name: Of the kind, in meshio.
+        name: Name of the kind, in meshio.
         points: In the reference cell, (points, dimension).
     """
     exponents, inverse = _powers(name)
@@ -170,7 +170,7 @@ class Cells:
     """Cells of one kind with their nodes.
 
     Args:
-        name: Of the kind, in meshio.
+        name: Name of the kind, in meshio.
         nodes: (cells, nodes of a cell).
         places: (nodes, 3), m.
     """
@@ -201,7 +201,7 @@ class Cells:
         Args:
             moduli: C of each material, (materials, components, components), Pa.
             of_cell: Material of each cell, (cells,).
-            densities: Of each material, kg/m^3.
+            densities: Densities of each material, kg/m^3.
             thickness: In the plane, m; 1 in space.
         """
         d, count, size = self.kind.dimension, self.nodes.shape[1], len(self.places)

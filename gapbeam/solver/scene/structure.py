@@ -84,7 +84,7 @@ class Structure:
             rows (floats), (motions, DOFs).
         rigid: Motions without strain as columns, (DOFs, count), where they are known in closed form: momentum is then
             kept to round-off.
-        name: Of the structure, for messages and for points of the same name.
+        name: Name of the structure, for messages and for points of the same name.
         inertia: Mass that meets a motion of the frame, M r for the motion r of all DOFs with the frame, (DOFs,), kg:
             what weight and base motions act on; or (DOFs, 3) for motions along x, y and z. Default M @ frame.
         frame: Motion r of all DOFs when the frame moves by 1, (DOFs,) or (DOFs, 3), or motions of the points then, by
@@ -316,7 +316,7 @@ def from_modes(
         ratio: Damping ratio of all modes, or one for each.
         points: Mode shapes at the points, (n,) or (motions, n), 1/sqrt(kg).
         damping: Matrix beside the ratios, (n, n), 1/s.
-        name: Of the structure.
+        name: Name of the structure.
 
     Raises:
         UserError: A frequency or a ratio is negative or not finite, or a shape has another number of modes.
@@ -346,9 +346,9 @@ def mass(
     Args:
         value: kg.
         motions: 1, or 2 in a section plane.
-        stiffness: Of a spring to the frame in each motion, N/m.
+        stiffness: Stiffness of a spring to the frame in each motion, N/m.
         damping: N s/m.
-        name: Of the structure.
+        name: Name of the structure.
         points: More points, as in `Structure`.
 
     Raises:

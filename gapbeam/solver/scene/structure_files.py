@@ -52,7 +52,7 @@ def read_structure(
             (`scipy.sparse.save_npz`), `.npy`, `.sti` of CalculiX, `.pch` with Nastran's DMIG; `.op4` and `.op2` where
             pyyeti is installed.
         mass: File of M, likewise; `.mas` of CalculiX.
-        units: Of the files: "m-kg-s", "mm-t-s" or "mm-kg-s".
+        units: Units of the files: "m-kg-s", "mm-t-s" or "mm-kg-s".
         damping: File of C, likewise.
         dofs: File with a "node.direction" for each row, directions 1 to 3 along and 4 to 6 about x, y, z. Files of
             MATRIX INPUT and DMIG name their rows themselves.
@@ -65,7 +65,7 @@ def read_structure(
         frame: Direction in which the frame moves, (3,): what weight and base motions act along; needs `dofs`.
         place: Where the structure is in space: directions and coordinates are then those of space, and weight and base
             motions take a direction of their own where `frame` is left out.
-        name: Of the structure.
+        name: Name of the structure.
 
     Raises:
         UserError: A file cannot be read or is of an unknown kind, sizes differ, a matrix is not symmetric, a label is
@@ -94,7 +94,7 @@ class ImportedModel:
         M: Mass.
         C: Damping, or None.
         rows: Names, nodes and place.
-        name: Of the structure.
+        name: Name of the structure.
         is_placed: Whether a place was given.
         surface: Lines and facets of a mesh, whose nodes are those of the rows in their order.
     """

@@ -67,8 +67,8 @@ def framed(
     """Return a frame, and where its points are.
 
     Args:
-        table: Of the structure.
-        model: Of the structure.
+        table: Table of the structure.
+        model: Model of the structure.
         members: Its branches.
         points: Station and directions by name.
         held: Joints of the structure.

@@ -271,7 +271,7 @@ def at_nearest(pair: PairTable, extents: Mapping[str, PlacedBody]) -> tuple[Pair
 
     Args:
         pair: A pair of two structures at their nearest places.
-        extents: Of the structures.
+        extents: Extents of the structures.
 
     Raises:
         UserError: There is no one pair of nearest places, or the structures do not move toward each other.

@@ -25,7 +25,7 @@ class PlacedBody:
         places: Of these nodes, or the ends of the line, (count, 3), m.
         ways: Directions in which points of the line move, (motions, 3); None: nodes move in any.
         half: From the line to the surface, m; 0 for nodes; the largest of a frame.
-        halves: Of each of the names, m; empty: `half` of all.
+        halves: Half of each of the names, m; empty: `half` of all.
     """
 
     names: tuple[str, ...]
@@ -71,7 +71,7 @@ class NearestPlaces(NamedTuple):
 
     Attributes:
         first: Node, or length along the line, m, of the first.
-        second: Of the second.
+        second: The same of the second.
         direction: Of motion of both points, (3,).
         normal: 1 or -1: the second is ahead of the first along the direction, or behind.
         gap: Between their surfaces, m.

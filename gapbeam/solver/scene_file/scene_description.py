@@ -143,7 +143,7 @@ class SceneDescription:
     """Description of the run of a scene before it starts.
 
     Attributes:
-        title: Of the file.
+        title: Title of the file.
         sections: Rows of name, value and explanation under each heading.
         seated: Whether there is a static equilibrium under the loads at t = 0.
     """

@@ -34,7 +34,7 @@ class ReadScene:
         case: Contents of the file.
         scene: Its scene.
         spans: Lengths of tubes in a flow, by name of the [[feedback]].
-        name: Of the file, without folder and suffix.
+        name: Name of the file, without folder and suffix.
         reason: Of its step, where that is computed; empty: the file gives it.
     """
 

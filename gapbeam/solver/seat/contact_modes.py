@@ -45,7 +45,7 @@ class SectionMotion:
     Attributes:
         kind: "axial", "bending", "lateral", "torsional", or "mixed" where no share is above one half; "support" where
             the bodies of supports hold more than that.
-        share: Of the kinetic energy that the motion of that kind holds.
+        share: Share of the kinetic energy that the motion of that kind holds.
         bending: Mean motion in the bending direction, (slices,), as the shape is scaled.
     """
 
@@ -173,12 +173,12 @@ class HeldModes:
         name: "seated", "free" or "closed".
         closed: Contact points that are closed.
         points: Contact points.
-        frequencies: Of all modes that were found, ascending, (k,), Hz.
+        frequencies: Frequencies of all modes that were found, ascending, (k,), Hz.
         shapes: Theirs, on the DOFs of the model that this rank owns, (n, k).
         motions: Motions of their sections, (k,).
         places: Where these are, (slices,), m.
         masses: Theirs, (slices,), kg.
-        length: Of the beam, m.
+        length: Length of the beam, m.
     """
 
     name: str

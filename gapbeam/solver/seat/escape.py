@@ -40,7 +40,7 @@ class RigidMotions:
     Attributes:
         shapes: R^T, scaled, (k, n).
         motions: The same motions, as names and sizes.
-        length: Of the beam, m.
+        length: Length of the beam, m.
     """
 
     shapes: Array
@@ -76,7 +76,7 @@ class Escape:
     Attributes:
         motion: The motion; the largest displacement of the axis, or of twist times length, is about 1 m.
         work: Work of the static loads along it, J.
-        length: Of the beam, m.
+        length: Length of the beam, m.
     """
 
     motion: RigidMotion

@@ -444,7 +444,7 @@ def _stand_still(
         forces: Of its points, (m,), N.
         moved: By how much the beam moved, (n,), m.
         noise: By how much round-off moves it, where that is known, (n,), m.
-        operators: Of the system.
+        operators: Operators of the system.
     """
     if (circles := contact.turning) is None:
         return True

@@ -190,7 +190,7 @@ class OneOfSeveral(AlongBeam):
 
         Args:
             beam: Mass of the beam per area of the face, a, kg/m^2.
-            width: Of the beam, m.
+            width: Width of the beam, m.
         """
         if self.body is None:
             return beam

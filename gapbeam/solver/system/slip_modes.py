@@ -82,7 +82,7 @@ def by_mode(work: float, speed: float, share: float, modes: SlipModes) -> tuple[
     """Return the work of a point in a step as that of impact, sliding and sticking.
 
     Args:
-        work: Of the point in the step, J.
+        work: Work of the point in the step, J.
         speed: Mean of |v_t| in it, m/s.
         share: Of `impact_share`.
         modes: Limits between the modes.

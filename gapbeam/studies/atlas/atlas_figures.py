@@ -27,7 +27,7 @@ def draw_responses(found: Atlas, point: str) -> Figure:
 
     Args:
         found: Over one or two parameters.
-        point: Of the scene, with one motion.
+        point: Point of the scene, with one motion.
 
     Raises:
         UserError: The atlas has no parameter, or the point has not one motion.
@@ -87,7 +87,7 @@ def draw_basins(found: Atlas, x: tuple[str, str], y: tuple[str, str], scene: Any
         found: With starts as of `gridded_starts` or `drawn_starts`.
         x: Point of the scene and "displacement" or "velocity": what is drawn to the right.
         y: Likewise, upward.
-        scene: Of the atlas.
+        scene: Scene of the atlas.
         at: Number of the parameter point.
 
     Raises:

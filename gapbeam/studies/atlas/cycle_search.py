@@ -56,7 +56,7 @@ def cycle_starts(scene: Scene, rest: SceneState, count: int, reach: float, seed:
         rest: State at rest.
         count: Starts.
         reach: Largest start over the motion that first touches a contact.
-        seed: Of the draws.
+        seed: Seed of the draws.
 
     Raises:
         UserError: No oscillation touches a contact, or the reach is not above 0.
@@ -112,7 +112,7 @@ class CycleSearch:
         scene: Without loads that vary.
         rest: State at rest.
         starts: The starts.
-        period: Of the motion, as an estimate, s.
+        period: Period of the motion, as an estimate, s.
         steps: In a period.
         settle: Periods of a march.
     """

@@ -55,7 +55,7 @@ class FollowedResponse:
 
     Attributes:
         order: Periods of the load after which it repeats.
-        values: Of the parameter, increasing.
+        values: Values of the parameter, increasing.
         numbers: Its number among the responses of the atlas at each value; None: no start came to it.
         states: At the start of a period, (values, 2 n + states).
         ends: Below and above: "end of range", "fold", "period doubling", "Neimark-Sacker" or "grazing".
@@ -166,7 +166,7 @@ def follow(
     """Follow all stable responses of an atlas over its parameter, from value to value, and to where they end.
 
     Args:
-        scene: Of the atlas.
+        scene: Scene of the atlas.
         found: Of `atlas`, over one parameter whose values increase.
         period: As of the atlas.
         steps: As of the atlas.
@@ -194,7 +194,7 @@ def follow_responses(
     """Follow all stable responses of an atlas over its parameter.
 
     Args:
-        points: Of an atlas over one parameter whose values increase, under loads that repeat.
+        points: Points of an atlas over one parameter whose values increase, under loads that repeat.
         at: Scene at a value of the parameter.
         scheme: As of the atlas.
 

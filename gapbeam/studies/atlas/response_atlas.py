@@ -36,12 +36,12 @@ class Response:
         multipliers: Of small disturbances over all its periods, complex; the largest is below 1 in size. Of two
             frequencies: the one of the largest exponent over a period, about 1.
         count: Starts that come to it.
-        share: Of all starts at this parameter point.
-        interval: Of the share, 95 % (Wilson), for starts drawn at random.
+        share: Share of all starts at this parameter point.
+        interval: Interval of the share, 95 % (Wilson), for starts drawn at random.
         peak: By point, the largest displacement in absolute value, m.
         impacts: By contact, impacts a period of the load.
         peak_force: By contact, N.
-        period: Of a limit cycle, s; NaN where the loads have a period, and at rest.
+        period: Period of a limit cycle, s; NaN where the loads have a period, and at rest.
         figures: Of one's own, by name.
         frequencies: Hz, where there are two: under a load its own, and the one beside it, up to a half of it.
     """
@@ -67,7 +67,7 @@ class AtlasPoint:
 
     Attributes:
         values: Parameters by path.
-        period: Of the load, s; NaN where none varies.
+        period: Period of the load, s; NaN where none varies.
         responses: Stable ones, largest share first.
         chaotic: Share of starts whose motion is chaotic: its exponent is above 0 by more than three standard errors.
         exponent: Mean exponent of these, 1/s; NaN where there are none.
@@ -124,7 +124,7 @@ def atlas(
 
     Args:
         scene: Its loads repeat after the period.
-        period: Of the loads, s; or a function of the parameters by path.
+        period: Period of the loads, s; or a function of the parameters by path.
         starts: A set of starts, as of `drawn_starts`.
         over: Values by path; two paths: all combinations.
         steps: In a period.
@@ -132,7 +132,7 @@ def atlas(
         rounds: Marches of so many periods at most.
         orders: Highest number of periods after which a response may repeat.
         exponents: Periods over which exponents are taken.
-        scheme: Of the time integration; without accelerations as states.
+        scheme: Scheme of the time integration; without accelerations as states.
         threads: As of `ensemble`.
         figures: Of one's own, by `gapbeam.figure`, as of `ensemble`, over whole responses.
 
@@ -224,7 +224,7 @@ def drawn_starts(
         count: Starts.
         displacement: By point of one motion, (lowest, highest), m, from `rest`.
         velocity: Likewise, m/s.
-        seed: Of the draws.
+        seed: Seed of the draws.
         rest: State to which they are added, such as a seat; default undeformed.
 
     Raises:

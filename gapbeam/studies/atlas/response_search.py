@@ -34,7 +34,7 @@ class StrobeMap:
         values: By path, (parameter points,).
         period: (parameter points,), s.
         steps: In a period.
-        scheme: Of the time integration.
+        scheme: Scheme of the time integration.
         t: Time of all starts, s.
         floor: Energy norm below which a motion is rest.
         threads: As of `ensemble`.

@@ -47,8 +47,8 @@ class PeriodicScene:
 
     Attributes:
         scene: Its structure, contacts and loads.
-        period: Of all loads, s; NaN: none varies after `rise`.
-        step: Of the case, s: the atlas takes the whole part of a period below it.
+        period: Period of all loads, s; NaN: none varies after `rise`.
+        step: Step of the case, s: the atlas takes the whole part of a period below it.
         rise: Time after which all loads have their full amplitude, s.
         figures: Of one's own.
     """
@@ -159,7 +159,7 @@ def run_atlas(
         rounds: See `atlas`.
         orders: See `atlas`.
         reach: Largest velocity of a start, relative to the motion from the seat.
-        seed: Of the draws.
+        seed: Seed of the draws.
         progress: Called with the number of points that are done, and of all.
         inputs: All that decides the scenes: an atlas of the same inputs that was killed resumes after its last point.
             None: none resumes.
@@ -319,7 +319,7 @@ def starts_of(one: PeriodicScene, settle: int, count: int, reach: float, seed: i
         settle: Periods after which the motion from the seat is measured.
         count: Starts.
         reach: Largest velocity, over the velocity of the motion from the seat.
-        seed: Of the draws.
+        seed: Seed of the draws.
 
     Raises:
         UserError: The scene has no probe, or its loads move none.

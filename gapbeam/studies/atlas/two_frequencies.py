@@ -33,8 +33,8 @@ class TwoFrequencies(NamedTuple):
 
     Attributes:
         frequencies: Per sample, both of a free motion, or the one beside the load.
-        sizes: Of the lines in all motions together, with the mean.
-        error: Of the predicted half, over what one frequency leaves.
+        sizes: Sizes of the lines in all motions together, with the mean.
+        error: Error of the predicted half, over what one frequency leaves.
     """
 
     frequencies: tuple[float, ...]
@@ -69,7 +69,7 @@ def two_frequencies(record: Array, scale: float, *, driven: bool) -> TwoFrequenc
 
     Args:
         record: Samples at even times, (samples, motions), in one unit.
-        scale: Of the motion, in this unit.
+        scale: Scale of the motion, in this unit.
         driven: Samples are strobes of a load, whose frequency is one of both.
     """
     if not np.isfinite(record).all():

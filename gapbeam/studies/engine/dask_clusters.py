@@ -42,7 +42,7 @@ class PoolPlan(NamedTuple):
         workers: Where.
         size: Number of workers that are started.
         memory: That one may take, bytes; None: not known.
-        folder: Of the study.
+        folder: Folder of the study.
     """
 
     workers: Workers

@@ -38,7 +38,7 @@ class Engine:
         points: Points of the largest batch, at most; no more workers than that are started.
         memory: Predicted memory of one worker, bytes; None: not known. A worker that takes `MARGIN` times as
             much is ended and counts as lost; this machine starts only as many workers as it has free memory for.
-        folder: Of the study, which workers on other machines must see.
+        folder: Folder of the study, which workers on other machines must see.
 
     Attributes:
         count: Workers; those of a scheduler that runs are counted when the first batch comes.

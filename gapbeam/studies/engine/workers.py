@@ -41,7 +41,7 @@ class JobOptions(NamedTuple):
     Attributes:
         directives: Options as lines of a job script, without cores and memory.
         workers: A job holds, one a core.
-        memory: Of a job, bytes; None: not given.
+        memory: Memory of a job, bytes; None: not given.
     """
 
     directives: tuple[str, ...]

@@ -54,7 +54,7 @@ def closing_table(
     """Return the main figures of a run: own ones, all of them, statistics under noise, motions, the largest forces.
 
     Args:
-        figures: Of all parts of a run, with their errors.
+        figures: Figures of all parts of a run, with their errors.
         reached: Up to where errors are known, s.
         whole: Whether that is the end of the run.
         statistics: Those of the summary of a run under random loads.

@@ -33,7 +33,7 @@ class CompanionMotion:
     """Motion of a comparison run.
 
     Attributes:
-        name: Of the companion.
+        name: Name of the companion.
         motion: Its motion; None: it has none, for the reason in `failure`.
         dofs: DOFs marched.
         step: s.
@@ -69,7 +69,7 @@ def companion_motions(
     Args:
         case: The case of the run.
         companions: Which ones.
-        end: Of the run, s.
+        end: End of the run, s.
         interval: Between records, s, a whole number of steps of every companion.
         longest: Wall time for all marches, s; setting up does not count. None: no limit.
         body: Body of the run, which companions with its mesh and model share; None: they set up their own.

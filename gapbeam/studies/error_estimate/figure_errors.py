@@ -96,7 +96,7 @@ class FigureError:
         value: Mean over the windows of the span.
         error: Estimate of its error; None: not known.
         parts: Differences from each companion, in the unit of the figure, by name.
-        standard_error: Of the mean over windows.
+        standard_error: Standard error of the mean over windows.
         window: Width of the mean that the figure is, s; None: it is none.
         rests: Whether it is the displacement of a point that does not move.
         own: Whether it is a figure of one's own.
@@ -245,7 +245,7 @@ def left_to_settle(values: Array) -> float:
     """Return by how much the mean of windows may miss the figure that they settle to; see the module.
 
     Args:
-        values: Of the windows, one after the other, (windows,).
+        values: Values of the windows, one after the other, (windows,).
     """
     steps = np.diff(values)
     if not steps.size:

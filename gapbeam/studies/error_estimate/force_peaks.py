@@ -57,9 +57,9 @@ class Span:
     Attributes:
         name: "whole run", "first part", "start-up", SETTLED, SECOND_HALF, UP_TO_HORIZON or BEYOND_HORIZON.
         start: s.
-        width: Of a window, s.
+        width: Width of a window, s.
         count: Number of windows.
-        frequency: Of the forcing, Hz, where the windows are whole periods of it; None: no harmonics.
+        frequency: Frequency of the forcing, Hz, where the windows are whole periods of it; None: no harmonics.
         cut: Whether the horizon ends it.
     """
 
@@ -120,7 +120,7 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None, rep
 
     Args:
         case: The case.
-        end: Of the records, s.
+        end: End of the records, s.
         interval: Between records, s.
         horizon: Up to where the motion is predictable, s; None: up to the end.
         repeats: The second half is periodic: its figures can be predicted, whatever the horizon is.
@@ -138,9 +138,9 @@ def spans_between(
     """Return the spans of a motion; see `spans_of`.
 
     Args:
-        end: Of the records, s.
+        end: End of the records, s.
         last: Up to where the run goes, s.
-        frequency: Of the forcing, Hz; None: it has none, or several.
+        frequency: Frequency of the forcing, Hz; None: it has none, or several.
         rise: Smooth start of the loads, s.
         interval: Between records, s.
         horizon: Up to where the motion is predictable, s; None: up to the end.
@@ -230,7 +230,7 @@ def lost_in_steps(motion: MotionRecord, step: float) -> dict[str, float]:
     where contacts are resolved.
 
     Args:
-        motion: Of the run, over a part of it.
+        motion: Motion of the run, over a part of it.
         step: Time step h, s.
 
     Returns:
@@ -271,7 +271,7 @@ def contact_windows(motion: MotionRecord) -> dict[str, float | None]:
     given time converges with the step.
 
     Args:
-        motion: Of the run, over the part whose peaks are asked for.
+        motion: Motion of the run, over the part whose peaks are asked for.
     """
     found: dict[str, float | None] = {}
     for number, face in enumerate(motion.faces):
@@ -309,7 +309,7 @@ def peak_forces(motion: MotionRecord, windows: Sequence[float | None]) -> Array:
 
     Args:
         motion: The records.
-        windows: Of each face: None for the largest on record, else the width of the mean, s.
+        windows: Windows of each face: None for the largest on record, else the width of the mean, s.
     """
     found = [
         motion.force[:, face].max()
@@ -378,8 +378,8 @@ class Averages:
     """The widths of the means in key figures, which a run and its companions share.
 
     Attributes:
-        acceleration: Of the smoothed acceleration, s.
-        force: Of the peak force of each face, s; None: it is the largest on record.
+        acceleration: Window of the smoothed acceleration, s.
+        force: Window of the peak force of each face, s; None: it is the largest on record.
     """
 
     acceleration: float

@@ -20,7 +20,7 @@ class MotionRecord:
     """The motion of a run, or of a companion of it, on the same times.
 
     Attributes:
-        times: Of the records, evenly spaced from t = 0, (n,), s.
+        times: Times of the records, evenly spaced from t = 0, (n,), s.
         probes: Names of the probes, in space followed by the same with "lateral".
         displacement: In the bending direction, and of lateral ones across it, (n, probes), m.
         velocity_gained: Absolute acceleration integrated over time, (n, probes), m/s.
@@ -161,7 +161,7 @@ def window_means(integral: Array, interval: float, width: float) -> Array:
     Args:
         integral: (n, columns), evenly spaced.
         interval: Time between its values, s.
-        width: Of the window, s; rounded to whole intervals, at least one.
+        width: Width of the window, s; rounded to whole intervals, at least one.
 
     Returns:
         (windows, columns); a single one over all where the record is shorter than a window.

@@ -194,7 +194,7 @@ def beyond_resolution(summary: Mapping[str, Any]) -> list[str]:
     """Return a sentence where the energy lies far beyond what model, mesh and basis resolve, and companions as little.
 
     Args:
-        summary: Of the run, with its assumptions.
+        summary: Summary of the run, with its assumptions.
     """
     passed = [
         one
@@ -210,7 +210,7 @@ def eaten(summary: Mapping[str, Any]) -> list[str]:
     """Return a sentence where the scheme took or created much of the energy under noise: half of the step does, too.
 
     Args:
-        summary: Of the run, with its assumptions.
+        summary: Summary of the run, with its assumptions.
     """
     shares = [one["closest"] for one in summary.get("assumptions", []) if one["name"] == UNDER_NOISE[0]]
     return [

@@ -35,7 +35,7 @@ class Neighborhood(NamedTuple):
     """Sensitivities around a set of values.
 
     Attributes:
-        figures: Of all measurements, (m,), SI.
+        figures: Figures of all measurements, (m,), SI.
         slopes: Their derivatives by the coordinates, (m, n).
         known: Unknowns that the fitted ones determine.
         drowned: Unknowns by which the derivatives are within the scatter of the responses.
@@ -145,7 +145,7 @@ class MeasurementRow:
     """Result of a measurement.
 
     Attributes:
-        number: Of the measurement.
+        number: Number of the measurement.
         computed: Figure at the best values, SI; not a number where the experiment failed.
         scatter: Standard deviation of its windows.
         residual: Plain residual, as asked for, not divided by a standard error.

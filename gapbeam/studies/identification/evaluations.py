@@ -56,7 +56,7 @@ class Piece(NamedTuple):
     """One experiment with one set of values.
 
     Attributes:
-        values: Of the unknowns.
+        values: Values of the unknowns.
         experiment: Its number.
         start: 0 the seat, else the number of a random kick.
     """
@@ -173,7 +173,7 @@ class SlopeJob(NamedTuple):
     Attributes:
         problem: The identification.
         case: Its case file.
-        record: Of the run.
+        record: Record of the run.
         places: Those below and above the values, for each unknown, (2, n).
     """
 
@@ -274,7 +274,7 @@ class Evaluations:
         Those of responses without a period, and of experiments that have not run, are empty.
 
         Args:
-            values: Of the unknowns.
+            values: Values of the unknowns.
             experiments: Their numbers.
             places: Those below and above the values on the scales, for each unknown, (2, n).
         """

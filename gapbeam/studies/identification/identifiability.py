@@ -73,7 +73,7 @@ class Identifiability:
     """Identifiability of all unknowns together.
 
     Attributes:
-        spread: Of the residuals.
+        spread: Spread of the residuals.
         singular_values: Of J, (min(m, n),), in descending order.
         combinations: Directions on the scales that go with them, and those that nothing determines, (n, n) row by row.
         widths: Half-width of the interval along each of them, (n,).
@@ -101,7 +101,7 @@ def spread_of(
         unknowns: n.
         per_logarithm: Change of each residual with the logarithm of its figure, (m,).
         given: Whether the residuals were divided by given standard errors.
-        confidence: Of the intervals.
+        confidence: Confidence of the intervals.
     """
     freedom = len(residuals) - unknowns
     scale = float(np.sqrt(np.mean(np.square(per_logarithm))))
@@ -132,8 +132,8 @@ def identifiability(jacobian: FloatArray, spread: Spread, names: list[str]) -> I
 
     Args:
         jacobian: Residuals by coordinates, (m, n).
-        spread: Of the residuals.
-        names: Of the unknowns.
+        spread: Spread of the residuals.
+        names: Names of the unknowns.
     """
     size = jacobian.shape[1]
     _, singular, directions = np.linalg.svd(jacobian, full_matrices=True)
@@ -197,7 +197,7 @@ def combination_words(direction: FloatArray, powers: FloatArray, names: list[str
     Args:
         direction: (n,), on the scales.
         powers: d ln(value) / dz of each unknown, (n,).
-        names: Of the unknowns.
+        names: Names of the unknowns.
     """
     exponents = direction * powers
     largest = exponents[int(np.argmax(np.abs(exponents)))]
@@ -215,10 +215,10 @@ def bound_of_misfit(best: float, spread: Spread, measurements: int, unknowns: in
 
     Args:
         best: Least sum of squares.
-        spread: Of the residuals.
+        spread: Spread of the residuals.
         measurements: m.
         unknowns: n.
-        confidence: Of the interval.
+        confidence: Confidence of the interval.
     """
     if spread.freedom > 0:
         return best + spread.deviation**2 * float(stats.f.ppf(confidence, 1, measurements - unknowns))

@@ -172,7 +172,7 @@ def read_identification(path: Path, overrides: Sequence[str] = ()) -> Problem:
 
     Args:
         path: The file.
-        overrides: Of the case, texts KEY=VALUE, over those of the file.
+        overrides: Overrides of the case, texts KEY=VALUE, over those of the file.
 
     Raises:
         CaseError: A file cannot be read, or there are faults: all of those that can be distinguished from each other.

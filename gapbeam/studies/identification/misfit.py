@@ -87,7 +87,7 @@ class Misfit:
     Attributes:
         problem: The identification.
         evaluations: Their source.
-        scales: Of all measurements.
+        scales: Scales of all measurements.
         fitted: Numbers of those that take part.
         tried: Sets of values so far, each counted once.
 

@@ -56,7 +56,7 @@ def figure_slopes(
     """Return derivatives of figures of a periodic response, by name, one for each unknown; None where there is none.
 
     Args:
-        model: Of the run.
+        model: Model of the run.
         end: Its end, as of `end_of_run`, after a whole number of periods of the loads.
         cycle: Periods of the loads in a period of the response.
         figures: Of its motion.

@@ -38,13 +38,13 @@ class Regression:
     recording as of members held out, and of each other one without itself, times the ratio of both medians.
 
     Attributes:
-        center: Of the features, (features,).
-        spread: Of the features, (features,).
+        center: Center of the features, (features,).
+        spread: Spread of the features, (features,).
         members: Standardised features, (members, features).
         values: u of the members, (members, values).
         weights: c, (members, values).
         errors: |e_i|, (members, values).
-        width: Of the kernel.
+        width: Width of the kernel.
         correction: B, (1 + values, values).
         floor: Median of |r|, (values,).
         quantile: By value, (values,).
@@ -118,7 +118,7 @@ def regression(features: Array, values: Array, held_features: Array, held: Array
     Args:
         features: (members, features).
         values: (members, values), of one size.
-        held_features: Of the members held out, in finer steps, (held, features).
+        held_features: Features of the members held out, in finer steps, (held, features).
         held: Their values, (held, values).
 
     Raises:

@@ -29,7 +29,7 @@ class EstimatedValues(PrintedResult):
     """Values of a scene from one recording.
 
     Attributes:
-        name: Of the recording.
+        name: Name of the recording.
         values: By path, and figures by name, with 95 % intervals; `count`: windows of the recording, of which features
             are means.
         rarity: Share of members of the library that are as far off, at most 1.
@@ -68,8 +68,8 @@ def estimate(found: Library, recording: Recording, period: float | None = None) 
 
     Args:
         found: Of `library` or `read_library`.
-        recording: Of the point and quantity of the library, of one window of its periods or more, at any time.
-        period: Of the loads in the recording where a little different from the library's, s.
+        recording: Recording of the point and quantity of the library, at least one window of its periods long.
+        period: Period of the loads in the recording where a little different from the library's, s.
 
     Raises:
         UserError: The recording has another quantity, is too short or sampled too slowly, does not move, or its period
@@ -128,7 +128,7 @@ class Series(PrintedResult):
     """Estimates of a series of recordings, and the trend of each value.
 
     Attributes:
-        times: Of the recordings, in a unit of the user's.
+        times: Times of the recordings, in a unit of the user's.
         estimates: In this order; those outside of the library are left out of trends.
         trends: By path; empty with fewer than three estimates inside the library.
     """
@@ -188,7 +188,7 @@ def series(
 
     Args:
         estimates: Of `estimate`.
-        times: Of the recordings, in any unit; default 0, 1, 2, ...
+        times: Times of the recordings, in any unit; default 0, 1, 2, ...
         limits: By path.
 
     Raises:

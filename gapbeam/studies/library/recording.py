@@ -134,10 +134,10 @@ def read_recording(
 
     Args:
         file: Its path; a name that ends in ".wav" is a WAV file, in ".uff" or ".unv" a universal file.
-        unit: Of the values: m, mm, um, m/s, mm/s, um/s, m/s2, mm/s2 or g.
-        column: Of a text file, number from 1 or name.
+        unit: Unit of the values: m, mm, um, m/s, mm/s, um/s, m/s2, mm/s2 or g.
+        column: Column of a text file, number from 1 or name.
         time_column: Likewise.
-        channel: Of a WAV file, or the data set 58 of a universal file, from 1.
+        channel: Channel of a WAV file, or the data set 58 of a universal file, from 1.
         full_scale: Value of full scale of a WAV file, in the unit.
 
     Raises:
@@ -211,7 +211,7 @@ class FeatureKind:
 
     Attributes:
         periods: In a window.
-        harmonics: Of the period.
+        harmonics: Harmonics of the period.
         noise: Largest noise over the root mean square.
     """
 

@@ -52,11 +52,11 @@ class Library(PrintedResult):
         grid: Quantiles of each at probabilities 0, 1/1000, ..., 1, (paths, 1001); of figures among the members.
         point: Whose motion is recorded.
         quantity: "displacement", "velocity" or "acceleration".
-        period: Of the loads, s.
+        period: Period of the loads, s.
         kind: Features.
         members: That have features; others failed.
         failed: Members that failed.
-        regression: Of the positions of values in their ranges, from 0 to 1.
+        regression: Regression of the positions of values in their ranges, from 0 to 1.
     """
 
     paths: tuple[str, ...]
@@ -90,7 +90,7 @@ class Library(PrintedResult):
         return f"{counted(self.members, 'member')}{lost}; median relative error of members held out: {', '.join(parts)}"
 
     def tables(self) -> list[Table]:
-        """Return the errors of members held out."""
+        """Return the tables of the errors of members held out."""
         table = Table("value", "from", "to", "median relative error", "19 of 20 below")
         for path, *numbers in self.rows():
             table.add_row(path, *(f"{one:.4g}" for one in numbers))
@@ -167,16 +167,16 @@ def library(
             ends, or quantiles 1e-3 and 0.999 where they have none.
         point: Whose motion is recorded: a point of one motion, by name, or as "structure.name".
         quantity: Recorded: "displacement", "velocity" or "acceleration", relative to the frame of the scene.
-        period: Of the loads, s.
+        period: Period of the loads, s.
         members: A power of two from 256 to 16384.
         noise: Largest noise of a recording, over the root mean square of its values.
-        periods: Of a recording that features are taken from; an even number.
-        harmonics: Of the period, up to which features go.
+        periods: Periods of a recording that features are taken from; an even number.
+        harmonics: Harmonics of the period, up to which features go.
         settle: Periods before that.
         steps: In a period, rounded up to a multiple of eight times the harmonics.
-        starts: Of the members; default at rest, undeformed.
-        seed: Of all draws.
-        scheme: Of the time integration.
+        starts: Starts of the members; default at rest, undeformed.
+        seed: Seed of all draws.
+        scheme: Scheme of the time integration.
         threads: As of `ensemble`.
         output: A folder for the library and finished members: a call with the same arguments continues there.
         progress: Called with the number of members that are done.

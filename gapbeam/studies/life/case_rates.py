@@ -76,8 +76,8 @@ class CaseRates:
         """Return the rates at given depths.
 
         Args:
-            depths: Of all faces, (faces,), m.
-            number: Of the run, which chooses the noise.
+            depths: Depths of all faces, (faces,), m.
+            number: Number of the run, which chooses the noise.
 
         Raises:
             RunFailed: The run did not pass.
@@ -103,7 +103,7 @@ class CaseRates:
         Args:
             model: On worn gaps.
             statistics: Of `statistics_of`.
-            depths: Of all faces, for the message, m.
+            depths: Depths of all faces, for the message, m.
 
         Raises:
             RunFailed: The run did not pass.

@@ -37,9 +37,9 @@ def passed(response: TrialResponse, names: Sequence[str], depths: Sequence[float
     """Pass a run on worn gaps.
 
     Args:
-        response: Of the run.
-        names: Of the faces.
-        depths: Of all faces, m.
+        response: Response of the run.
+        names: Names of the faces.
+        depths: Depths of all faces, m.
 
     Raises:
         RunFailed: It did not pass.
@@ -65,7 +65,7 @@ def record_steps(loads: Sequence[AnyLoad], end: float, step: float, interval: fl
 
     Args:
         loads: That may force a motion that repeats.
-        end: Of the run, s.
+        end: End of the run, s.
         step: s.
         interval: s.
     """
@@ -81,7 +81,7 @@ def depth_rates(works: Sequence[Mapping[str, Any]], factors: ArrayLike) -> Depth
     """Return rates of depth, m/s, from work rates.
 
     Args:
-        works: Of each face, of `work_rates`.
+        works: Works of each face, of `work_rates`.
         factors: Depth worn per work of sliding of each face, m/J.
     """
     values, low, high = (
@@ -96,9 +96,9 @@ def work_rates(
     """Return the work rate of each face with its interval, as statistics describe it, W.
 
     Args:
-        statistics: Of a run.
-        names: Of the faces.
-        end: Of the run, s.
+        statistics: Statistics of a run.
+        names: Names of the faces.
+        end: End of the run, s.
         doubts: On the statistics.
 
     Raises:

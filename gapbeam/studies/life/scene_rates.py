@@ -67,8 +67,8 @@ class SceneRates:
         """Return the file with regions grown by depths.
 
         Args:
-            depths: Of all pairs, (pairs,), m.
-            number: Of the run: each has noise of its own.
+            depths: Depths of all pairs, (pairs,), m.
+            number: Number of the run: each has noise of its own.
 
         Raises:
             UserError: A region cannot grow.
@@ -94,8 +94,8 @@ class SceneRates:
         """Return the rates at given depths.
 
         Args:
-            depths: Of all pairs, (pairs,), m.
-            number: Of the run, which chooses the noise.
+            depths: Depths of all pairs, (pairs,), m.
+            number: Number of the run, which chooses the noise.
 
         Raises:
             RunFailed: The run did not pass.

@@ -36,8 +36,8 @@ def worn_case(case: Case, depths: Sequence[float], number: int = 0) -> Case:
 
     Args:
         case: The case, not worn.
-        depths: Of all faces, in the order of `Case.layout`, m.
-        number: Of the run: each has noise of its own.
+        depths: Depths of all faces, in the order of `Case.layout`, m.
+        number: Number of the run: each has noise of its own.
     """
     left = iter(depths)
     parts = {id(one): [next(left) for _ in one.faces] for one in case.layout.supports}
@@ -74,7 +74,7 @@ class Profiles:
 
     Attributes:
         contact: Their places and faces.
-        states: Of the march, with depths of points.
+        states: States of the march, with depths of points.
     """
 
     contact: ContactOperator
@@ -154,10 +154,10 @@ class KeptRuns:
     """Rates of runs, on disk as soon as they are known.
 
     Attributes:
-        path: Of the file.
+        path: Path of the file.
         rate_at: Function that runs the case.
         seen: Called with the number of runs so far.
-        records: Of the runs, one after the other.
+        records: Records of the runs, one after the other.
         taken: Number of runs found on disk.
     """
 
@@ -174,7 +174,7 @@ class KeptRuns:
         """Return the runs of a folder, or none where it is new.
 
         Args:
-            folder: Of the study.
+            folder: Folder of the study.
             plan: Inputs of the runs.
             rate_at: Function that runs the case.
             seen: Called with the number of runs so far.

@@ -84,7 +84,7 @@ class WornState:
         time: s.
         depths: (faces,), m.
         rates: There.
-        errors: Of the depths that the block has added, as estimated, (faces,), m.
+        errors: Errors of the depths that the block has added, as estimated, (faces,), m.
     """
 
     time: float
@@ -122,7 +122,7 @@ class Worn:
         first: The face that reached the limit first, or was deepest; None where nothing slides.
         life: When it did, s; None: it did not.
         chance: Half of the 95 % interval of the logarithm of the life, from those of the rates.
-        block_error: Of the life by the length of the blocks, s.
+        block_error: Error of the life by the length of the blocks, s.
         runs: Rates that were asked for.
     """
 

@@ -263,7 +263,7 @@ class ModeShape:
     Attributes:
         mode: n.
         root: lambda_n.
-        weights: Of the two functions.
+        weights: Weights of the two functions.
     """
 
     mode: int

@@ -161,7 +161,7 @@ class Estimate:
         value: The best.
         low: Lower end; 0 where the frequencies determine none.
         high: Upper end; infinite where the frequencies determine none.
-        unit: Of all of them.
+        unit: Unit of all of them.
     """
 
     value: float
@@ -184,17 +184,17 @@ class EndSpringFit:
     """A beam on springs that reproduces frequencies.
 
     Attributes:
-        beam: Its dimensions; the length is the fitted one where that was fitted.
+        beam: Dimensions, with the fitted length if it was fitted.
         draught: k1, N/m.
         torsion: k2, N m/rad.
         length: l, m, where it was fitted; None: it was given.
         modes: Numbers n of the frequencies.
-        given: They, Hz.
-        found: Those of the beam, Hz.
-        accuracy: Standard deviation of ln f that was expected.
-        deviation: That which the intervals stand on: the same, or what the misfit says where that is larger.
+        given: The given frequencies, Hz.
+        found: The frequencies of the fitted beam, Hz.
+        accuracy: Expected standard deviation of ln f.
+        deviation: Standard deviation behind the intervals: the expected one, or that of the misfit if it is larger.
         misfit: Root mean square of ln f_n - ln f_n,given.
-        others: Springs (k1, k2) of other valleys that do within the confidence as well.
+        others: Springs (k1, k2) of other minima within the confidence.
     """
 
     beam: SpringBeam

@@ -18,9 +18,9 @@ class Ensemble:
     """Members that differ in seeds only.
 
     Attributes:
-        values: Of the other keys of the sweep, as typed.
+        values: Values of the other keys of the sweep, as typed.
         members: Number of members.
-        seconds: Of all records behind the burn-ins, s.
+        seconds: Seconds of all records behind the burn-ins, s.
         figures: Pooled, as `pooled_figures` returns them.
     """
 

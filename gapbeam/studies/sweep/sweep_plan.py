@@ -37,9 +37,9 @@ class Sweep:
         carry: Whether points along the last axis start from the end of the one before them.
         both: Whether they are carried downward too.
         starts: Starts of every point, or of every chain of carried points: the seat and starts - 1 kicks.
-        seed: Of the kicks.
+        seed: Seed of the kicks.
         transient: s after which a response counts; None: found out.
-        tolerance: Of the periodicity, and of responses that are taken for the same.
+        tolerance: Tolerance of the periodicity, and of responses that are taken for the same.
     """
 
     case: Path
@@ -70,8 +70,8 @@ class Task(NamedTuple):
     """One response to compute.
 
     Attributes:
-        number: Of the response in the sweep, which names its files.
-        values: Of the axes.
+        number: Number of the response in the sweep, which names its files.
+        values: Values of the axes.
         direction: "up" or "down" along the last axis where the state is carried, or "".
         start: 0 the seat, else the number of a kick.
     """

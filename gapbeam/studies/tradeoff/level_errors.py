@@ -244,7 +244,7 @@ class Grounds:
 
     Attributes:
         end: Simulated time of the case, s.
-        uncertainty: Of the reference, by group of figures.
+        uncertainty: Uncertainty of the reference, by group of figures.
         chaotic: Whether the response never repeats.
         cut: Why the reference was not marched over the whole case; "" where it was.
     """

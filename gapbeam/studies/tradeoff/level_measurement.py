@@ -50,7 +50,7 @@ class LevelJob(NamedTuple):
         cycles: Forcing periods of the long marches after which figures are taken; 0: no long march.
         transient: Forcing periods that a long march passes before.
         starts: Long marches: from the seat, and from kicks.
-        seed: Of the kicks.
+        seed: Seed of the kicks.
         span: Time from the start over which figures are taken in windows, s; 0: only those of the periods.
     """
 
@@ -78,8 +78,8 @@ class MeasuredLevel:
         per_second: Wall time of a simulated second, s.
         memory: Largest resident memory of the process up to then, bytes.
         residual: Residual of the energy balance relative to the energy exchanged.
-        frequency: Of the forcing, Hz.
-        records: Of the motion from the seat over the periods followed, as in `response.TrialResponse`.
+        frequency: Frequency of the forcing, Hz.
+        records: Records of the motion from the seat over the periods followed, as in `response.TrialResponse`.
         labels: Names along their labeled dimensions.
         span: Time from the seat that `windows` cover, s; 0 without them.
         windows: Figures from the seat on, window by window as in `windows_over`, by name.
@@ -135,7 +135,7 @@ def windows_over(history: xr.Dataset, frequency: float, span: float) -> dict[str
 
     Args:
         history: The records, up to the last one within the span.
-        frequency: Of the forcing, Hz.
+        frequency: Frequency of the forcing, Hz.
         span: s, at least one forcing period. It decides how many windows there are: the same for all steps.
     """
     times = np.asarray(history["time"].values)

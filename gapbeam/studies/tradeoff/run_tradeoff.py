@@ -204,11 +204,11 @@ class Taken:
     """The fidelity level that a run takes for a tolerance.
 
     Attributes:
-        name: Of the level.
+        name: Name of the level.
         changes: Keys that it replaces.
         tolerance: The requested tolerance, as a fraction.
-        errors: Of the level against the reference, by group of figures.
-        uncertainty: Of the reference, likewise.
+        errors: Errors of the level against the reference, by group of figures.
+        uncertainty: Uncertainty of the reference, likewise.
         covered: Time from the start that the errors cover, s.
         doubts: Why the tolerance is not promised for the run; nothing where it is.
     """
@@ -233,7 +233,7 @@ def stored_choice(folder: Path, case: Case, tolerance: float) -> Taken | None:
     """Return the cheapest fidelity level of a study on disk inside a tolerance; the nearest where none is inside.
 
     Args:
-        folder: Of the study.
+        folder: Folder of the study.
         case: The case to run.
         tolerance: Largest error that will do.
 

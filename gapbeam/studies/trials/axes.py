@@ -30,7 +30,7 @@ def read_axis(text: str, spacing: Spacing = "log", prefix: str = "`vary=` ") -> 
 
     Args:
         text: As typed.
-        spacing: Of a range that does not say.
+        spacing: Spacing of a range that does not say.
         prefix: Option before it on the command line.
 
     Raises:

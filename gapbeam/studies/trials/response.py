@@ -78,7 +78,7 @@ class TrialResponse:
         steps: Accepted steps.
         seconds: Wall time of the march, s.
         findings: Findings on the assumptions, where they were watched.
-        statistics: Of the motion, where they were asked for.
+        statistics: Statistics of the motion, where they were asked for.
     """
 
     verdict: str = "passed"

@@ -136,7 +136,7 @@ class Start:
     """A state to start from, and what has to be reported about it.
 
     Attributes:
-        state: Of a model or of a scene.
+        state: State of a model or of a scene.
         word: "seat", "undeformed", "centered", "kick 3" or "carried".
         notes: Changes to carry it, and parts that do not fit.
     """
@@ -170,8 +170,8 @@ def kicked(model: Model, number: int, seed: int) -> Start:
 
     Args:
         model: The model.
-        number: Of the kick; the same number, seed and model give the same start.
-        seed: Of the generator.
+        number: Number of the kick; the same number, seed and model give the same start.
+        seed: Seed of the generator.
 
     Collective.
     """
@@ -265,10 +265,10 @@ def drawn_phase(loads: Sequence[AnyLoad], step: float, draw: np.random.Generator
 
 
 def whole_steps(loads: Sequence[AnyLoad], end: float, step: float) -> tuple[int, float | None]:
-    """Return the steps of a response, a whole number of forcing periods up to an end, and the forcing frequency, Hz.
+    """Return the number of steps of a response, whole forcing periods up to an end, and the forcing frequency, Hz.
 
     Args:
-        loads: That act.
+        loads: Loads that act.
         end: s.
         step: s.
     """

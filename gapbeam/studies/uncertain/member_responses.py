@@ -51,7 +51,7 @@ class SceneModel:
 
     Attributes:
         scene: What all members share.
-        period: Of the loads, s; or a function of the values by path.
+        period: Period of the loads, s; or a function of the values by path.
         starts: One state, or lanes of which the input "start" takes one.
         steps: In a period.
         settle: Periods before responses are looked for.
@@ -59,7 +59,7 @@ class SceneModel:
         orders: Highest number of periods after which a response may repeat.
         measure: Periods over which figures are taken, or the next multiple of the order.
         exponents: Periods over which exponents are taken.
-        scheme: Of the time integration.
+        scheme: Scheme of the time integration.
         threads: As of `ensemble`.
         figures: Of one's own.
     """
@@ -232,7 +232,7 @@ class KeptAnswers:
 
     Args:
         model: Returns answers at values by path.
-        folder: Of the study; None keeps nothing.
+        folder: Folder of the study; None keeps nothing.
         key: Hash of the model.
         progress: Called with the number of members that are done.
 

@@ -114,7 +114,7 @@ class RareProbability:
         low: Lower end of the 95 % interval.
         high: Upper end.
         replicates: Estimates of the replicates.
-        thresholds: Of each level, the mean over replicates that came to it.
+        thresholds: Thresholds of each level, the mean over replicates that came to it.
         members: Evaluations.
         failed: Share of evaluations without a figure: they count as below the limit.
         complete: Whether each replicate came to the limit.
@@ -142,10 +142,10 @@ def subset_simulation(
     Args:
         figure: Values (points,) at standard normal points, (points, inputs); NaN where there is none.
         inputs: Their number.
-        limit: Of the figure.
-        members: Of a level, in each replicate.
+        limit: Limit of the figure.
+        members: Members of a level, in each replicate.
         replicates: Independent of each other; they march side by side.
-        seed: Of the draws.
+        seed: Seed of the draws.
 
     Source: Au and Beck (2001), Prob. Eng. Mech. 16, 263; Papaioannou et al. (2015), Prob. Eng. Mech. 41, 89
     (conditional sampling with adaptive spread).
@@ -367,7 +367,7 @@ def indices_of(figures: Callable[[Array], dict[str, Array]], inputs: int, points
         figures: Values by name, (points,), at standard normal points, (points, inputs), which are independent.
         inputs: Their number.
         points: A power of two.
-        seed: Of the points.
+        seed: Seed of the points.
 
     Raises:
         UserError: The number of points is no power of two, or is too small.

@@ -234,7 +234,7 @@ def read_scene_study(path: Path, kind: type[Study], faults: Callable[[Mapping[st
     """Read the file of a study over values of a scene.
 
     Args:
-        path: Of the file.
+        path: Path of the file.
         kind: Tables of the study.
         faults: Returns contradictions between its tables.
 
@@ -292,23 +292,23 @@ def uncertain(
         distributions: Frozen distributions of scipy.stats, by path as of `scene.with_`.
         correlation: Rank correlations (Spearman) by pairs of paths, by a Gaussian copula.
         limits: By figure; probabilities that it is exceeded.
-        members: Of all replicates.
+        members: Members of all replicates.
         sampling: "sobol", randomised Sobol points; "latin", Latin hypercubes; "random".
         replicates: Randomised on their own: their scatter gives the intervals.
-        seed: Of all draws.
+        seed: Seed of all draws.
         rare: Probabilities of exceeding the limits by subset simulation, too.
-        rare_members: Of a level of each replicate.
+        rare_members: Members of a level of each replicate.
         rare_replicates: Of subset simulation.
         sensitivity: Points of Sobol indices, a power of two; each takes (inputs + 2) evaluations; 0: none.
-        period: Of the loads, s; or a function of the values by path.
-        starts: Of all members; default at rest, undeformed.
+        period: Period of the loads, s; or a function of the values by path.
+        starts: Starts of all members; default at rest, undeformed.
         steps: In a period.
         settle: See `atlas`.
         rounds: See `atlas`.
         orders: See `atlas`.
         measure: Periods over which figures are taken.
         exponents: See `atlas`.
-        scheme: Of the time integration.
+        scheme: Scheme of the time integration.
         threads: As of `ensemble`.
         figures: Of one's own, by `gapbeam.figure`, of a scene: as of `ensemble`, over whole periods.
         output: A folder for tables, a picture, and finished members: a call with the same arguments continues there.

@@ -36,8 +36,8 @@ class Distribution:
         mean: With its 95 % interval.
         deviation: Standard deviation.
         quantiles: By probability.
-        least: Of all members.
-        largest: Of all members.
+        least: Least value of all members.
+        largest: Largest value of all members.
     """
 
     mean: IntervalEstimate

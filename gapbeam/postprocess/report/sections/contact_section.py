@@ -41,7 +41,7 @@ def wear_section(
     """Return the wear of a run; None for a run of a case without [wear].
 
     Args:
-        summary: Of a run.
+        summary: Summary of a run.
         maps: Where its faces wear; none of earlier releases.
         command: That makes the report.
         since: When the work begins to count.
@@ -138,7 +138,7 @@ def contact_section(history: xr.Dataset, frequency: float | None, command: str) 
 
     Args:
         history: `Results.history`, with contact_force and penetration.
-        frequency: Of the forcing, Hz; None shows the tenth of the record where most happens.
+        frequency: Frequency of the forcing, Hz; None shows the tenth of the record where most happens.
         command: That makes the figures.
 
     Raises:
@@ -214,7 +214,7 @@ def random_loads_section(summary: dict[str, Any]) -> ReportSection | None:
     """Return the section on random loads as generated and as asked for; None for a run without any.
 
     Args:
-        summary: Of a run.
+        summary: Summary of a run.
     """
     loads = summary.get("random_loads") or ()
     blocks = [block for load in loads for block in _of_load(load)]

@@ -19,7 +19,7 @@ def orbits_section(results: Results, command: str) -> ReportSection | None:
     """Return z over y of every probe, with what its support leaves to it; None where all stay in the bending plane.
 
     Args:
-        results: Of a run with a history.
+        results: Results of a run with a history.
         command: That makes the figure.
 
     Raises:

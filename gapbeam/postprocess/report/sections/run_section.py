@@ -80,7 +80,7 @@ def run_report(results: Results, command: str) -> Report:
     What the results do not allow is left out, or reported where it would stand.
 
     Args:
-        results: Of a run, finished or not.
+        results: Results of a run, finished or not.
         command: That makes the report.
 
     Raises:
@@ -168,7 +168,7 @@ def sections_of_records(results: Results, command: str) -> list[ReportSection]:
     """Return the sections that follow from records alone: motion, spectra, orbits, contact.
 
     Args:
-        results: Of a run with a history.
+        results: Results of a run with a history.
         command: That makes the figures.
 
     Raises:

@@ -42,7 +42,7 @@ def scene_of(
     """Return the scene of a run, or of a span of it; None where that has fewer than three fields, its ends at most.
 
     Args:
-        results: Of a run.
+        results: Results of a run.
         command: That makes the report.
         begin: First time, s; None: from the start.
         end: Last time, s; None: to the end.
@@ -77,7 +77,7 @@ def within(times: np.ndarray, begin: float | None, end: float | None) -> range:
     """Return the numbers of the fields from one time to another, both within round-off.
 
     Args:
-        times: Of all fields, ascending, s.
+        times: Times of all fields, ascending, s.
         begin: First time, s; None: from the start.
         end: Last time, s; None: to the end.
     """
@@ -94,9 +94,9 @@ def frames_shown(count: int, points: int, interval: float, frequency: float | No
 
     Args:
         count: Fields there are.
-        points: Of the mesh.
+        points: Points of the mesh.
         interval: Between fields, s.
-        frequency: Of the forcing, Hz.
+        frequency: Frequency of the forcing, Hz.
     """
     most = int(min(MOST, max(FEWEST, POINTS // max(points, 1))))
     every = -(-(count - 1) // most)  # the start and `most` fields after it, at least every second
@@ -115,7 +115,7 @@ def magnification_of(beam: SceneBeam, gaps: Sequence[float] = ()) -> float:
 
     Args:
         beam: The moving beam.
-        gaps: Of the walls, m.
+        gaps: Gaps of the walls, m.
     """
     gap = max(gaps, default=0.0)
     if beam.farthest == 0.0 and gap <= 0.0:
@@ -134,9 +134,9 @@ def walls_of(
     """Return the faces of the supports with their motion and contact force at the times of the frames.
 
     Args:
-        supports: Of the run.
-        history: Of the run.
-        times: Of the frames, s.
+        supports: Supports of the run.
+        history: History of the run.
+        times: Times of the frames, s.
         start: x of the end of the beam that their places count from, m.
         size: Lowest and highest place of the beam in the bending direction, m.
     """
@@ -214,7 +214,7 @@ def still_scene_of(results: Results, command: str) -> MovingScene | None:
     """Return the scene of a run without fields; None where its case does not describe a beam.
 
     Args:
-        results: Of a run with a history.
+        results: Results of a run with a history.
         command: That makes the report.
 
     Raises:

@@ -213,7 +213,7 @@ def points_section(points: Mapping[str, PointMap], command: str = "") -> ReportS
     """Return the section on the contact points of a run; None for a run without `output.points`.
 
     Args:
-        points: Of the faces, by name.
+        points: Points of the faces, by name.
         command: That makes the report.
     """
     if not points:
@@ -304,7 +304,7 @@ def statistics_section(summary: dict[str, Any]) -> ReportSection | None:
     """Return the statistics of a run; None for a run without any.
 
     Args:
-        summary: Of a run.
+        summary: Summary of a run.
     """
     found = summary.get("statistics")
     if not found:

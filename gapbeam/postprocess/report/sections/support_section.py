@@ -30,7 +30,7 @@ def support_table(summary: Summary) -> TableBlock | None:
     """Return peak force, impulse, impacts a second and wear of each face, each with its interval; None without faces.
 
     Args:
-        summary: Of a run.
+        summary: Summary of a run.
     """
     faces = _faces(summary)
     if not faces:
@@ -125,7 +125,7 @@ def doubts_of_figures(summary: Summary) -> list[str]:
     """Return the doubts on the figures of a completed run; none where all of them may be used.
 
     Args:
-        summary: Of the run.
+        summary: Summary of the run.
     """
     errors = summary.get("errors") or {}
     found = []
@@ -175,7 +175,7 @@ def things_to_do(summary: Summary) -> list[Block]:
     """Return at most three things to do about what a run doubts, in one frame; nothing where there are none.
 
     Args:
-        summary: Of the run.
+        summary: Summary of the run.
     """
     errors, found = summary.get("errors") or {}, list[str]()
     if (short := _unresolved(summary)) is not None:
@@ -253,6 +253,6 @@ def is_long(time: np.ndarray, frequency: float | None) -> bool:
 
     Args:
         time: (n,), s.
-        frequency: Of the forcing, Hz.
+        frequency: Frequency of the forcing, Hz.
     """
     return frequency is None or float(np.ptp(time)) > 1.2 * ZOOM / frequency

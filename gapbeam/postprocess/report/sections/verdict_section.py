@@ -59,8 +59,8 @@ def summary_section(results: Results, anchor: str = "summary") -> ReportSection:
     """Return the verdicts on a run and its key figures, what it cost at the end.
 
     Args:
-        results: Of a run.
-        anchor: Of the section.
+        results: Results of a run.
+        anchor: Anchor of the section.
     """
     rows = [*result_figures(results), *cost_figures(results)]
     table = [TableBlock("Key figures of the run", FIGURE_HEADS, rows)] if rows else []
@@ -73,7 +73,7 @@ def opening_section(results: Results, scene: Sequence[Block] = ()) -> ReportSect
     """Return the opening section of a run: how it ended, loads on the supports, things to do, the moving scene.
 
     Args:
-        results: Of a run.
+        results: Results of a run.
         scene: The motion.
     """
     found = run_verdicts(results)
@@ -103,7 +103,7 @@ def figures_section(results: Results, peaks: Sequence[Row] = ()) -> ReportSectio
     """Return all warnings and figures of a run, folded; None where there are none.
 
     Args:
-        results: Of a run.
+        results: Results of a run.
         peaks: Rows of the table of results that its history gives.
     """
     blocks: list[Block] = [*warnings_of([str(text) for text in results.summary.get("warnings") or ()])]

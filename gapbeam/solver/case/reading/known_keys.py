@@ -51,7 +51,7 @@ def is_array(name: object, data: object = None, root: type[BaseModel] = Case) ->
     """Return True for the name of an array of tables, such as [[load]], or [[support]] where the data have several.
 
     Args:
-        name: Of the table.
+        name: Name of the table.
         data: The case file as read; it decides where a name is that of a table or of an array.
         root: Model of the whole file.
     """
@@ -157,7 +157,7 @@ def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case, value
         name: The key as written.
         model: The table it was found in.
         root: Model of the whole file.
-        value: Of the key; where several keys are near, one that takes it was meant.
+        value: Value of the key; where several keys are near, one that takes it was meant.
     """
     own = list(model.model_fields)
     every = sorted({key for table in tables(root) for key in table.model.model_fields})

@@ -41,7 +41,7 @@ def line_law(law: ContactLaw, radius: float) -> ContactLaw:
 
     Args:
         law: K d^n per area, with a damper of `ChosenLaw.rolls`.
-        radius: Of the section, m.
+        radius: Radius of the section, m.
     """
     spring, damper, width = law.spring, law.damper, (2.0 * radius) ** GROWTH
     if damper.law == type_name(KelvinVoigt):
@@ -59,7 +59,7 @@ def slower_return(restitution: float) -> float:
     Both are d'' = -F, F as above, with a mass, k and a speed of 1: other values change c / K alone.
 
     Args:
-        restitution: Of the points, which c / K follows from, in (0, 1]; below 0.01 as at 0.01.
+        restitution: Restitution of the points, which c / K follows from, in (0, 1]; below 0.01 as at 0.01.
     """
     if restitution > NEARLY_ELASTIC:
         return 0.0

@@ -96,7 +96,7 @@ class OwnSpring:
         """Refuse functions that do not belong together, about a depth, m.
 
         Args:
-            name: Of the law.
+            name: Name of the law.
             depth: Touch depth of the law, m.
 
         Raises:

@@ -35,7 +35,7 @@ class OwnSpringLaw(ContactLaw):
     """A law with a spring of its own; `spring` is K d, by which scales are judged.
 
     Attributes:
-        name: Of the law.
+        name: Name of the law.
         own: Its spring.
     """
 
@@ -138,7 +138,7 @@ def own_spring_law(name: str, law: ContactLaw, own: OwnSpring) -> OwnSpringLaw:
     """Return a law with a spring of its own.
 
     Args:
-        name: Of the law.
+        name: Name of the law.
         law: Its damper and its other traits.
         own: Its spring, per area.
 

@@ -117,7 +117,7 @@ def interval_of_mean(
         series: As in `batch_means`.
         positive: Whether the figure is positive by its meaning: the interval is then even about its logarithm.
         batches: Number of batches.
-        confidence: Of the interval.
+        confidence: Confidence of the interval.
     """
     means = batch_means(series, batches)
     value = float(means.mean())
@@ -182,7 +182,7 @@ def largest_of_map(series: Array) -> LargestOfMap:
     """Return the largest mean of a map of figures that are positive or 0.
 
     Args:
-        series: Of each point, (blocks, points), at least 10 blocks and a point.
+        series: Series of each point, (blocks, points), at least 10 blocks and a point.
     """
     count = series.shape[1]
     confidence = 1.0 - (1.0 - CONFIDENCE) / count

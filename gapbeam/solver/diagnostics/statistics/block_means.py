@@ -226,7 +226,7 @@ def missed_share(impacts: ImpactList, step: float) -> float:
     """Return about how many impacts were missed, over those that were seen; 0 where there were none.
 
     Args:
-        impacts: Of a face.
+        impacts: Impacts of a face.
         step: s.
     """
     durations = impacts.rows[:, DURATION]

@@ -121,7 +121,7 @@ class Doubts:
         """Return the doubt on a figure that is known within a relative error by chance; None: there is none.
 
         Args:
-            name: Of the figure.
+            name: Name of the figure.
             relative: Half width of its interval over the figure.
             least: Smaller biases raise no doubt.
         """
@@ -192,7 +192,7 @@ class StatisticFigure:
         relaxation: Relaxation time of what is averaged, s.
         verdict: Whether the interval can be relied on; "no event": the face never closed, or never opened; "not
             resolved": steps were too long to see all impacts; "biased": by the scheme, by more than the interval.
-        seconds: Of the record behind the burn-in, s.
+        seconds: Seconds of the record behind the burn-in, s.
     """
 
     name: str
@@ -225,14 +225,14 @@ class AveragedSeries:
     """Series whose mean, or percentile, is a figure.
 
     Attributes:
-        name: Of the figure.
-        unit: Of the figure.
+        name: Name of the figure.
+        unit: Unit of the figure.
         values: Means over blocks, (blocks,); of a percentile the values at their ends.
         positive: Whether the figure is positive by its meaning.
         rare: Whether it counts events that blocks may lack.
         root: Whether the figure is the square root of the mean.
         share: Of values below a percentile; None: the figure is a mean.
-        events: Of a mean over events, how many a block has, (blocks,).
+        events: Number of events in each block, for a mean over events, (blocks,).
     """
 
     name: str
@@ -372,8 +372,8 @@ def own_series(name: str, unit: str, means: Array, statistic: str) -> AveragedSe
     """Return the series behind a figure of one's own.
 
     Args:
-        name: Of the figure.
-        unit: Of the figure.
+        name: Name of the figure.
+        unit: Unit of the figure.
         means: Of its quantity, of a share of 1 above the limit and 0 below, and of the square, (blocks, 2).
         statistic: "mean", "rms" or "share".
     """

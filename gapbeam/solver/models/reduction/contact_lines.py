@@ -257,7 +257,7 @@ class PointsAround:
     Attributes:
         positions: (m, 3), m.
         weights: Areas, (m,), m^2.
-        gaps: Of the undeformed beam, (m,), m.
+        gaps: Gaps of the undeformed beam, (m,), m.
         faces: Index of the face of each, (m,).
         stations: Number of the station of each, (m,).
         shares: Shares of a force on each among the points of the mesh, (m, points).
@@ -327,7 +327,7 @@ def _share(contact: ContactOperator, line: Indices, parts: Array, number: int) -
     Args:
         contact: The points.
         line: Some of them, in the order along the beam.
-        parts: Of the line that belong to the stations, (k,).
+        parts: Parts of the line that belong to the stations, (k,).
         number: The station.
     """
     ends = np.cumsum(contact.weights[line]) / contact.weights[line].sum()

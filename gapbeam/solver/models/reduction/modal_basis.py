@@ -20,7 +20,7 @@ def unit_directions(energy: Array, independent: tuple[float, float]) -> Array:
 
     Args:
         energy: E.
-        independent: Of the eigenvalues of vectors of one length, relative to the largest: those below the first number
+        independent: Limits on eigenvalues of unit vectors, relative to the largest: those below the first number
             are left out, those above the second are kept, and in between the widest gap decides.
     """
     lengths = np.sqrt(np.diagonal(energy))

@@ -83,7 +83,7 @@ def cut_nodes(lengths: Array, spans: int) -> Indices:
     """Return about so many nodes less one, at the longest elements nearby: away from supports where these are graded.
 
     Args:
-        lengths: Of the elements, (elements,).
+        lengths: Lengths of the elements, (elements,).
         spans: Their number.
     """
     size, found, node = len(lengths) / spans, list[int](), 0

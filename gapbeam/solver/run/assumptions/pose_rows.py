@@ -30,7 +30,7 @@ class ModelPose:
         dimension: d.
         matrix: From `interface` values, or from the DOFs of a small model, (k d (1 + d), n).
         interface: DOFs of the mesh that the rows depend on; None: the model is small, on every rank.
-        operators: Of the model.
+        operators: Operators of the model.
     """
 
     places: Array

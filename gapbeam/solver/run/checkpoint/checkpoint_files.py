@@ -49,7 +49,7 @@ class Contents:
     Attributes:
         path: Its file.
         header: Everything but arrays.
-        shapes: Of the arrays, by name.
+        shapes: Shapes of the arrays, by name.
         start: Where the arrays begin, bytes.
     """
 
@@ -150,7 +150,7 @@ def _file_after(folder: Path, step: int) -> Path:
 
 
 def remove_but(folder: Path, spared: Set[int], last: int) -> None:
-    """Remove the checkpoints of a results folder but those after some steps, and the last ones."""
+    """Remove the checkpoints of a results folder, except the last ones and those of given steps."""
     stay = {_file_after(folder, step) for step in spared}
     for old in found(folder)[last:]:
         if old not in stay:

@@ -62,7 +62,7 @@ class FieldWriter:
     Args:
         folder: Results folder.
         model: The model.
-        times: Of the fields to go on after, s; None: make new files. Files that are there change with the first field.
+        times: Times of the fields to continue after, s; None: new files. Existing files change with the first field.
 
     Raises:
         UserError: The fields to go on after are not there.

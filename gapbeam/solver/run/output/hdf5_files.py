@@ -41,12 +41,12 @@ Shape = tuple[int | None, ...]  # None: any length
 
 
 def refuse_other_data(file: h5py.File, shapes: Mapping[str, Shape], along_time: bool = False) -> None:
-    """Refuse data of another shape or type, that lie in other files, or are not all there.
+    """Refuse data of another shape or type, data in other files, and incomplete data.
 
     Args:
         file: The file, open.
         shapes: Shape of each dataset of numbers, by name.
-        along_time: Whether they must be marked as having a row for every time of the file, as long as that.
+        along_time: True if each must be marked as having a row for every time of the file.
 
     Raises:
         ValueError: Something is missing or of another kind; with its name, what was found and expected.

@@ -290,9 +290,9 @@ def write_points(folder: Path, points: PointContact | None, impulses: Array) -> 
     """Write the results of all contact points; nothing where they were not asked for.
 
     Args:
-        folder: Of the results.
+        folder: Folder of the results.
         points: At the end of the run.
-        impulses: Of the faces, (faces,), N s.
+        impulses: Impulses of the faces, (faces,), N s.
 
     Raises:
         NotWritten: It could not be written.

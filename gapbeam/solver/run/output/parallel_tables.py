@@ -68,7 +68,7 @@ class FieldGrid:
         """Return the XML of one field.
 
         Args:
-            number: Of the field.
+            number: Number of the field.
             time: s.
             file: Its data file, relative to the results folder.
             place: Its number in that file.
@@ -304,7 +304,7 @@ def taken(
 
     Args:
         rows: Which they are.
-        shape: Of the whole, (count, ...) or (layers, count, ...).
+        shape: Shape of the whole, (count, ...) or (layers, count, ...).
         pieces: Yields the rows of the table, layer by layer, on rank 0; none reach from one layer to the next.
         layered: Whether there are layers.
 

@@ -34,7 +34,7 @@ def write_wear(
     """Write work, its parts, work rate and depth rate of all contact points; nothing where nothing was measured.
 
     Args:
-        folder: Of the results.
+        folder: Folder of the results.
         sliding: At the end of the run.
         seconds: Its span, s.
         faces: How each face wears; without a coefficient no depth rate is known, and its cell is empty.

@@ -19,8 +19,8 @@ class Placement:
     """Place of the region of a support.
 
     Attributes:
-        clearance: Of the support, m.
-        offset: Of the support, upward from the axis of the undeformed beam, m.
+        clearance: Clearance of the support, m.
+        offset: Offset of the support, upward from the axis of the undeformed beam, m.
         lateral: As offset, sideways, toward +y, m.
         tilt: By how much the support rises along the beam, no unit.
         middle: The middle of the support along the beam, where its offset is meant, m.
@@ -43,7 +43,7 @@ class Region(Table, ABC):
         """Return the faces that bound the region.
 
         Args:
-            name: Of the support, with which the names of its faces begin.
+            name: Name of the support, with which the names of its faces begin.
             placed: Where the region is.
         """
 
@@ -75,7 +75,7 @@ class Region(Table, ABC):
         """Yield the contradictions within the table, or to the beam.
 
         Args:
-            key: Of the table.
+            key: Key of the table.
             radius: Half the thickness of the beam, m.
         """
         yield from ()

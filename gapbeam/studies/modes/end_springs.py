@@ -192,7 +192,7 @@ class EndSpringFit:
         given: The given frequencies, Hz.
         found: The frequencies of the fitted beam, Hz.
         accuracy: Expected standard deviation of ln f.
-        deviation: Standard deviation behind the intervals: the expected one, or that of the misfit if it is larger.
+        deviation: Standard deviation of the intervals: the larger of `accuracy` and the scatter of the misfit.
         misfit: Root mean square of ln f_n - ln f_n,given.
         others: Springs (k1, k2) of other minima within the confidence.
     """

@@ -164,7 +164,8 @@ def double_width(case: Case) -> Iterator[Way]:
                 changes |= {f"joint.{joint.name}.{table}.{key}": 2.0 * value for key, value in values}
     for one in case.layout.supports:
         if one.body is not None:
-            changes |= {f"support.{one.name}.body.{key}": 2.0 * value for key, value in one.body.model_dump().items()}
+            forces = ("mass", "stiffness", "damping")
+            changes |= {f"support.{one.name}.body.{key}": 2.0 * getattr(one.body, key) for key in forces}
     if case.contact.points is not None:
         if isinstance(case.contact.stiffness, float):
             changes["contact.stiffness"] = 2.0 * case.contact.stiffness

@@ -43,7 +43,7 @@ def print_study(tables: Iterable[RenderableType], lines: Iterable[object], width
 
 
 def print_closing(closing: Mapping[str, Any], console: Console) -> None:
-    """Print the table that closes a run, as its summary has it; names of figures give way where lines are short."""
+    """Print the table that closes a run, as its summary has it; long names of figures go on in further lines."""
     from rich.table import Table
     from rich.text import Text
 
@@ -54,7 +54,8 @@ def print_closing(closing: Mapping[str, Any], console: Console) -> None:
     room = max(console.width - others, len(heads.get("figure", "")))
     table = Table(box=None, padding=(0, GAP, 0, 0), header_style="none", show_edge=False)  # mpirun hides that it pipes
     for name in columns:
-        table.add_column(heads[name], no_wrap=True, max_width=room if name == "figure" else None)
+        named = name == "figure"
+        table.add_column(heads[name], no_wrap=not named, overflow="fold", max_width=room if named else None)
     for row in rows:
         table.add_row(*(Text(row[name]) for name in columns))
     console.width = max(console.width, others + room)  # lines that are too long for the terminal go on in its next line

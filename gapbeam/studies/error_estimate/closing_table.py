@@ -20,6 +20,7 @@ from gapbeam.studies.error_estimate.force_peaks import BEYOND_HORIZON, SECOND_HA
 
 MOST_ROWS, MOST_FORCES, MOST_STATISTICS = 8, 4, 3
 LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
+LEAST_IN_MS = 1.0e-4  # s: widths of means below it are in microseconds
 FORCES = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}")
 SHOWN_FIGURES = (f" {DISPLACEMENT}", f" {AXIAL_STRESS}", f" {VON_MISES_STRESS}", *FORCES)
 SHOWN_STATISTICS = (".rms", ".impact_rate")
@@ -87,7 +88,9 @@ def _row(one: FigureError) -> ClosingRow:
         verdict = NO_CONTACT
     elif one.own and one.value == 0.0 == one.error:
         verdict = USE
-    over = f" over {1e3 * one.window:.3g} ms" if one.name.endswith(f" {MEAN_FORCE}") and one.window else ""
+    over = ""
+    if one.window and one.name.endswith(f" {MEAN_FORCE}"):
+        over = f" over {1e3 * one.window:.3g} ms" if one.window >= LEAST_IN_MS else f" over {1e6 * one.window:.3g} us"
     return ClosingRow(one.name + over, with_unit(one.value, one.unit), plus_minus(one), verdict)
 
 

@@ -63,3 +63,17 @@ def test_two_holds_of_one_motion_are_one() -> None:
     free = free_motions(hold, operators, 1.0e4)
     assert free.shape == (operators.size, operators.size - 1)
     assert np.abs(hold @ free).max() < 1.0e-12
+
+
+@pytest.mark.parametrize(("asked", "kept", "root"), [(1.0, 3, 14.1371655), (2.0e4, 5, 20.4203522), (1.0e9, 39, np.inf)])
+def test_a_basis_has_all_modes_below_a_frequency_that_is_not_the_one_asked_for(
+    asked: float, kept: int, root: float
+) -> None:
+    """The first that it leaves out of two clamped bays is that of textbooks: (beta L)^2 sqrt(E I / rho A) / L^2."""
+    elements = TimoshenkoBeam(2 * BAY, 2 * IN_BAY, 2.0e3, 1.0e10, 0.5, 0.0).operators()
+    free = slice(2, elements.size - 2)
+    held = SparseOperators(*(csr_matrix(csr_matrix(one)[free, free]) for one in (elements.mass, elements.stiffness)))
+    cuts = np.array([2 * IN_BAY, 2 * IN_BAY + 1]) - 2
+    basis = span_basis(held, cuts, csr_matrix(np.eye(1, held.size, 8)), [], asked, 6)
+    assert basis.modes == 2 + 2 * min(kept, 2 * IN_BAY - 2)
+    assert basis.highest_mode == pytest.approx(root**2 / (2.0 * np.pi * BAY**2) * np.sqrt(2.0e3 / 0.5), rel=1e-3)

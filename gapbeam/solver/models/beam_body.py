@@ -177,7 +177,7 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     body, sparse = _on_parts(case, meshed, beam, settings.stations, "torsion" not in beam.motions)
     whole = settings.is_whole(len(beam.motions))
     shift, spans, holding = (2.0 * pi * overhang_frequency(case)) ** 2, None, None
-    acting, highest = acting_rows(case, body.patterns), 0.0
+    acting = acting_rows(case, body.patterns)
     bending = beam.parts[0]
     if not whole and isinstance(bending, BendingPart):
         highest = MODES_ABOVE * highest_frequency(case)
@@ -191,7 +191,7 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
         free = free_motions(holds, sparse, shift)
         holding = holding_shapes(body, body.contact, sparse.factor(shift, 1.0).solve, free)
         body, sparse = spanned(body, sparse, free)
-    report = None if spans is None else spans.report(sparse.dense, highest, len(acting))
+    report = None if spans is None else spans.report(sparse.dense, len(acting))
     seconds = {"mesh": meshed.seconds, "assembly": time.perf_counter() - started}
     return replace(body, operators=sparse.dense, holding=holding, basis=report, seconds=seconds)
 

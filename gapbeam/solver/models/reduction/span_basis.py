@@ -42,31 +42,34 @@ class SpanBasis:
     Attributes:
         columns: V, (n, r).
         modes: Number of columns that are modes of a span, or motions of a cut.
+        highest_mode: Frequency below which each span, with its cuts held, has all of its modes, Hz: at least that asked
+            for; infinite where none is left out.
         contact_shapes: Number of responses to contact forces.
         neglected: Share of the static flexibility of the contact faces in the spans that V has not.
     """
 
     columns: csr_matrix
     modes: int
+    highest_mode: float
     contact_shapes: int
     neglected: float
 
-    def report(self, operators: DenseOperators, highest: float, loads: int) -> BasisReport:
+    def report(self, operators: DenseOperators, loads: int) -> BasisReport:
         """Return the size and the error of the basis.
 
         Args:
             operators: M and K of the beam in it.
-            highest: Frequency up to which the modes of spans were kept, Hz.
             loads: Number of forces that are no contact.
         """
+        highest = float(np.sqrt(operators.modes[0].max()) / (2.0 * pi))
         return BasisReport(
             modes=self.modes,
-            highest_mode=highest,
+            highest_mode=min(self.highest_mode, highest),
             contact_shapes=self.contact_shapes,
             load_shapes=loads,
             size=operators.size,
             left_out=0,
-            highest=float(np.sqrt(operators.modes[0].max()) / (2.0 * pi)),
+            highest=highest,
             neglected=self.neglected,
             neglected_smooth=self.neglected,
         )
@@ -127,7 +130,7 @@ def span_basis(
     number = np.full(operators.size, -1)
     number[cuts] = np.arange(len(cuts))
     size = modes = len(cuts)
-    shapes, missed, whole = 0, 0.0, 0.0
+    shapes, missed, whole, complete = 0, 0.0, 0.0, np.inf
     for span in spans:
         near = stiffness[span]
         ends = np.setdiff1d(near.indices, span)
@@ -137,6 +140,7 @@ def span_basis(
         factor = cho_factor(own)
         squares, vibration = eigh(own, inertia)
         kept = max(fewest, int(np.searchsorted(squares, (2.0 * pi * highest) ** 2)))
+        complete = min([complete, *squares[kept : kept + 1]])
         acted = rows[:, span].tocsr()
         touched = acted[: contact.shape[0]]
         answers = _contact_responses(touched[np.unique(touched.nonzero()[0])].toarray(), factor)
@@ -153,7 +157,8 @@ def span_basis(
         whole += elastic
     values, places, columns = (np.concatenate(one) for one in zip(*entries, strict=True))
     found = csr_matrix(coo_matrix((values, (places, columns)), (operators.size, size)))
-    return SpanBasis(found, modes, shapes, max(missed / whole, 0.0) if whole > 0.0 else 0.0)
+    below = float(np.sqrt(complete) / (2.0 * pi))
+    return SpanBasis(found, modes, below, shapes, max(missed / whole, 0.0) if whole > 0.0 else 0.0)
 
 
 def _contact_responses(rows: Array, factor: tuple[Array, bool]) -> Array:

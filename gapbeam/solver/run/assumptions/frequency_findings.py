@@ -56,9 +56,10 @@ ON_MESH = Assumption(
     "mesh beside the wavelengths", "distance of nodes along the beam over the wavelength", "1", 0.125, None,
     "waves of these frequencies are not resolved; try a smaller mesh.size",
 )  # fmt: skip
+MORE_MODES = "more modes in [model]"
 IN_BASIS = Assumption(
     "basis beside the frequencies", "highest frequency with energy over the highest of the basis", "1", 1.0, None,
-    "the basis holds no modes of these frequencies; try more modes in [model]",
+    f"the basis holds no modes of these frequencies; try {MORE_MODES}",
 )  # fmt: skip
 SLENDER = Assumption(
     "beam model beside the wavelengths", "thickness over the wavelength", "1", THICKNESS_OF_WAVE,
@@ -103,9 +104,11 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
     else:
         spacing, finer = node_distance(model), ON_MESH
     yield Finding(finer, spacing / wave.length, detail=wave.words)
-    basis = model.body.basis
+    basis, held = model.body.basis, IN_BASIS
+    if isinstance(case.model, BeamModel):  # modes of spans, above the frequency of interest
+        held = replace(IN_BASIS, meaning=IN_BASIS.meaning.replace(MORE_MODES, "a larger time.frequency"))
     if basis is not None and basis.highest_mode > 0.0:
-        yield Finding(IN_BASIS, highest / basis.highest_mode, detail=f"{highest:.4g} Hz, {basis.highest_mode:.4g} Hz")
+        yield Finding(held, highest / basis.highest_mode, detail=f"{highest:.4g} Hz, {basis.highest_mode:.4g} Hz")
 
 
 class Wave(NamedTuple):

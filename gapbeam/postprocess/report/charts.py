@@ -150,8 +150,8 @@ MOST = 1600  # points of a curve: twice as many as a figure has pixels
 def envelope(x: FloatArray, y: FloatArray, most: int = MOST) -> tuple[FloatArray, FloatArray]:
     """Return the smallest and the largest value of each of `most`/2 intervals of a record, in their order.
 
-    A record that is short enough is returned as it is. Every peak is drawn at its height; what is lost is what happens
-    between them within an interval.
+    A record that is short enough is returned as it is. Every peak is drawn at its height; motion between
+    the two extremes of an interval is lost.
 
     Args:
         x: (n,), increasing.

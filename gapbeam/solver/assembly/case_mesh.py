@@ -39,7 +39,7 @@ def mesh_of_case(case: Case, comm: MPI.Comm, assembled: bool = True) -> TaggedMe
 
 
 def geometry_of(case: Case) -> BeamGeometry:
-    """Return the beam of a case, with the points that shall be nodes."""
+    """Return the beam of a case, with the points that must be nodes."""
     mesh, layout, profile = case.mesh, case.layout, case.profile
     section, steps = _sections(case)
     points = [point for load in case.load if (point := load.place.point) is not None]

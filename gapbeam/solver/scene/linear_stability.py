@@ -194,7 +194,7 @@ class IdleSupports:
 
 @checked
 def idle_supports(scene: Scene, supports: Sequence[str] | Mapping[str, float | tuple[float, float]]) -> IdleSupports:
-    """Return the number of supports that may be idle before a tube is unstable, over all sets of as many supports.
+    """Return the number of supports that may be idle, in any combination, before a tube becomes unstable.
 
     Args:
         scene: See `eigenvalues`, with its flow.

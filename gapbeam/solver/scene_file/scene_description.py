@@ -27,7 +27,7 @@ from gapbeam.solver.system.dense_operators import SparseOperators
 
 
 def flow_rows(read: ReadScene) -> tuple[Row, ...]:
-    """Return name, value and explanation of what is known of [[feedback]] before a run; none without it."""
+    """Return name, value and explanation of what [[feedback]] says before a run; nothing without it."""
     if not read.case.feedback:
         return ()
     scene = read.scene

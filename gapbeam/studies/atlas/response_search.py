@@ -71,7 +71,7 @@ class StrobeMap:
 
     @cached_property
     def resolved(self) -> Any:
-        """Modes that turn by less than 2.4 in a step, (n,); the midpoint rule hardly damps faster ones."""
+        """Modes whose phase advances by less than 2.4 rad a step, (n,); the midpoint rule hardly damps faster ones."""
         found = np.sqrt(self.scene.squares) * self.period.max() / self.steps < 2.0 * RESOLVED
         return found if found.any() else np.ones(self.scene.size, dtype=bool)
 

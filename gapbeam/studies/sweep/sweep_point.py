@@ -53,7 +53,7 @@ def random_response(
         history: Its records.
         statistics: Its statistics.
         after: Time from which peaks count, s; statistics find their own start.
-        notes: Gets what is to be said about it.
+        notes: Receives remarks.
         doubts: On the figures of its statistics.
 
     Raises:

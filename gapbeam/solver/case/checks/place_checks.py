@@ -358,7 +358,7 @@ def cells_fit_the_beam(beam: Beam, support: AnySupports, mesh: Mesh) -> Iterator
 
 
 def mesh_file_says_it_all(mesh: Mesh) -> Iterator[Fault]:
-    """A mesh file exists, and leaves nothing for the keys of the built mesh to say."""
+    """A mesh file exists, and no key of a built mesh is given beside it."""
     if mesh.file is None:
         return
     key, expected = ("mesh", "file"), "a gmsh file .msh, its path relative to the case file"

@@ -46,14 +46,14 @@ def color_code(_: Sphinx, tree: nodes.document) -> None:
             block["language"] = kinds.pop() if len(kinds) == 1 else "none"
 
 
-def mark_key_tables(_: Sphinx, tree: nodes.document) -> None:
-    """Mark tables of keys, whose rows become paragraphs on a phone."""
+def mark_stacked_tables(_: Sphinx, tree: nodes.document) -> None:
+    """Mark tables that begin with names, whose rows become paragraphs on a phone."""
     for table in tree.findall(nodes.table):
-        if next(table.findall(nodes.entry)).astext() == "key":
-            table["classes"].append("keys")
+        if next(table.findall(nodes.entry)).astext() in ("command", "file", "function", "key", "option", "tests"):
+            table["classes"].append("stacked")
 
 
 def setup(app: Sphinx) -> None:
     """Sphinx calls this."""
     app.connect("doctree-read", color_code)
-    app.connect("doctree-read", mark_key_tables)
+    app.connect("doctree-read", mark_stacked_tables)

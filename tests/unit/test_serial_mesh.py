@@ -128,3 +128,19 @@ def test_reference_cells_are_those_of_basix(cell: str) -> None:
     for degree in range(1, 11):
         both = zip(quadrature(cell, degree), basix.make_quadrature(kind, degree), strict=True)
         assert all(found == pytest.approx(expected, abs=1e-14) for found, expected in both)
+
+
+def test_watched_points_lie_farthest_from_the_axis_however_many_facets_there_are() -> None:
+    """Against the circle: most facets of a long tube are passed by, none in eight directions at its ends is."""
+    keys = [
+        'beam.section={type="tube",wall=0.001}',
+        "beam.width=0.012",
+        'mesh.cell="hexahedron"',
+        'model={type="rigid"}',
+    ]
+    meshed = mesh_beam(read_case(CASES / "demo.toml", ["mesh.dimension=3", *keys, *COARSE]), MPI.COMM_SELF)
+    found = surface_rows(meshed.space, np.concatenate(list(meshed.faces.values())))
+    places, angles = found.places[found.on_faces :], np.pi / 4.0 * np.arange(8)
+    for at_end in (places[:, 0] < 0.02, places[:, 0] > 0.46):
+        far = places[at_end, 1:] @ np.array([np.cos(angles), np.sin(angles)])
+        assert far.max(axis=0) == pytest.approx(0.006, rel=0.05)

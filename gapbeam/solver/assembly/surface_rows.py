@@ -1,7 +1,7 @@
 """Displacement and its gradient at points spread over the surface of a mesh, as rows on the DOFs.
 
-The largest strains and rotations of a bent beam lie at its surface. One point in the middle of a facet, of about two
-hundred facets along the beam, shows how large they get at the cost of short rows.
+The largest strains and rotations of a bent beam lie where its surface is farthest from the axis. One point in the
+middle of a facet, of a few hundred facets along the beam, shows how large they get at the cost of short rows.
 """
 
 from __future__ import annotations
@@ -18,9 +18,11 @@ from gapbeam.solver.assembly.contact_assembly import dof_interface
 from gapbeam.solver.assembly.face_quadrature import FacePoints, PointRule, along_beam, face_points, gather_points
 from gapbeam.solver.system.operators import Array, Indices, Interface
 
-MOST_POINTS = 192
+MOST_POINTS = 384
 MOST_ON_FACES = 32  # of base and gland together
 IN_THE_MIDDLE = PointRule(1)
+WAYS = {2: 2, 3: 8}  # across the beam, by its dimension
+AS_FAR = 1.0e-6  # of the distance of a facet from the axis
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class SurfaceRows:
     Attributes:
         interface: These DOFs.
         places: The points, (k, 3), m.
-        on_faces: Number of them on base and gland; they come first.
+        on_faces: Number of those spread over base and gland; they come first.
         displacement: (k d, interface.size), component by component of each point.
         gradient: (k d d, interface.size), du_i / dx_j, j running first.
         cell_middles: Where along the beam the cell is in which the gradient is taken, (k,), m.
@@ -54,8 +56,7 @@ def surface_rows(space: Any, faces: Indices) -> SurfaceRows:
     Collective.
     """
     mesh = space.mesh
-    outside = exterior_facets(mesh)
-    chosen = [_spread(mesh, faces, MOST_ON_FACES), _spread(mesh, np.setdiff1d(outside, faces), MOST_POINTS)]
+    chosen = [_spread(mesh, faces, MOST_ON_FACES), _outermost(mesh, exterior_facets(mesh), MOST_POINTS)]
     parts = [gather_points(mesh.comm, face_points(space, facets, IN_THE_MIDDLE, 1.0)) for facets in chosen]
     return rows_at(space, FacePoints.join(parts), len(parts[0].weights))
 
@@ -97,6 +98,30 @@ def _cell_middles(mesh: Any, cells: Indices) -> Array:
     found = np.zeros(len(cells))
     found[mine] = mesh.geometry.x[coordinate_dofs(mesh)[cells[mine] - first], 0].mean(axis=1)
     return np.asarray(mesh.comm.allreduce(found))
+
+
+def _outermost(mesh: Any, facets: Indices, most: int) -> Indices:
+    """Return the facets farthest from the axis in each way and part of the length, at most so many, of this rank.
+
+    Of facets that are as far, that is taken which is nearest to an end of the beam. Collective.
+    """
+    gathered = mesh.comm.allgather(facet_middles(mesh, facets))
+    first, places = sum(len(part) for part in gathered[: mesh.comm.rank]), np.concatenate(gathered)
+    ways = WAYS[mesh.geometry.dim]
+    order = along_beam(places)
+    low, size = places.min(axis=0), np.ptp(places, axis=0)
+    along, *across = ((places - low) / np.where(size > 0.0, size, 1.0)).T[: mesh.geometry.dim]
+    angles = 2.0 * np.pi / ways * np.arange(ways)
+    far = np.column_stack(across) @ np.array([np.cos(angles), np.sin(angles)])[: len(across)]
+    part = np.minimum((along * (most // ways)).astype(int), most // ways - 1)
+    kept = set[int]()
+    for one in np.unique(part):
+        here = order[part[order] == one]
+        for way in far[here].T:
+            farthest = here[way > way.max() - AS_FAR]
+            kept.add(int(farthest[0 if 2 * one < most // ways else -1]))
+    mine: Indices = np.sort(np.array(list(kept)) - first)
+    return np.asarray(facets)[mine[(mine >= 0) & (mine < len(facets))]]
 
 
 def _spread(mesh: Any, facets: Indices, most: int) -> Indices:

@@ -316,7 +316,7 @@ def figures(model: Model, places: Array, weights: Array) -> dict[str, float]:
     """
     contact, gaps = model.system.contact, _gaps(model)
     depths = places @ -gaps.T - contact.initial_gap
-    forces = contact.weights * model.law.spring.pressure(depths)
+    forces = contact.weights * model.law.static(depths).pressure
     inverse = np.linalg.inv(_dense(model).mass)
     speeds = np.sqrt(TEMPERATURE * np.einsum("ij,jk,ik->i", gaps, inverse, gaps))
     found: dict[str, float] = {}

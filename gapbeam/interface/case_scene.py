@@ -172,7 +172,7 @@ def _refusals(model: Model) -> Iterator[str]:
         yield 'Nitsche\'s method; choose [contact] formulation = "penalty"'
     if contact.rubbed is not None:
         yield "friction along the beam: a contact of a scene has its slip in the section plane"
-    if law.bends or law.why_not_compiled is not None:
+    if law.bends or law.spring.law:
         yield "a law that keeps a state or is piecewise; choose a spring with an exponent"
     if law.touch_product is not None:
         yield "damping that follows from the speed at touch; choose contact.damping"

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.contact.laws.damper import Damper, per_area
+from gapbeam.solver.compilation.jit import compiled_in_order
+from gapbeam.solver.contact.laws.damper import Damper, Parameters, per_area
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
-from gapbeam.solver.contact.laws.own_spring import OwnSpring
 from gapbeam.solver.schema.table import Positive
 from gapbeam.solver.system.operators import Array
 
@@ -35,11 +34,14 @@ class CubicStop(ChosenLaw):
         """Return the constant damper."""
         return Damper("kelvin-voigt", per_area(damping, areas))
 
-    def own_spring(self, stiffness: float | Array) -> OwnSpring:
-        """Return the cubic spring."""
-        k, s = stiffness, self.scale
-        return OwnSpring(
-            pressure=lambda d: np.asarray(k * (d + d**3 / s**2)),
-            slope=lambda d: np.asarray(k * (1.0 + 3.0 * (d / s) ** 2)),
-            potential=lambda d: np.asarray(k * (0.5 * d**2 + 0.25 * d**4 / s**2)),
-        )
+    @property
+    def own_spring(self) -> tuple[float, ...]:
+        """The scale s."""
+        return (self.scale,)
+
+
+@compiled_in_order
+def cubic_spring(at: Parameters, depth: float) -> tuple[float, float, float]:
+    """Return f(d) = d + d^3 / s^2, its slope and its integral, for d > 0; the parameter is s, m."""
+    square = (depth / at[0]) ** 2
+    return depth * (1.0 + square), 1.0 + 3.0 * square, depth * depth * (0.5 + 0.25 * square)

@@ -15,8 +15,10 @@ Overlay(Path(sys.argv[1])).lay()
 
 if __name__ == "__main__":
     import numpy as np
+    from gapbeam.solver.contact.laws.made_up_spring import CubicStop  # type: ignore[import-not-found]
 
     import gapbeam
+    from gapbeam.solver.contact.laws.contact_law import make_law
     from tests.programs.captured_call import captured
 
     case, results = sys.argv[2], Path(sys.argv[3])
@@ -40,7 +42,31 @@ if __name__ == "__main__":
             "energy": float(np.asarray(history["kinetic_energy"])[-1]),
         }
 
+    def missed(scale: float) -> float:
+        """Return by how much forms of the law miss closed forms, at drawn depths, also close to each other."""
+        drawn = np.random.default_rng(1)
+        old, new = scale * drawn.uniform(-2.0, 4.0, (2, 2000))
+        new[::2] = old[::2] * (1.0 + 1.0e-3 * drawn.uniform(-1.0, 1.0, 1000))
+        law = make_law(CubicStop(type="cubic-stop", scale=scale), drawn.uniform(1.0e6, 2.0e6, 2000), 1.0e-8)
+        stiffness, (before, after) = law.spring.stiffness, np.maximum([old, new], 0.0)
+        stored = [stiffness * (0.5 * d**2 + 0.25 * d**4 / scale**2) for d in (before, after)]
+        pressure = stiffness * (after + after**3 / scale**2)
+        mean, ahead = law.discrete_gradient(old, new, 1.0), 1.0e-5 * scale
+        rise = (law.discrete_gradient(old, new + ahead, 1.0).pressure - mean.pressure) / ahead
+        away = np.abs(new) > ahead  # the kink at touch has two slopes
+        missed = [
+            (law.static(new).pressure - pressure) / scale,
+            (law.endpoint(new, np.zeros(2000), 1.0).elastic - pressure) / scale,
+            (law.implicit(old, new, 1.0).pressure - pressure) / scale,
+            (law.softened(0.25).static(new).pressure - 0.25 * pressure) / scale,
+            (law.potential(new) - stored[1]) / scale**2,
+            (mean.pressure * (new - old) - stored[1] + stored[0]) / scale**2,
+            1.0e-6 * (rise - mean.slope)[away],
+        ]
+        return max(float(np.max(np.abs(one))) for one in missed) / 1.0e8
+
     words: dict[str, object] = {
+        "missed": {scale: missed(scale) for scale in (1.0e-9, 1.0e-3, 1.0)},
         "check": said("check", case),
         "fine": bounce("fine"),
         "coarse": bounce("coarse", "time.step=2e-3"),

@@ -16,7 +16,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
 from gapbeam.solver.contact.laws.damper import CoulombFriction, DampedPoint, Damper
 from gapbeam.solver.contact.laws.law_choice import FORMULAS, damping
-from gapbeam.solver.contact.laws.own_spring_law import LawGroup, mixed_law
+from gapbeam.solver.contact.laws.mixed_law import LawGroup, mixed_law
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.point_contact import friction_by_face

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 import gapbeam
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
-from gapbeam.solver.contact.laws.own_spring_law import LawGroup, mixed_law
+from gapbeam.solver.contact.laws.mixed_law import LawGroup, mixed_law
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.system.operators import Array

@@ -7,7 +7,6 @@ Runs, studies, predictions, benchmarks and Python sessions all go this way; they
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -266,9 +265,6 @@ class OpenBlock:
         return max(1, min(within, int(CADENCE / max(seconds, 1.0e-9))))
 
 
-LOG = logging.getLogger("gapbeam")
-
-
 @dataclass(frozen=True)
 class Wanted:
     """Request of a consumer for step blocks.
@@ -322,8 +318,6 @@ def marched(
     """
     if why_not_compiled(plan) is None:
         return _compiled(plan, start, accounts, recorder, wanted, comm)
-    if plan.law.why_not_compiled is not None:
-        LOG.info("marched step by step, not compiled: %s", plan.law.why_not_compiled)
     return step_blocks_of(march(plan, start), plan.steps, accounts, recorder, wanted, start, agreement(comm))
 
 

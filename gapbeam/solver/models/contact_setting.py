@@ -27,7 +27,7 @@ from gapbeam.solver.contact.laws.damper import CoulombFriction
 from gapbeam.solver.contact.laws.law_choice import KelvinVoigt
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.contact.laws.line_law import line_law, slower_return
-from gapbeam.solver.contact.laws.own_spring_law import LawGroup, mixed_law
+from gapbeam.solver.contact.laws.mixed_law import LawGroup, mixed_law
 from gapbeam.solver.contact.laws.yielding_law import shaped_law
 from gapbeam.solver.loads.support_walls import hole_shifts
 from gapbeam.solver.models.body import Body

@@ -12,7 +12,7 @@ Systems that are too large for their monodromy matrix are solved by Newton's met
 derivative of the period map is a march of a disturbance by linearized steps. Damping makes the map forget all but the
 lowest modes, so that few are needed.
 
-A dense system is mapped in modal coordinates, x = (q, v); laws that kernels lack are marched step by step.
+A dense system is mapped in modal coordinates, x = (q, v).
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -31,7 +30,6 @@ from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.tangent_kernel import monodromy_along
 from gapbeam.solver.march.stepwise_march import REFRESH_INTERVAL, EffectiveOperators, March, march
-from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.periodic.floquet import Stability, leading_multipliers, solve_identity_minus, stability_of
 from gapbeam.solver.periodic.shooting import SLACK, no_orbit
 from gapbeam.solver.system.accepted_step import Step
@@ -255,54 +253,6 @@ class _Counted:
         return self.period_map.disturbed(self.tangents, disturbance)
 
 
-class PassedPeriod(NamedTuple):
-    """A period.
-
-    Attributes:
-        end: Its end.
-        places: DOFs at the start and the ends of all steps, (steps + 1, n), m.
-        forces: Contact force of each face at these ends, (steps, faces), N.
-        halved: Steps that converged only in parts.
-    """
-
-    end: State
-    places: Array
-    forces: Array
-    halved: int
-
-
-def passed_period(plan: March, start: State) -> PassedPeriod:
-    """March all steps of a plan in Python.
-
-    Raises:
-        NotConverged: A step did not converge at the smallest size.
-    """
-    contact, end, halved = plan.system.contact, start, 0
-    places, forces = [start.u[VALUE]], list[Array]()
-    for step in march(plan, start):
-        halved += step.failures
-        end = step.refreshed or step.new
-        if step.completes:
-            places.append(end.u[VALUE])
-            point_forces = contact.weights * step.new.pressure
-            found = np.bincount(contact.faces, point_forces, minlength=len(contact.face_names))
-            forces.append(found.astype(float))
-    return PassedPeriod(end, np.array(places), np.array(forces), halved)
-
-
-def refuse_parts(passed: PassedPeriod, dt: float) -> None:
-    """Refuse a period along which no derivative is taken.
-
-    Raises:
-        NotConverged: Steps converged only in parts.
-    """
-    if passed.halved:
-        raise NotConverged(
-            f"{passed.halved} steps of {dt:.3g} s up to t = {passed.end.time:.6g} s converged only in parts, along "
-            "which no derivative is taken; take more steps or a softer contact"
-        )
-
-
 @dataclass(frozen=True)
 class ModalMap:
     """A period in whole midpoint steps.
@@ -356,19 +306,12 @@ class ModalMap:
 
     def after(self, x: Array) -> Array:
         """Return P(x), (2n,)."""
-        if self.law.why_not_compiled is not None:
-            return self.coordinates(passed_period(self.plan, self.state(x)).end)
         for block in self._loop.blocks(self.state(x), self.steps):
             end = block.motion
         return np.concatenate([end.q, end.v])
 
     def with_tangent(self, x: Array) -> tuple[Array, Array]:
         """Return P(x), (2n,), and P'(x), (2n, 2n)."""
-        if self.law.why_not_compiled is not None:
-            passed = passed_period(self.plan, self.state(x))
-            refuse_parts(passed, self.dt)
-            places = np.array([self.modal.coordinates(place) for place in passed.places])
-            return self.coordinates(passed.end), self.tangent_along(places)
         end, tangent = self._loop.tangent(self.state(x))
         return self.coordinates(end), tangent
 
@@ -397,9 +340,6 @@ class ModalMap:
 
     def history(self, x: Array) -> tuple[Array, Array]:
         """Return the DOFs at the start and the ends of all steps, (steps + 1, n), and face forces at the ends, N."""
-        if self.law.why_not_compiled is not None:
-            passed = passed_period(self.plan, self.state(x))
-            return passed.places, passed.forces
         records = [block.records for block in self._loop.blocks(self.state(x))]
         places = np.concatenate([x[None, : len(self.modal.squares)], *(part.q for part in records)])
         return self.modal.dofs(places), np.concatenate([part.force for part in records])

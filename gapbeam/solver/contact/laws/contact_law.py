@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.contact.laws.damper import NO_DAMPER, CoulombFriction, Damper, per_area
-from gapbeam.solver.contact.laws.law_choice import FORMULAS, LAWS, UNDAMPED
+from gapbeam.solver.contact.laws.damper import NO_DAMPER, CoulombFriction, Damper, padded, per_area
+from gapbeam.solver.contact.laws.law_choice import FORMULAS, LAWS, SPRINGS, UNDAMPED
 from gapbeam.solver.contact.laws.law_tables import IMPLICIT, MEAN, ChosenLaw
 from gapbeam.solver.contact.laws.point_law import (
     LawNumbers,
@@ -61,7 +61,7 @@ class ContactLaw:
         ramps: Stiffness over K and depth, m, of linear springs that begin at a depth; the sum does not fall.
 
     Raises:
-        ValueError: The damper is that of no law, or slow touches have no bound.
+        ValueError: The damper or the spring is that of no law, or slow touches have no bound.
     """
 
     spring: Spring
@@ -79,6 +79,8 @@ class ContactLaw:
         """Refuse a law without a formula."""
         if self.damper.law not in FORMULAS:
             raise ValueError(f"no damping formula of a law {self.damper.law!r}; there are {', '.join(FORMULAS)}")
+        if self.spring.law not in SPRINGS:
+            raise ValueError(f"no spring formula of a law {self.spring.law!r} in `law_choice.SPRINGS`")
         if self.touch_product is not None and not self.slowest_touch > 0.0:
             raise ValueError(
                 f"slowest_touch = {self.slowest_touch}: damping by the speed at touch needs a positive one"
@@ -92,17 +94,12 @@ class ContactLaw:
     @property
     def linear(self) -> bool:
         """True where closed contact is a linear spring, with a constant damper or none."""
-        return self.spring.exponent == 1.0 and self.damper.law == NO_DAMPER.law and not self.bends
+        return self.spring.exponent == 1.0 and self.damper.law == NO_DAMPER.law and not (self.bends or self.spring.law)
 
     @property
     def bends(self) -> bool:
         """True where the stiffness of closed contact changes at depths."""
         return bool(self.ramps)
-
-    @property
-    def why_not_compiled(self) -> str | None:
-        """Reason for which kernels do not take the law, in words; None where they do."""
-        return None
 
     @property
     def keeps_set(self) -> bool:
@@ -216,13 +213,15 @@ class ContactLaw:
         return LawNumbers(
             float(self.spring.exponent),
             FORMULAS[self.damper.law] if damped else UNDAMPED,
-            self.damper.padded,
+            padded(self.damper.law, self.damper.parameters),
             LAWS[self.damper.law].jumps and not self.damper.parameters,
             bool(self.adhesive),
             float(self.touch_depth),
             float(self.touch_product or 0.0),
             float(self.slowest_touch),
             0.0,
+            SPRINGS[self.spring.law],
+            padded(self.spring.law, self.spring.parameters),
             np.array(self.ramps).reshape(-1),
         )
 
@@ -263,8 +262,9 @@ def make_law(
         augmented: As in `ContactLaw`.
         slowest_touch: As in `ContactLaw`, m/s.
     """
+    own = chosen.own_spring
     return ContactLaw(
-        Spring(per_area(stiffness, areas), chosen.spring_exponent),
+        Spring(per_area(stiffness, areas), chosen.spring_exponent, "" if own is None else chosen.type, own or ()),
         chosen.damper(damping, areas),
         adhesive,
         touch_depth,

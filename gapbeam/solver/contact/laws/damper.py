@@ -68,16 +68,17 @@ class Damper:
     coefficient: float | Array = 0.0
     parameters: tuple[float, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Refuse more parameters than a formula is given."""
-        if len(self.parameters) > ROOM:
-            raise ValueError(f"{len(self.parameters)} parameters of the damper {self.law}; expected at most {ROOM}")
 
-    @property
-    def padded(self) -> Parameters:
-        """All `ROOM` parameters."""
-        first, second, third, fourth = (*map(float, self.parameters), *(0.0,) * (ROOM - len(self.parameters)))
-        return first, second, third, fourth
+def padded(law: str, parameters: tuple[float, ...]) -> Parameters:
+    """Return the `ROOM` parameters of a formula of a law.
+
+    Raises:
+        ValueError: There are more.
+    """
+    if len(parameters) > ROOM:
+        raise ValueError(f"{len(parameters)} parameters of the law {law}; expected at most {ROOM}")
+    first, second, third, fourth = (*map(float, parameters), *(0.0,) * (ROOM - len(parameters)))
+    return first, second, third, fourth
 
 
 NO_DAMPER = Damper("kelvin-voigt")

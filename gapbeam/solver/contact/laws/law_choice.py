@@ -1,6 +1,7 @@
-"""Contact laws: their tables, the union of them, and their damping formulas by number for compiled code.
+"""Contact laws: their tables, the union of them, and their formulas by number for compiled code.
 
-A law is added by its file, and here by an import, a place in the union, a number and a line of `damping`.
+A law is added by its file, and here by an import, a place in the union, a number and a line of `damping`; one whose
+spring is not K d^n also by a number and a line of `own_spring`.
 
 Kelvin and Voigt's law is a linear spring and a constant damper, p = K d + c d'; p jumps at touch.
 
@@ -40,7 +41,7 @@ from pydantic import Field
 
 from gapbeam.solver.compilation.jit import compiled_in_order
 from gapbeam.solver.contact.formulations.formulation_choice import ChosenFormulation
-from gapbeam.solver.contact.laws.damper import DampedPoint, Damper, per_area
+from gapbeam.solver.contact.laws.damper import DampedPoint, Damper, Parameters, per_area
 from gapbeam.solver.contact.laws.law_tables import (
     ChosenLaw,
     ComputedDamping,
@@ -302,4 +303,14 @@ def damping(formula: int, at: DampedPoint, depth: float) -> tuple[float, float, 
         return proportional_damping(at, depth)
     if formula == ADAMS_IMPACT:
         return stepped_damping(at, depth)
+    return nan, nan, nan
+
+
+SPRINGS = {"": 0}
+"""The number of each spring formula, by the name of the law that brings it; 0 is K d^n."""
+
+
+@compiled_in_order
+def own_spring(formula: int, at: Parameters, depth: float) -> tuple[float, float, float]:  # noqa: ARG001
+    """Return f(d), f'(d) and its integral for d > 0 by a formula; not numbers where the formula is not known."""
     return nan, nan, nan

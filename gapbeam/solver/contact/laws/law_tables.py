@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf
-from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -27,9 +27,6 @@ from gapbeam.solver.messages.errors import Fault
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.schema.table import NonNegative, Number, Positive, Table
 from gapbeam.solver.system.operators import Array
-
-if TYPE_CHECKING:
-    from gapbeam.solver.contact.laws.own_spring import OwnSpring
 
 
 class ComputedDamping(NamedTuple):
@@ -84,6 +81,11 @@ class ChosenLaw(Table):
         return 1.0
 
     @property
+    def own_spring(self) -> tuple[float, ...] | None:
+        """Parameters of the spring K f(d), f by the formula of the law in `law_choice`; None: K d^n."""
+        return None
+
+    @property
     def bends(self) -> tuple[tuple[float, float], ...]:
         """Depths, m, from which the stiffness is a multiple of K, and these factors; for most laws none."""
         return ()
@@ -117,15 +119,6 @@ class ChosenLaw(Table):
                 them. 1: they are per area already.
         """
         raise NotImplementedError
-
-    def own_spring(self, stiffness: float | Array) -> OwnSpring | None:
-        """Return the elastic pressure of the law, its slope and its potential; None: K d^n.
-
-        Args:
-            stiffness: K, per area, given or computed; one number or one at each point, (m,), Pa/m^n.
-        """
-        del stiffness
-        return None
 
     def computed_damping(
         self, stiffness: float, mass: float, adhesive: bool, units: tuple[str, str]

@@ -3,8 +3,10 @@
 With the penetration d = -g, the closed law is p = e(d) + c(d) d' for d > 0, p = 0 otherwise, clipped at p >= 0 unless
 the face may pull. At many points, rows of m points, (r, m), are filled in place.
 
-The elastic pressure is a spring and ramps, linear springs that begin at a depth, e = K (d^n + sum_j k_j <d - b_j>).
-Each has its potential and its discrete gradient in closed form, and so has the sum.
+The elastic pressure is a spring and ramps, linear springs that begin at a depth, e = K (f(d) + sum_j k_j <d - b_j>).
+f is d^n, whose discrete gradient has a closed form, or the formula of a law with its slope and its integral: the
+discrete gradient is then their difference quotient, or a quadrature of f where two depths are so close that the
+difference would cancel.
 
 A stop that yields is a linear spring whose plastic set s stays: d is counted from it, and pressing bends at the depth
 b = s h / (1 - h) + p_y / K beyond it and goes on with the slope h K; it returns along K. Over a step that starts with
@@ -22,9 +24,17 @@ import numpy as np
 
 from gapbeam.solver.compilation.jit import compiled_in_order, entry
 from gapbeam.solver.contact.laws.damper import DampedPoint, Parameters
-from gapbeam.solver.contact.laws.law_choice import UNDAMPED, damping
+from gapbeam.solver.contact.laws.law_choice import UNDAMPED, damping, own_spring
 from gapbeam.solver.contact.laws.law_tables import ENDPOINT, MEAN
-from gapbeam.solver.contact.laws.springs import spring_mean, spring_potential, spring_pressure, spring_slope
+from gapbeam.solver.contact.laws.springs import (
+    FAR_APART,
+    SHARES,
+    WEIGHTS,
+    spring_mean,
+    spring_potential,
+    spring_pressure,
+    spring_slope,
+)
 from gapbeam.solver.system.operators import Array, Indices
 
 
@@ -41,6 +51,8 @@ class LawNumbers(NamedTuple):
         touch_product: p = chi v0 where chi follows from the touch speed; 0: chi is given.
         slowest_touch: Speed as which slower touches are damped, m/s.
         softer: 1 - h of a law that yields; 0: it does not.
+        spring: Number of the formula of the spring, of `law_choice`; 0: K d^n.
+        own: Parameters of that formula.
         ramps: k_j and b_j, m, of each ramp, one after the other.
     """
 
@@ -53,6 +65,8 @@ class LawNumbers(NamedTuple):
     touch_product: float
     slowest_touch: float
     softer: float
+    spring: int
+    own: Parameters
     ramps: Array
 
 
@@ -60,7 +74,7 @@ class LawTable(NamedTuple):
     """Contact laws as numbers: one law at all points, or several of them side by side.
 
     Attributes:
-        rows: The `LawNumbers` of each law, (laws, 12 + 2 ramps); ramps that one does not have are of no stiffness.
+        rows: The `LawNumbers` of each law, (laws, 17 + 2 ramps); ramps that one does not have are of no stiffness.
         owner: The law of each point, (m,).
         by_touch: Whether the damper of a law follows from touch speeds.
         stiffness: K of each point, (m,).
@@ -116,13 +130,13 @@ class Point(NamedTuple):
     yield_depth: float
 
 
-BEFORE_RAMPS = 12  # columns of a row
+BEFORE_RAMPS = 17  # columns of a row
 
 
 def row_of(numbers: LawNumbers) -> Array:
-    """Return the numbers of a law as a row of a table, (12 + 2 ramps,)."""
-    exponent, formula, parameters, *others, ramps = numbers
-    return np.array([exponent, formula, *parameters, *others, *ramps], dtype=float)
+    """Return the numbers of a law as a row of a table, (17 + 2 ramps,)."""
+    exponent, formula, parameters, *others, own, ramps = numbers
+    return np.array([exponent, formula, *parameters, *others, *own, *ramps], dtype=float)
 
 
 @compiled_in_order
@@ -131,8 +145,8 @@ def numbers_at(law: LawTable, point: int) -> LawNumbers:
     row = law.rows[law.owner[point]]
     parameters = (row[2], row[3], row[4], row[5])
     return LawNumbers(
-        row[0], int(row[1]), parameters, row[6] > 0.0, row[7] > 0.0, row[8], row[9], row[10], row[11],
-        row[BEFORE_RAMPS:],
+        row[0], int(row[1]), parameters, row[6] > 0.0, row[7] > 0.0, row[8], row[9], row[10], row[11], int(row[12]),
+        (row[13], row[14], row[15], row[16]), row[BEFORE_RAMPS:],
     )  # fmt: skip
 
 
@@ -170,11 +184,37 @@ def bend_of(law: LawNumbers, point: Point) -> float:
 
 
 @compiled_in_order
+def own_parts(law: LawNumbers, stiffness: float, depth: float) -> tuple[float, float, float]:
+    """Return K f(d), its slope and its potential by the formula of the law, 0 for d <= 0."""
+    if depth <= 0.0:
+        return 0.0, 0.0, 0.0
+    pressure, slope, potential = own_spring(law.spring, law.own, depth)
+    return stiffness * pressure, stiffness * slope, stiffness * potential
+
+
+@compiled_in_order
+def own_mean(law: LawNumbers, stiffness: float, old: float, new: float) -> tuple[float, float]:
+    """Return the discrete gradient of K f(d) between two depths, and its slope in the second, as `spring_mean`."""
+    apart, mean, slope = new - old, 0.0, 0.0
+    if abs(apart) <= FAR_APART * max(abs(old), abs(new)):
+        for share, weight in zip(SHARES, WEIGHTS):  # noqa: B905 - compiled code knows no strict
+            pressure, rise, _ = own_parts(law, stiffness, old + share * apart)
+            mean, slope = mean + weight * pressure, slope + weight * share * rise
+        return mean, slope
+    pressure, _, stored = own_parts(law, stiffness, new)
+    mean = (stored - own_parts(law, stiffness, old)[2]) / apart
+    return mean, max((pressure - mean) / apart, 0.0)
+
+
+@compiled_in_order
 def elastic_pressure(law: LawNumbers, point: Point, depth: float) -> tuple[float, float]:
     """Return e(d) and its slope, with the set of the point."""
     beyond, stiffness = depth - point.plastic_set, point.stiffness
-    pressure = spring_pressure(stiffness, law.exponent, beyond)
-    slope = spring_slope(stiffness, law.exponent, beyond)
+    if law.spring == 0:
+        pressure = spring_pressure(stiffness, law.exponent, beyond)
+        slope = spring_slope(stiffness, law.exponent, beyond)
+    else:
+        pressure, slope, _ = own_parts(law, stiffness, beyond)
     for j in range(0, len(law.ramps), 2):
         pressure += spring_pressure(law.ramps[j] * stiffness, 1.0, beyond - law.ramps[j + 1])
         slope += spring_slope(law.ramps[j] * stiffness, 1.0, beyond - law.ramps[j + 1])
@@ -189,7 +229,10 @@ def elastic_pressure(law: LawNumbers, point: Point, depth: float) -> tuple[float
 def elastic_potential(law: LawNumbers, point: Point, depth: float) -> float:
     """Return psi(d), with the set that the penetration leaves."""
     beyond, stiffness = depth - max(set_after(law, point, depth), 0.0), point.stiffness
-    potential = spring_potential(stiffness, law.exponent, beyond)
+    if law.spring == 0:
+        potential = spring_potential(stiffness, law.exponent, beyond)
+    else:
+        potential = own_parts(law, stiffness, beyond)[2]
     for j in range(0, len(law.ramps), 2):
         potential += spring_potential(law.ramps[j] * stiffness, 1.0, beyond - law.ramps[j + 1])
     return potential
@@ -199,7 +242,10 @@ def elastic_potential(law: LawNumbers, point: Point, depth: float) -> float:
 def elastic_mean(law: LawNumbers, point: Point, old: float, new: float) -> tuple[float, float, float]:
     """Return the discrete gradient of the work of pressing, its slope in the second depth, and its elastic part."""
     before, beyond, stiffness = old - point.plastic_set, new - point.plastic_set, point.stiffness
-    mean, slope = spring_mean(stiffness, law.exponent, before, beyond)
+    if law.spring == 0:
+        mean, slope = spring_mean(stiffness, law.exponent, before, beyond)
+    else:
+        mean, slope = own_mean(law, stiffness, before, beyond)
     if law.softer == 0.0 and len(law.ramps) == 0:
         return mean, slope, mean
     for j in range(0, len(law.ramps), 2):
@@ -316,15 +362,6 @@ def fill_damping(law: LawTable, depth: Array, found: Array) -> None:
         for i in range(depth.shape[1]):
             beyond = depth[row, i] - law.yielding[i, 0]
             found[row, i] = damping_at(numbers_at(law, i), law.stiffness[i], law.coefficient[i], beyond)[0]
-
-
-@entry
-def fill_damping_parts(law: LawTable, depth: Array, found: Array) -> None:
-    """Set c(d), its slope and its integral, (3, r, m)."""
-    for row in range(depth.shape[0]):
-        for i in range(depth.shape[1]):
-            value, slope, integral = damping_at(numbers_at(law, i), law.stiffness[i], law.coefficient[i], depth[row, i])
-            found[0, row, i], found[1, row, i], found[2, row, i] = value, slope, integral
 
 
 @entry

@@ -1,7 +1,4 @@
-"""The elastic part of a contact law, per area: p = K d^n for d > 0.
-
-The formulas stand here once, at one point; `Spring` applies them to arrays, and kernels call them.
-"""
+"""The elastic part of a contact law, per area: p = K d^n for d > 0, at one point."""
 
 from __future__ import annotations
 
@@ -10,40 +7,29 @@ from math import frexp, prod
 
 import numpy as np
 
-from gapbeam.solver.compilation.jit import compiled_in_order, entry
+from gapbeam.solver.compilation.jit import compiled_in_order
 from gapbeam.solver.system.operators import Array
 
 FAR_APART = 1.0e-3  # of the depth: beyond it the difference quotient of the potential is exact enough
 _NODES, _TWICE = np.polynomial.legendre.leggauss(4)
-_SHARES, _WEIGHTS = np.asarray(0.5 * (1.0 + _NODES)), np.asarray(0.5 * _TWICE)
+SHARES, WEIGHTS = np.asarray(0.5 * (1.0 + _NODES)), np.asarray(0.5 * _TWICE)  # between two depths that are close
 
 
 @dataclass(frozen=True)
 class Spring:
-    """K > 0 (Pa/m^n) and n >= 1.
+    """K d^n, with K > 0 (Pa/m^n) and n >= 1, or K f(d) by the formula of a law.
 
     Attributes:
         stiffness: K, Pa/m^n, one number or one per point, (m,).
         exponent: n; 1 is linear, 1.5 that of Hertz.
+        law: Name of the law in a case file whose formula f is; empty: K d^n.
+        parameters: Parameters of that formula, at most `damper.ROOM` numbers.
     """
 
     stiffness: float | Array
     exponent: float = 1.0
-
-    def pressure(self, depth: Array) -> Array:
-        """Return K <d>^n, Pa; depths of any shape (..., m)."""
-        return self.pressure_and_slope(depth)[0]
-
-    def slope(self, depth: Array) -> Array:
-        """Return n K d^(n-1) where closed, else 0, Pa/m."""
-        return self.pressure_and_slope(depth)[1]
-
-    def pressure_and_slope(self, depth: Array) -> tuple[Array, Array]:
-        """Return K <d>^n, Pa, and n K d^(n-1) where closed, else 0, Pa/m."""
-        rows = rows_of(depth)
-        pressure, slope = np.empty_like(rows), np.empty_like(rows)
-        _fill_elastic(at_points(self.stiffness, rows.shape[1]), float(self.exponent), rows, pressure, slope)
-        return pressure.reshape(depth.shape), slope.reshape(depth.shape)
+    law: str = ""
+    parameters: tuple[float, ...] = ()
 
 
 def rows_of(depth: Array) -> Array:
@@ -116,18 +102,10 @@ def spring_mean(stiffness: float, exponent: float, old: float, new: float) -> tu
     apart = new - old
     if abs(apart) <= FAR_APART * max(abs(old), abs(new)):
         mean, slope = 0.0, 0.0
-        for share, weight in zip(_SHARES, _WEIGHTS):  # noqa: B905 - compiled code knows no strict
+        for share, weight in zip(SHARES, WEIGHTS):  # noqa: B905 - compiled code knows no strict
             between = old + share * apart
             mean += weight * spring_pressure(stiffness, exponent, between)
             slope += weight * share * spring_slope(stiffness, exponent, between)
         return mean, slope
     mean = (spring_potential(stiffness, exponent, new) - spring_potential(stiffness, exponent, old)) / apart
     return mean, max((spring_pressure(stiffness, exponent, new) - mean) / apart, 0.0)
-
-
-@entry
-def _fill_elastic(stiffness: Array, exponent: float, depth: Array, pressure: Array, slope: Array) -> None:
-    for row in range(depth.shape[0]):
-        for i in range(depth.shape[1]):
-            pressure[row, i] = spring_pressure(stiffness[i], exponent, depth[row, i])
-            slope[row, i] = spring_slope(stiffness[i], exponent, depth[row, i])

@@ -8,9 +8,11 @@ import numpy as np
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
 from gapbeam.solver.contact.laws.damper import per_area
+from gapbeam.solver.contact.laws.law_choice import FORMULAS, HUNT_CROSSLEY
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
-from gapbeam.solver.contact.laws.own_spring_law import own_spring_law
+from gapbeam.solver.contact.laws.own_spring import check_spring
 from gapbeam.solver.contact.laws.point_law import LawNumbers, LawTable
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array
 
 
@@ -54,7 +56,7 @@ class YieldingLaw(ContactLaw):
 
     def closed_slope(self, depth: Array) -> Array:
         """Return K where closed: small vibrations do not yield, Pa/m."""
-        return self.spring.slope(depth - self.plastic_set)
+        return np.where(depth > self.plastic_set, self.spring.stiffness, 0.0)
 
     def endpoint(self, depth: Array, rate: Array, rate_slope: float) -> StagePressure:
         """Refuse: only the work of midpoint steps is known.
@@ -88,10 +90,13 @@ def shaped_law(
         law: Its spring and its damper, of `contact_law.make_law`.
         areas: Areas that resultants at points are spread over, (m,), m^2; 1: figures are per area already.
         nominal: Nominal areas of whole supports, which a yield force is divided by, (m,) or one number, m^2.
+
+    Raises:
+        UserError: The spring is that of the law, and its functions do not belong together, or the damper is in
+            proportion to K d^n.
     """
-    own = chosen.own_spring(law.spring.stiffness)
-    if own is not None:
-        return own_spring_law(chosen.type, law, own)
+    if law.spring.law:
+        _check_own(law)
     if chosen.yield_point is not None:
         pressure, hardening = chosen.yield_point
         plain = YieldingLaw(law.spring, law.damper, law.adhesive, law.touch_depth, hardening=hardening)
@@ -101,3 +106,16 @@ def shaped_law(
     factors = [1.0, *(factor for _, factor in chosen.bends)]
     ramps = tuple((float(rise), depth) for rise, (depth, _) in zip(np.diff(factors), chosen.bends, strict=True))
     return replace(law, ramps=ramps)
+
+
+def _check_own(law: ContactLaw) -> None:
+    name, shape = law.spring.law, ContactLaw(replace(law.spring, stiffness=1.0))
+    if FORMULAS[law.damper.law] == HUNT_CROSSLEY and np.any(law.damper.coefficient):
+        known = " or ".join(one for one, formula in FORMULAS.items() if formula != HUNT_CROSSLEY)
+        raise UserError(
+            f"the law {name}: found the damper {law.damper.law}, chi K d^n, beside a spring of its own; expected the "
+            f"damper {known}, or one of its own"
+        )
+    check_spring(
+        name, law.touch_depth, lambda d: shape.static(d).pressure, lambda d: shape.static(d).slope, shape.potential
+    )

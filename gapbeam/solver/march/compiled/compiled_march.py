@@ -72,8 +72,6 @@ def why_not_compiled(plan: March) -> str | None:
         return "Nitsche's method: gaps and forces are not the same shapes"
     if kernel_of(plan.scheme) is None:
         return f"no kernel marches the scheme {plan.scheme.type}"
-    if law.why_not_compiled is not None:
-        return law.why_not_compiled
     if law.augmented is not None:
         return "augmented Lagrangian: multipliers in every step"
     if not law.stores_energy:

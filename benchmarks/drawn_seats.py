@@ -284,11 +284,10 @@ def _cone(simulation: Simulation) -> tuple[Array, Array]:
         for name, one in zip(NAMES, unit_motions(), strict=True)
         if name in (IN_PLANE if flat else ACROSS)
     ]
-    circles = contact.turning
     rows = []
     for point, (x, across) in enumerate(zip(contact.positions[:, 0], contact.across, strict=True)):
         moved = np.array([[size * _axis(one, x, name) for name in ("lateral", "vertical")] for one, size in motions])
-        if circles is not None and point in circles.points:
+        if point in contact.circles.points:
             rows += [*moved.T, *(-moved.T)]
         else:
             rows.append(moved @ (across if not flat else np.array([0.0, across[-1] or across[0]])))
@@ -360,7 +359,7 @@ def _unbalanced(simulation: Simulation, seat: Seat, openings: Array, works: Arra
     """Return the part of the loads that contact and restraint do not balance, joints and holes aside; empty: none."""
     model = simulation.model
     contact = model.system.contact
-    if contact.turning is not None or simulation.case.joint:
+    if contact.circles or simulation.case.joint:
         return ""
     forces = contact.weights * seat.state.pressure
     if np.any(forces < 0.0):

@@ -121,19 +121,17 @@ def _wave(beam: Structure, given: CaseLoad) -> Load:
 
 def _contacts(model: Model, beam: Structure) -> Iterator[Contact]:
     """Yield the contact of each point: with a half plane, or of each station in a round hole: with a disc."""
-    contact, circles = model.system.contact, model.system.contact.turning
+    contact, circles = model.system.contact, model.system.contact.circles
     laws, walls = _laws(model.law, contact.weights), _Walls(contact)
     rows = _of_all(contact, contact.gap_matrix, beam.size)
-    numbers, stations = np.zeros(len(contact.face_names), dtype=int), {}
-    if circles is not None:
-        planes = _of_all(contact, circles.plane, beam.size)
-        stations = {int(point): k for k, point in enumerate(circles.points)}
+    numbers, planes = np.zeros(len(contact.face_names), dtype=int), _of_all(contact, circles.plane, beam.size)
+    stations = {int(point): k for k, point in enumerate(circles.points)}
     for i, face in enumerate(contact.faces):
         name, alone = contact.face_names[face], len(contact.points_of_faces[face]) == 1
         numbers[face] += 1
         label = name if alone else f"{name} {numbers[face]}"
         moves, k = bool(contact.walls.motions), stations.get(i)
-        if circles is None or k is None:
+        if k is None:
             wall = partial(walls.outward, i) if moves else None
             region, where = HalfPlane(float(contact.initial_gap[i])), beam.point(-rows[i], name)
             yield Contact(where, region, laws[i], wall=wall, name=label)
@@ -166,7 +164,7 @@ def _refusals(model: Model) -> Iterator[str]:
         yield 'a full model has its mesh; choose [model] type = "reduced", "beam" or "rigid"'
     elif system.contact_is_massless:
         yield "contact points without mass move by the contact alone; leave out the redistribution of mass"
-    if contact.turning is not None and np.any(contact.turning.shifts[:, :, 2]):
+    if np.any(contact.circles.shifts[:, :, 2]):
         yield 'holes met as circles whose clearance changes in time; give them contact = "points"'
     if not contact.symmetric:
         yield 'Nitsche\'s method; choose [contact] formulation = "penalty"'

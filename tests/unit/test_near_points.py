@@ -16,13 +16,15 @@ from gapbeam.solver.march.compiled.turning_points import begin_near, choose_near
 from gapbeam.solver.system.modal_coordinates import modal_system
 from tests.shared.dense_beams import dense_beam, dense_shaft
 
+NO_STATIONS = np.zeros((0, 2, 0))
+
 
 def shaft() -> tuple[np.ndarray, np.ndarray, np.ndarray, AroundPoints]:
     """Return Phi, g0, R and the points around the sections of a shaft."""
     modal = modal_system(dense_shaft(sections=4))
     assert modal is not None
     contact = modal.system.contact
-    rows, around = around_points(modal.gaps, contact)
+    rows, around = around_points(modal.gaps, contact, modal.planes)
     assert around is not None
     return modal.gaps, contact.initial_gap, rows, around
 
@@ -44,11 +46,11 @@ def test_points_share_the_rows_of_their_sections() -> None:
 def test_points_of_other_bodies_keep_rows_of_their_own() -> None:
     """A beam between flat faces, and a shaft of which one point moves by itself."""
     flat = dense_beam()
-    assert around_points(flat.contact.gap_matrix.toarray(), flat.contact)[1] is None
+    assert around_points(flat.contact.gap_matrix.toarray(), flat.contact, NO_STATIONS)[1] is None
     contact = dense_shaft().contact
     gaps = contact.gap_matrix.toarray()
     gaps[5] *= 1.0 + 1.0e-6
-    assert around_points(gaps, contact)[1] is None
+    assert around_points(gaps, contact, NO_STATIONS)[1] is None
 
 
 @pytest.mark.parametrize("seed", range(5))

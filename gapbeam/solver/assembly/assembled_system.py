@@ -63,7 +63,7 @@ def in_stiffness(case: Case, one: Attached) -> bool:
 
 
 def roll_springs(case: Case) -> tuple[Attached, ...]:
-    """Return the weak spring that keeps a round beam in holes from turning about its axis; nothing without holes.
+    """Return the weak spring that keeps a round beam in holes from rotating about its axis; nothing without holes.
 
     It replaces the lateral restraint, which would pull the beam to the middle of a hole: that stiffness
     at the radius of the beam.

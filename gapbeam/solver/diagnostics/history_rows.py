@@ -110,7 +110,7 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
     """Return a state with the accounts at its time; the iterations are reported once. Collective."""
     contact, ledger, peaks = accounts.system.contact, accounts.ledger, accounts.peaks
     across = contact.across
-    if contact.turning is not None:
+    if contact.circles:
         across = contact.at(contact.interface.trace(state.u[VALUE], accounts.system.operators), state.time).across
     forces = contact.weights * state.pressure
     pressed = state.pressure > 0.0
@@ -175,10 +175,7 @@ def _joint_contact(accounts: Accounts, state: State, forces: Array, across: Arra
     if reactions is None:
         return None
     friction = None if state.traction is None else contact.weights[:, None] * state.traction
-    circles, turned = contact.turning, None
-    if circles is not None:
-        turned = (forces[:, None] * across)[circles.points].reshape(-1)
-    return reactions.of_contact(forces, friction, turned)
+    return reactions.of_contact(forces, friction, (forces[:, None] * across)[contact.circles.points].reshape(-1))
 
 
 NEAR = 1.0e-9  # of the length of the beam: supports at one place

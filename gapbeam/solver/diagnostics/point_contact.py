@@ -155,7 +155,7 @@ class PointContact:
         """
         contact = self.system.contact
         places, rates = self._traces(u), self._traces(v)
-        if contact.turning is not None:
+        if contact.circles:
             pairs = list(zip(places, rates, times, strict=True))
             speeds = np.array([contact.at(place, time).closing_speed(rate, time) for place, rate, time in pairs])
             return np.array([contact.depth(place, time) for place, _, time in pairs]), speeds

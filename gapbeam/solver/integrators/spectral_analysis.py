@@ -43,12 +43,12 @@ def scheme_error(scheme: TimeScheme, angles: Array) -> SchemeError:
     damping, error = np.empty(len(angles)), np.empty(len(angles))
     for place, angle in enumerate(angles):
         values = np.linalg.eigvals(scheme.amplification(float(angle)))
-        turning = values[np.imag(values) > 0.0]
-        if not len(turning):
+        swinging = values[np.imag(values) > 0.0]
+        if not len(swinging):
             largest = float(np.max(np.abs(values)))
             damping[place], error[place] = np.inf if largest < 1.0 else -np.inf, np.inf
             continue
-        pair = turning[np.argmax(np.abs(turning))]
+        pair = swinging[np.argmax(np.abs(swinging))]
         turned = float(np.angle(pair))
         damping[place] = -float(np.log(np.abs(pair))) / turned
         error[place] = float(angle) / turned - 1.0

@@ -158,8 +158,8 @@ def _without_rigid_motion(moved: Array, places: Array) -> Array:
             turn = np.zeros_like(places)
             turn[:, first], turn[:, second] = -arms[:, second], arms[:, first]
             turns.append(turn.reshape(-1))
-    turning, rest = np.stack(turns, axis=1), rest.reshape(len(places) * block, -1)
-    return np.asarray(rest - turning @ np.linalg.lstsq(turning, rest)[0])
+    rotations, rest = np.stack(turns, axis=1), rest.reshape(len(places) * block, -1)
+    return np.asarray(rest - rotations @ np.linalg.lstsq(rotations, rest)[0])
 
 
 def _rows(stiffness: PETSc.Mat) -> tuple[csr_matrix, Indices]:

@@ -56,8 +56,7 @@ def hole_shifts(loads: Sequence[Load], layout: Layout, contact: ContactOperator,
         contact: Operator with stations in round holes.
         dimension: 2 or 3.
     """
-    assert contact.turning is not None
-    faces, found = contact.faces[contact.turning.points], list[Array]()
+    faces, found = contact.faces[contact.circles.points], list[Array]()
     for load in loads:
         if isinstance(load.place, SupportWalls) and (support := moved_by(load.place, layout)) is not None:
             unit = _unit(load, dimension)

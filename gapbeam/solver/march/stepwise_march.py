@@ -81,9 +81,7 @@ def turning_step(
         NotConverged: A contact solve failed, or the directions did not settle.
     """
     operators = system.operators
-    circles, ends = system.contact.turning_at(old.time), system.contact.turning_at(old.time + dt)
-    assert circles is not None
-    assert ends is not None
+    circles, ends = system.contact.circles_at(old.time), system.contact.circles_at(old.time + dt)
     assert isinstance(condensed, CondensedOperator)  # stations are those of dense models
     interface = system.contact.interface
 
@@ -311,7 +309,7 @@ def whole_step(plan: March, state: State, dt: float, failures: int = 0, refineme
     """
     failed = False
     try:
-        advance = plan.scheme.advance if plan.system.contact.turning is None else partial(turning_step, plan.scheme)
+        advance = partial(turning_step, plan.scheme) if plan.system.contact.circles else plan.scheme.advance
         step = advance(plan.system, plan.operators.at(dt), plan.law, state, dt, plan.max_iterations)
     except NotConverged as failure:
         if failures >= plan.max_halvings:

@@ -203,7 +203,7 @@ def station_reactions(case: Case, body: Body, system: SemiDiscreteSystem) -> Rea
         found,
         pressure=contact.at_stations(found.pressure),
         friction=found.friction[:, : contact.friction_resultants.shape[1]],
-        turning=contact.folded(found.pressure),
+        stations=contact.folded(found.pressure),
     )
 
 

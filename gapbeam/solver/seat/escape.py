@@ -127,12 +127,10 @@ def find_escape(system: SemiDiscreteSystem, force: Array, rigid: RigidMotions) -
         return None
     values = np.column_stack([contact.interface.trace(shape, operators) for shape in rigid.shapes]) @ free
     matrix = contact.gap_matrix if contact.geometry_matrix is None else contact.geometry_matrix
-    circles, planes = contact.turning, np.ones(contact.size, dtype=bool)
-    if circles is not None:
-        planes[circles.points] = False
+    planes = np.ones(contact.size, dtype=bool)
+    planes[contact.circles.points] = False
     opened = np.unique(np.round(np.asarray(matrix @ values)[planes], 14), axis=0)
-    barred = None if circles is None else np.asarray(circles.plane @ values)
-    found = unopposed_motion((forces @ free) / largest, opened, free, barred)
+    found = unopposed_motion((forces @ free) / largest, opened, free, np.asarray(contact.circles.plane @ values))
     if found is None:
         return None
     sizes = free @ found

@@ -325,7 +325,7 @@ class _Search:
     def _iterate(self) -> Imaged:
         """Take an iteration, and return by how much the beam moved."""
         pressed = self._forces > 0.0
-        turns = self._contact.turning is not None
+        turns = len(self._contact.circles) > 0
         if self._condensed is None or turns or (self._share != 1.0 and not np.array_equal(pressed, self._held)):
             stiffness: float | Array = self._springs
             if self._share != 1.0:
@@ -362,7 +362,7 @@ class _Search:
         The penetration along them is a lower bound of the penetration itself, which the next iteration sees.
         """
         system, contact = self._system, self._contact
-        if contact.turning is not None:
+        if contact.circles:
             values = contact.interface.trace(self._u[VALUE], self._operators)
             held = replace(held, matrix=held.matrix + contact.holding(self._forces, values))
             system = replace(system, contact=contact.at(values))
@@ -446,15 +446,14 @@ def _stand_still(
         noise: By how much round-off moves it, where that is known, (n,), m.
         operators: Operators of the system.
     """
-    if (circles := contact.turning) is None:
-        return True
+    circles = contact.circles
     pressed = np.repeat(forces[circles.points] > 0.0, 2)
 
     def rolled(motion: Array) -> float:
         aside = np.abs(circles.plane @ contact.interface.trace(motion, operators))
         return float(np.max(aside, initial=0.0, where=pressed))
 
-    largest = float(np.max(np.abs(circles.clearances)))
+    largest = float(np.max(np.abs(circles.clearances), initial=0.0))
     hidden = 0.0 if noise is None else min(NOISE_SAFETY * rolled(noise), UNCERTAIN * largest)
     return rolled(moved) <= max(ROLLED * largest, hidden)
 

@@ -46,6 +46,10 @@ class Circles:
     clearances: Array
     shifts: Array = field(default_factory=lambda: np.zeros((0, 1, 3)))
 
+    def __len__(self) -> int:
+        """Return k."""
+        return len(self.points)
+
     def moved(self, walls: Array) -> Circles:
         """Return the stations with their holes elsewhere.
 
@@ -77,3 +81,9 @@ class Circles:
         """Return o = -z / s of a step from r0 to r1, (k, 2); 0 where both are 0."""
         lengths = (np.hypot(*before.T) + np.hypot(*after.T))[:, None]
         return np.asarray(-(before + after) / np.where(lengths > 0.0, lengths, 1.0))
+
+
+def no_circles(size: int) -> Circles:
+    """Return the stations of contact without round holes, on an interface of a size: none."""
+    none, rows = np.zeros(0), scipy.sparse.csr_matrix((0, size))
+    return Circles(none.astype(np.int64), (), rows, rows, none, none.reshape(0, 2), none)

@@ -65,16 +65,14 @@ class ModalSystem:
     @cached_property
     def planes(self) -> Array:
         """The motions of the axes of stations in round holes, (k, 2, n)."""
-        contact, circles = self.system.contact, self.system.contact.turning
-        assert circles is not None
+        contact, circles = self.system.contact, self.system.contact.circles
         moved = circles.plane @ traced_on(contact, self.shapes)
         return np.ascontiguousarray(moved.reshape(-1, 2, len(self.squares)))
 
     @cached_property
     def surfaces(self) -> Array:
         """The motions of the surfaces of these stations, (k, 4, n); for operators with tangents."""
-        contact, circles = self.system.contact, self.system.contact.turning
-        assert circles is not None
+        contact, circles = self.system.contact, self.system.contact.circles
         assert circles.surface is not None
         moved = circles.surface @ traced_on(contact, self.shapes)
         return np.ascontiguousarray(moved.reshape(-1, 4, len(self.squares)))

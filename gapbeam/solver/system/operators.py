@@ -287,7 +287,7 @@ class Reactions:
         loads: F, (r, loads).
         pressure: P, (r, m).
         friction: T, (r, m k).
-        turning: Effect of forces along y and z at the stations in round holes, (r, 2k); P is 0 there.
+        stations: Effect of forces along y and z at the stations in round holes, (r, 2k); P is 0 there.
     """
 
     displacement: Array | scipy.sparse.csr_matrix
@@ -295,7 +295,7 @@ class Reactions:
     loads: Array
     pressure: Array
     friction: Array
-    turning: Array | None = None
+    stations: Array | None = None
 
     def of_contact(self, forces: Array, friction: Array | None, turned: Array | None = None) -> Array:
         """Return the part of contact, (r,), N and N m.
@@ -306,8 +306,8 @@ class Reactions:
             turned: Forces along y and z at the stations in round holes, (2k,), N; None: there are none.
         """
         found = np.asarray(self.pressure @ forces)
-        if self.turning is not None and turned is not None:
-            found = found + self.turning @ turned
+        if self.stations is not None and turned is not None:
+            found = found + self.stations @ turned
         return found if friction is None else np.asarray(found + self.friction @ friction.reshape(-1))
 
     def total(self, u: Array, v: Array, factors: Array, of_contact: Array, operators: Operators) -> Array:

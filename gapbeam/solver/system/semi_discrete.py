@@ -23,7 +23,7 @@ import scipy
 from numpy.typing import NDArray
 
 from gapbeam.solver.supports.support import Face, Support
-from gapbeam.solver.system.circles import Circles
+from gapbeam.solver.system.circles import Circles, no_circles
 from gapbeam.solver.system.operators import (
     Array,
     Indices,
@@ -115,14 +115,14 @@ class ContactOperator:
         """Area of the beam's surface that each point stands for, (m,), m^2: all around at stations in round holes."""
         return self.weights
 
-    @property
-    def turning(self) -> Circles | None:
-        """The stations in round holes whose directions turn as the section moves; None: there are none."""
-        return None
+    @cached_property
+    def circles(self) -> Circles:
+        """The stations in round holes, whose directions follow the section: the gradient of |r| - c."""
+        return no_circles(self.interface.size)
 
-    def turning_at(self, time: float) -> Circles | None:  # noqa: ARG002
-        """Return the stations with their holes where they are at a time; None: there are none."""
-        return None
+    def circles_at(self, time: float) -> Circles:
+        """Return the stations with their holes where they are at a time."""
+        return self.circles.moved(self.walls.places(np.array([time]))[0]) if self.walls.motions else self.circles
 
     def at(self, interface_values: Array, time: float = 0.0) -> ContactOperator:  # noqa: ARG002
         """Return the operator with the directions that it has in a state: itself where none turns."""

@@ -96,7 +96,7 @@ def moved_clear(model: Model, u: Array, time: float, allowed: Array) -> tuple[Ar
             break
         shift = unit * found
         depth = contact.depth(values + traces @ shift, time)
-        if contact.turning is None or np.max(depth - allowed) <= CLEARED * unit:
+        if not contact.circles or np.max(depth - allowed) <= CLEARED * unit:
             break
     left = float(np.max(depth - allowed))
     return u + motions @ shift, float(np.abs(deeper @ shift).max()), left if left > CLEARED * unit else 0.0
@@ -114,8 +114,7 @@ def _pushed(model: Model) -> list[tuple[ContactOperator, Array]]:
     """Return the contact with stations that look up, and what its points have of that direction, (m,); and aside."""
     contact, found = model.system.contact, list[tuple[ContactOperator, Array]]()
     for axis in (1, 0) if contact.support.around else (1,):
-        stations = None if contact.turning is None else np.tile(np.eye(2)[axis], (len(contact.turning.points), 1))
-        turned = contact.turned(stations)
+        turned = contact.turned(np.tile(np.eye(2)[axis], (len(contact.circles), 1)))
         found.append((turned, turned.across[:, axis]))
     return found
 

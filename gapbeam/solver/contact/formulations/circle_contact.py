@@ -21,7 +21,7 @@ Source: LaBudde and Greenspan (1976), Numerische Mathematik 25, 323-346, for the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import pi
 
@@ -104,7 +104,7 @@ class CircleOperator(ContactOperator):
 
     around: ContactOperator
     kept: Indices
-    circles: Circles
+    circles: Circles = field()  # required: the default would be what other operators have
     opening: Array
     sections: bool = False
 
@@ -114,11 +114,6 @@ class CircleOperator(ContactOperator):
         found = self.weights.copy()
         found[self.circles.points] *= pi
         return found
-
-    @property
-    def turning(self) -> Circles:
-        """The stations."""
-        return self.circles
 
     @property
     def area(self) -> float:
@@ -165,13 +160,9 @@ class CircleOperator(ContactOperator):
         growths[:, self.circles.points] = self.circles.growths(opening)
         return replace(self.walls, growths=growths)
 
-    def turning_at(self, time: float) -> Circles:
-        """Return the stations with their holes where they are at a time."""
-        return self.circles.moved(self.walls.places(np.array([time]))[0]) if self.walls.motions else self.circles
-
     def at(self, interface_values: Array, time: float = 0.0) -> CircleOperator:
         """Return the operator in a state: stations open toward the middle of their holes."""
-        circles = self.turning_at(time)
+        circles = self.circles_at(time)
         return self.turned(-circles.directions(circles.places(interface_values)))
 
     def _tangents(self, opening: Array) -> csr_matrix:
@@ -198,7 +189,7 @@ class CircleOperator(ContactOperator):
     def depth(self, interface_values: Array, time: float = 0.0) -> Array:
         """Return the penetration, |r| - c at stations, (m,), m."""
         found = super().depth(interface_values, time)
-        circles = self.turning_at(time)
+        circles = self.circles_at(time)
         found[circles.points] = circles.penetrations(circles.places(interface_values))
         return found
 

@@ -54,7 +54,7 @@ from gapbeam.solver.messages.errors import NotConverged, RunError
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import ModalSystem, modal_system
 from gapbeam.solver.system.operators import Array, row_product
-from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, Snapshots, State
+from gapbeam.solver.system.semi_discrete import VALUE, Snapshots, State
 
 
 def why_not_compiled(plan: March) -> str | None:
@@ -76,20 +76,14 @@ def why_not_compiled(plan: March) -> str | None:
         return "augmented Lagrangian: multipliers in every step"
     if not law.stores_energy:
         return "impulses instead of a contact stiffness"
-    if system.contact.turning is not None and law.touch_product is not None:
+    circles, walls = system.contact.circles, system.contact.walls
+    if circles and law.touch_product is not None:
         return "damping that follows from touch speeds, at holes that are met as circles"
-    if system.contact.turning is not None and _others_move(system.contact):
+    if circles and walls.motions and np.any(np.delete(walls.growths, circles.points, axis=1)):
         return "supports that move beside holes that are met as circles"
     if plan.resolution is not None:
         return "adaptive steps"
     return None
-
-
-def _others_move(contact: ContactOperator) -> bool:
-    """Return whether walls move at points that are no stations in round holes."""
-    if contact.turning is None or not contact.walls.motions:
-        return False
-    return bool(np.any(np.delete(contact.walls.growths, contact.turning.points, axis=1)))
 
 
 Carried = tuple[Array, ...]

@@ -114,7 +114,7 @@ def way_of_station(around: AroundPoints | None, q: Array, new_q: Array, sliding:
     square = 0.0
     if around is not None:
         station = 0
-        while around.turning[station] != point:
+        while around.stations[station] != point:
             station += 1
         y, z, radius = around.directions[point, 0], around.directions[point, 1], around.holes[point, 3]
         length = sqrt(y * y + z * z)

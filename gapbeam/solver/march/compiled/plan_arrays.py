@@ -41,7 +41,7 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
     inverse: Array = np.asarray(1.0 / (mass + stiffness * modal.squares + dashpots * modal.modal_damping))
     updates, update_factors = inverse_updates(inverse, modal.dashpots.times(dashpots))
     rubs = plan.law.friction is not None
-    gaps, around = around_points(modal.gaps, contact, None if contact.turning is None else modal.planes)
+    gaps, around = around_points(modal.gaps, contact, modal.planes)
 
     def condensed(rows: Array) -> Array:
         updated = rows @ updates.T
@@ -134,11 +134,11 @@ def factor_rows(plan: March, first: int, steps: int) -> Array:
 def wall_rows(plan: March, first: int, steps: int) -> WallRows:
     """Return the motion of walls in some steps."""
     times = _times(plan, first, steps)
-    walls, points, circles = plan.system.contact.walls, plan.system.contact.size, plan.system.contact.turning
+    walls, points, circles = plan.system.contact.walls, plan.system.contact.size, plan.system.contact.circles
     growths = np.array(np.broadcast_to(walls.growths, (len(walls.motions), points)))
     holes: Array = np.zeros((0, 3))
     shifts: Array = np.zeros((len(walls.motions), 0, 3))
-    if circles is not None and walls.motions:
+    if circles and walls.motions:
         growths[:, circles.points] = 0.0
         holes, shifts = np.column_stack([circles.middles, circles.clearances]), circles.shifts
     return WallRows(
@@ -161,9 +161,9 @@ def room_for(table: Modal) -> Room:
 def sliding_rows(modal: ModalSystem) -> tuple[Array, Array]:
     """Return the motions of points along faces, and of surfaces at stations, in whole lanes; see `SlidingArrays`."""
     contact = modal.system.contact
-    turning = contact.measures_sliding and contact.turning is not None
-    tangents = widened(modal.tangents) if contact.measures_sliding else np.zeros((0, 0, 0))
-    return tangents, widened(modal.surfaces) if turning else np.zeros((0, 4, 0))
+    if not contact.measures_sliding:
+        return np.zeros((0, 0, 0)), np.zeros((0, 4, 0))
+    return widened(modal.tangents), widened(modal.surfaces)
 
 
 def room_for_records(
@@ -220,10 +220,10 @@ def _room_for_snapshots(size: int, points: int, steps: int, every: int) -> Snaps
 
 def _turning_levers(modal: ModalSystem) -> Array:
     """Return the effect of forces along y and z at the stations in round holes on the forces of joints, (t, 2, r)."""
-    circles, reactions = modal.system.contact.turning, modal.system.reactions
-    if circles is None or reactions is None or reactions.turning is None:
+    reactions = modal.system.reactions
+    if reactions is None or reactions.stations is None:
         return np.zeros((0, 2, 0))
-    return np.ascontiguousarray(reactions.turning.T.reshape(len(circles.points), 2, -1))
+    return np.ascontiguousarray(reactions.stations.T.reshape(len(modal.system.contact.circles), 2, -1))
 
 
 def _sliding(modal: ModalSystem, accounts: Accounts, slides: tuple[Array, Array], rows: int) -> SlidingArrays:

@@ -57,7 +57,7 @@ class AroundPoints(NamedTuple):
         free: What the step adds to the guess as long as the contact forces stay, (k,), m.
         bound: Largest motion of each section in the step, (k / 2,), m.
         pressed: 1 for sections with a point under pressure, else 0, (k / 2,).
-        turning: Points that are stations in round holes, (t,).
+        stations: Points that are stations in round holes, (t,).
         holes: Middle m and clearance c of the hole of each station at the start of the step, the radius of its section,
             and m and c at the end of the step; NaN at points whose directions are fixed, (m, 7), m.
         shared: Room for the equations of the motions s.
@@ -81,14 +81,12 @@ class AroundPoints(NamedTuple):
     free: Array
     bound: Array
     pressed: Array
-    turning: Indices
+    stations: Indices
     holes: Array
     shared: SharedMotions
 
 
-def around_points(
-    gaps: Array, contact: ContactOperator, planes: Array | None = None
-) -> tuple[Array, AroundPoints | None]:
+def around_points(gaps: Array, contact: ContactOperator, planes: Array) -> tuple[Array, AroundPoints | None]:
     """Return R, and the points around it; Phi and None where hardly any points share their motions, or walls move.
 
     Stations in round holes are always there, and so are all other points beside them.
@@ -96,21 +94,20 @@ def around_points(
     Args:
         gaps: Phi, (m, n).
         contact: Its points.
-        planes: The motions of the axes of the stations, (t, 2, n); None: there are none.
+        planes: The motions of the axes of the stations, (t, 2, n).
     """
-    if not contact.support.around or (contact.walls.motions and contact.turning is None):
+    if not contact.support.around or (contact.walls.motions and not contact.circles):
         return gaps, None
     sections = _sections(gaps, contact, planes)
     if sections is None:
         return gaps, None
     rows = np.concatenate([motions for _, motions in sections])
-    if contact.turning is None and WORTH * len(rows) > len(gaps):
+    if not contact.circles and WORTH * len(rows) > len(gaps):
         return gaps, None
     starts = np.cumsum([0, *(len(points) for points, _ in sections)])
     members, points = np.concatenate([points for points, _ in sections]), contact.size
     numbers = np.empty(points, dtype=np.int64)
     numbers[members] = np.repeat(np.arange(len(sections)), np.diff(starts))
-    circles = contact.turning
     return rows, AroundPoints(
         pairs=np.stack([2 * numbers, 2 * numbers + 1], axis=1),
         directions=np.array(contact.across, order="C"),
@@ -130,25 +127,22 @@ def around_points(
         free=np.zeros(len(rows)),
         bound=np.zeros(len(rows) // 2),
         pressed=np.zeros(len(rows) // 2),
-        turning=np.zeros(0, dtype=np.int64) if circles is None else circles.points.astype(np.int64),
+        stations=contact.circles.points.astype(np.int64),
         holes=_holes(contact),
         shared=room_for_motions(len(rows)),
     )
 
 
-def _sections(gaps: Array, contact: ContactOperator, planes: Array | None) -> list[tuple[Indices, Array]] | None:
+def _sections(gaps: Array, contact: ContactOperator, planes: Array) -> list[tuple[Indices, Array]] | None:
     """Return the points of each section along the beam, and the two rows by which they move.
 
     A station is a section of its own. Beside stations, a point that shares no rows has its own; else there are none.
     """
     x, largest = contact.positions[:, 0], float(np.abs(gaps).max())
     members = np.argsort(x, kind="stable")
-    apart = np.diff(x[members]) > SAME_PLACE * np.ptp(x)
-    stations = dict[int, Array]()
-    if planes is not None and contact.turning is not None:
-        stations = {int(point): plane for point, plane in zip(contact.turning.points, planes, strict=True)}
-        turns = np.isin(members, contact.turning.points)
-        apart |= turns[1:] | turns[:-1]
+    stations = {int(point): plane for point, plane in zip(contact.circles.points, planes, strict=True)}
+    turns = np.isin(members, contact.circles.points)
+    apart = (np.diff(x[members]) > SAME_PLACE * np.ptp(x)) | turns[1:] | turns[:-1]
     found = list[tuple[Indices, Array]]()
     for section in np.split(members, np.flatnonzero(apart) + 1):
         if int(section[0]) in stations:
@@ -171,18 +165,17 @@ def _fitted(directions: Array, gaps: Array) -> Array:
 
 def _holes(contact: ContactOperator) -> Array:
     """Return middle, clearance and radius of each station, middle and clearance again, NaN at other points, (m, 7)."""
-    found, circles = np.full((contact.size, 7), np.nan), contact.turning
-    if circles is not None:
-        hole = np.column_stack([circles.middles, circles.clearances])
-        found[circles.points] = np.column_stack([hole, circles.radii, hole])
+    found, circles = np.full((contact.size, 7), np.nan), contact.circles
+    hole = np.column_stack([circles.middles, circles.clearances])
+    found[circles.points] = np.column_stack([hole, circles.radii, hole])
     return found
 
 
 def _least_gaps(contact: ContactOperator, members: Indices, starts: Indices) -> Array:
     """Return the smallest g0 of each section, (k / 2,), m; of stations whose holes move -inf: they may always touch."""
     gaps = contact.initial_gap.copy()
-    if contact.turning is not None and contact.walls.motions:
-        gaps[contact.turning.points] = -np.inf
+    if contact.walls.motions:
+        gaps[contact.circles.points] = -np.inf
     return np.asarray(np.minimum.reduceat(gaps[members], starts[:-1]))
 
 

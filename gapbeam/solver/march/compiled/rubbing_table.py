@@ -26,13 +26,12 @@ def rubbing_table(modal: ModalSystem, gaps: Array, around: AroundPoints | None) 
         gaps: G or, of points around sections, R, (g, n): the first rows.
         around: The points around sections; None: others.
     """
-    tangents, circles = modal.tangents, modal.system.contact.turning
+    tangents, stations = modal.tangents, modal.system.contact.circles.points
     points, along = tangents.shape[:2]
     rows, count, own = list[Array](), len(gaps), np.zeros(points, dtype=np.int64)
     alone = np.ones(points, dtype=bool)
-    if circles is not None:  # all but the motion along x turns, see `rubbing_points.aim`
-        own[circles.points] = count + modal.surfaces.shape[1] * np.arange(len(circles.points))
-        rows, count, alone[circles.points] = [*modal.surfaces], count + modal.surfaces[..., 0].size, False
+    own[stations] = count + modal.surfaces.shape[1] * np.arange(len(stations))  # their directions: `rubbing_points.aim`
+    rows, count, alone[stations] = [*modal.surfaces], count + modal.surfaces[..., 0].size, False
     shares = list[tuple[Indices, int, _Section]]()
     for members in [] if around is None or along == 1 else np.split(around.members, around.starts[1:-1]):
         assert around is not None

@@ -196,7 +196,7 @@ def move_walls(walls: WallRows, step: int, room: Room, around: AroundPoints | No
             room.opening_speed[i] += speed * growth
     if around is not None:
         for station in range(len(walls.holes)):
-            point = around.turning[station]
+            point = around.stations[station]
             for axis in range(3):
                 start, end = walls.holes[station, axis], walls.holes[station, axis]
                 for motion in range(len(walls.loads)):
@@ -214,7 +214,7 @@ def wall_work(walls: WallRows, step: int, motion: int, room: Room, around: Aroun
         pressed += walls.growths[motion, i] * force_at(room, i)
     if around is not None:
         for station in range(len(walls.holes)):
-            point = around.turning[station]
+            point = around.stations[station]
             growth = walls.shifts[motion, station, 2]
             for axis in range(2):
                 growth -= around.directions[point, axis] * walls.shifts[motion, station, axis]

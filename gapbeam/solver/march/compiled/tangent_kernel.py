@@ -124,7 +124,7 @@ def monodromy_along(modal: ModalSystem, law: ContactLaw, implicit: bool, dt: flo
     """
     contact = modal.system.contact
     depths = -(contact.initial_gap + places @ modal.gaps.T)
-    if contact.turning is None:
+    if not contact.circles:
         return monodromy(modal, law, implicit, dt, depths)
     return _with_stations(modal, law, implicit, dt, places, depths)
 
@@ -132,8 +132,7 @@ def monodromy_along(modal: ModalSystem, law: ContactLaw, implicit: bool, dt: flo
 def _with_stations(
     modal: ModalSystem, law: ContactLaw, implicit: bool, dt: float, places: Array, depths: Array
 ) -> Array:
-    contact, circles = modal.system.contact, modal.system.contact.turning
-    assert circles is not None
+    contact, circles = modal.system.contact, modal.system.contact.circles
     n, stations = len(modal.squares), len(circles.points)
     fixed = np.setdiff1d(np.arange(contact.size), circles.points)
     rows = np.concatenate([modal.gaps[fixed], modal.planes.reshape(-1, n)])

@@ -50,7 +50,7 @@ def hole_growth(around: AroundPoints, point: int) -> float:
 def stay_holes(around: AroundPoints | None) -> None:
     """Put holes back to where they were at the start of a step."""
     if around is not None:
-        for point in around.turning:
+        for point in around.stations:
             for axis in range(3):
                 around.holes[point, END + axis] = around.holes[point, START + axis]
 
@@ -78,7 +78,7 @@ def aim(around: AroundPoints | None, found: Solution, first: bool) -> float:
                 change = turn(around, point, first)
                 if not first and (found.pressure[point] != 0.0 or touches(around, point)):
                     largest = max(largest, change)
-        if len(around.turning) > 0:
+        if len(around.stations) > 0:
             found.factor.filled[0] = 0
     return largest
 
@@ -129,7 +129,7 @@ def far(around: AroundPoints, place: Array, point: int, at: int) -> float:
 def set_far(around: AroundPoints | None, depth: Array) -> None:
     """Set the penetrations of stations to |r| - c, at the s in `motions`, (m,), m."""
     if around is not None:
-        for point in around.turning:
+        for point in around.stations:
             depth[point] = far(around, around.motions, point, END)
 
 
@@ -144,7 +144,7 @@ def point_outward(around: AroundPoints | None, q: Array, across: Array) -> None:
     """
     if around is not None:
         set_place(around, q, around.motions)
-        for point in around.turning:
+        for point in around.stations:
             y, z = from_middle(around, around.motions, point, END)
             length = np.sqrt(y * y + z * z)
             across[point, 0] = -y / length if length > 0.0 else 0.0
@@ -167,7 +167,7 @@ def record_turning(
     """
     if around is not None:
         for station in range(len(levers)):
-            point = around.turning[station]
+            point = around.stations[station]
             for k in range(len(joints)):
                 arm = across[point, 0] * levers[station, 0, k] + across[point, 1] * levers[station, 1, k]
                 joints[k] += weights[point] * pressure[point] * arm

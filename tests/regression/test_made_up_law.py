@@ -24,7 +24,10 @@ CHANGES = (
     ("PiecewiseLinear | ElasticPlastic,", "PiecewiseLinear | ElasticPlastic | GrowingLaw,"),
     ("HUNT_CROSSLEY, ADAMS_IMPACT = range(4)", "HUNT_CROSSLEY, ADAMS_IMPACT, GROWING = range(5)"),
     ('"adams-impact": ADAMS_IMPACT}', '"adams-impact": ADAMS_IMPACT, "growing": GROWING}'),
-    ("    return nan,", "    if formula == GROWING:\n        return growing_damping(at, depth)\n    return nan,"),
+    (
+        "stepped_damping(at, depth)\n",
+        "stepped_damping(at, depth)\n    if formula == GROWING:\n        return growing_damping(at, depth)\n",
+    ),
 )
 
 

@@ -6,7 +6,6 @@ import json
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -17,10 +16,9 @@ from scipy.optimize import brentq
 
 from gapbeam.solver.contact.laws import law_choice
 from gapbeam.solver.contact.laws.contact_law import make_law
-from gapbeam.solver.contact.laws.damper import NO_DAMPER, Damper
+from gapbeam.solver.contact.laws.damper import Damper
 from gapbeam.solver.contact.laws.law_choice import SPRINGS
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
-from gapbeam.solver.contact.laws.yielding_law import shaped_law
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array
 from tests.programs.made_up_spring import CubicStop
@@ -139,17 +137,25 @@ def test_a_cubic_stop_is_marched_with_its_spring(tmp_path: Path) -> None:
     assert (status, "2 of 2" in words) == (0, True), words
 
 
+class Proportional(CubicStop):
+    """A cubic stop with a damper that knows K d^n."""
+
+    def damper(self, damping: float | Array, areas: float | Array) -> Damper:
+        """Return Hunt and Crossley's damper."""
+        del damping, areas
+        return Damper("hunt-crossley", 1.0)
+
+
 def test_a_spring_without_a_formula_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """A law without a number, or without a line; Hunt and Crossley's damper is chi K d^n, whatever spring there is."""
     table = CubicStop(type="cubic-stop", scale=S)
     with pytest.raises(ValueError, match="no spring formula of a law 'cubic-stop'"):
         make_law(table, K, 1.0e-8)
     monkeypatch.setitem(SPRINGS, "cubic-stop", 1)
-    law = replace(make_law(table, K, 1.0e-8), damper=Damper("hunt-crossley", 1.0))
-    with pytest.raises(UserError, match="cubic-stop: found the damper hunt-crossley"):
-        shaped_law(table, law)
     with pytest.raises(UserError, match="cubic-stop: found a potential"):  # its number has no line
-        shaped_law(table, replace(law, damper=NO_DAMPER))
+        make_law(table, K, 1.0e-8)
+    with pytest.raises(UserError, match="cubic-stop: found the damper hunt-crossley"):
+        make_law(Proportional(type="cubic-stop", scale=S), K, 1.0e-8)
 
 
 def test_names_that_nothing_asks_for_are_refused() -> None:

@@ -12,7 +12,6 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.contact.formulations.circle_contact import circle_contact
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.law_choice import Law
-from gapbeam.solver.contact.laws.yielding_law import shaped_law
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun
 from gapbeam.solver.supports.regions.around_face import BoreFace
@@ -35,7 +34,7 @@ def law_of(table: Mapping[str, object], stiffness: float, damping: float = 0.0, 
         adhesive: Whether the damper may pull.
     """
     chosen = LAWS.validate_python(table)
-    return shaped_law(chosen, make_law(chosen, stiffness, 1.0e-6, damping, adhesive=adhesive, slowest_touch=1.0e-4))
+    return make_law(chosen, stiffness, 1.0e-6, damping, adhesive=adhesive, slowest_touch=1.0e-4)
 
 
 def masses_in_holes(

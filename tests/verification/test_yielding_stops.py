@@ -14,7 +14,6 @@ import gapbeam
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic, PiecewiseLinear
-from gapbeam.solver.contact.laws.yielding_law import shaped_law
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from tests.shared.interrupted import differing, run_in_parts
@@ -30,7 +29,7 @@ MIDPOINT = ["discrete-gradient", "implicit-midpoint"]
 def yielding(hardening: float = 0.0) -> ContactLaw:
     """Return the stop that yields."""
     chosen = ElasticPlastic(type="elastic-plastic", yield_pressure=YIELD, hardening=hardening)
-    return shaped_law(chosen, make_law(chosen, STIFFNESS, 1.0e-8))
+    return make_law(chosen, STIFFNESS, 1.0e-8)
 
 
 def deepest(hardening: float) -> float:
@@ -102,7 +101,7 @@ def test_a_mass_thrown_at_a_stop_that_stiffens(name: str) -> None:
     """Deepest by energy: k d1^2 / 2 + k d1 (d - d1) + f k (d - d1)^2 / 2 = m v^2 / 2, and the speed returns."""
     first, factor = 1.0e-3, 8.0
     chosen = PiecewiseLinear(type="piecewise-linear", depths=(first,), factors=(factor,))
-    law = shaped_law(chosen, make_law(chosen, STIFFNESS, 1.0e-8))
+    law = make_law(chosen, STIFFNESS, 1.0e-8)
     system = stopped_oscillator()
     steps = steps_of(system, law, SCHEMES[name], start(system, v=SPEED), 1.0e-5, 800)
     left = ENERGY / STIFFNESS - 0.5 * first**2
@@ -122,7 +121,7 @@ def test_the_compiled_loop_takes_the_same_steps(name: str, hardening: float | No
     law, first = yielding(hardening or 0.0), start(stopped_oscillator(), v=SPEED)
     if hardening is None:
         chosen = PiecewiseLinear(type="piecewise-linear", depths=(1.0e-3, 1.5e-3), factors=(8.0, 2.0))
-        law = shaped_law(chosen, make_law(chosen, STIFFNESS, 1.0e-8, damping=20.0))
+        law = make_law(chosen, STIFFNESS, 1.0e-8, damping=20.0)
     plan = March(system, law, SCHEMES[name], EffectiveOperators(system, SCHEMES[name]), 2.0e-4, 1500)
     steps, loop = list(march(plan, first)), CompiledLoop(plan).follow(first, 1500)
     assert sum(one.new.depth[0] > 0.0 >= one.old.depth[0] for one in steps) > 1

@@ -28,7 +28,6 @@ from gapbeam.solver.contact.laws.law_choice import KelvinVoigt
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.contact.laws.line_law import line_law, slower_return
 from gapbeam.solver.contact.laws.mixed_law import LawGroup, mixed_law
-from gapbeam.solver.contact.laws.yielding_law import shaped_law
 from gapbeam.solver.loads.support_walls import hole_shifts
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.joint_reactions import reactions_of
@@ -239,11 +238,10 @@ def _made(
 ) -> ContactLaw:
     contact = case.contact
     adhesive, augmented = contact.tension == "adhesive", contact.formulation.left_by_multipliers
-    made = make_law(
+    return make_law(
         law, stiffness, touch_depth(case), damping, areas,
-        adhesive=adhesive, augmented=augmented, slowest_touch=slowest_touch(case),
+        adhesive=adhesive, augmented=augmented, slowest_touch=slowest_touch(case), nominal=nominal,
     )  # fmt: skip
-    return shaped_law(law, made, areas, nominal)
 
 
 def _taken(value: float | Array, points: Indices) -> float | Array:

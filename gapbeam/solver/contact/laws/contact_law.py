@@ -18,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.contact.laws.damper import NO_DAMPER, CoulombFriction, Damper, padded, per_area
-from gapbeam.solver.contact.laws.law_choice import FORMULAS, LAWS, SPRINGS, UNDAMPED
+from gapbeam.solver.contact.laws.law_choice import FORMULAS, HUNT_CROSSLEY, LAWS, SPRINGS, UNDAMPED
 from gapbeam.solver.contact.laws.law_tables import IMPLICIT, MEAN, ChosenLaw
+from gapbeam.solver.contact.laws.own_spring import check_spring
 from gapbeam.solver.contact.laws.point_law import (
     LawNumbers,
     LawTable,
@@ -32,6 +33,7 @@ from gapbeam.solver.contact.laws.point_law import (
     row_of,
 )
 from gapbeam.solver.contact.laws.springs import Spring, at_points, rows_of
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array
 
 
@@ -59,6 +61,10 @@ class ContactLaw:
         augmented: Penetration that multipliers leave, relative to the penalty alone; None: none are used.
         slowest_touch: Speed as which slower touches are damped where there is a touch_product, m/s.
         ramps: Stiffness over K and depth, m, of linear springs that begin at a depth; the sum does not fall.
+        yield_pressure: p_y of a linear spring without a set, Pa, one number or one of each point, (m,); None: it does
+            not yield. Midpoint rules march laws that do.
+        hardening: h, slope of loading beyond it over K, 0 <= h < 1.
+        plastic_set: s, (m,), m; 0: no point has yielded.
 
     Raises:
         ValueError: The damper or the spring is that of no law, or slow touches have no bound.
@@ -74,6 +80,9 @@ class ContactLaw:
     friction: CoulombFriction | None = None
     slowest_touch: float = 0.0
     ramps: tuple[tuple[float, float], ...] = ()
+    yield_pressure: float | Array | None = None
+    hardening: float = 0.0
+    plastic_set: float | Array = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a law without a formula."""
@@ -99,29 +108,34 @@ class ContactLaw:
     @property
     def bends(self) -> bool:
         """True where the stiffness of closed contact changes at depths."""
-        return bool(self.ramps)
+        return bool(self.ramps) or self.keeps_set
 
     @property
     def keeps_set(self) -> bool:
         """True where points yield and keep a plastic set."""
-        return False
+        return self.yield_pressure is not None
 
     def yielded_by(self, plastic_set: Array | None) -> ContactLaw:
         """Return the law of points that have plastic sets, (m,), m; itself where nothing yields."""
-        del plastic_set
-        return self
+        return replace(self, plastic_set=plastic_set) if self.keeps_set and plastic_set is not None else self
 
     def set_after(self, depth: Array) -> Array:
-        """Return the plastic sets that are left of penetrations, (m,), m: none."""
-        return np.zeros_like(depth)
+        """Return the plastic sets that are left of penetrations, (m,), m."""
+        if self.yield_pressure is None:
+            return np.zeros_like(depth)
+        most = (1.0 - self.hardening) * (depth - self.yield_pressure / self.spring.stiffness)
+        return np.maximum(most, self.plastic_set)
 
     def closed_slope(self, depth: Array) -> Array:
-        """Return the slope of the law in small vibrations about penetrations, (m,), Pa/m."""
+        """Return the slope of the law in small vibrations about penetrations, which do not yield, (m,), Pa/m."""
+        if self.keeps_set:
+            return np.where(depth > self.plastic_set, self.spring.stiffness, 0.0)
         return self.static(depth).slope
 
     def softened(self, share: float) -> ContactLaw:
-        """Return the law with a share of its stiffness and, where that is in proportion to it, of its damping."""
-        return replace(self, spring=replace(self.spring, stiffness=share * self.spring.stiffness))
+        """Return the law with a share of its stiffness and of what is in proportion to it: damping, yield pressure."""
+        limit = None if self.yield_pressure is None else share * self.yield_pressure
+        return replace(self, spring=replace(self.spring, stiffness=share * self.spring.stiffness), yield_pressure=limit)
 
     def touched_at(self, speed: Array | None) -> ContactLaw:
         """Return the law for contacts that began at these speeds, (m,), m/s; itself where that makes no difference."""
@@ -179,7 +193,12 @@ class ContactLaw:
             depth: d, (m,), m.
             rate: d', (m,), m/s.
             rate_slope: Derivative of d' with respect to d in the scheme, 1/s.
+
+        Raises:
+            ValueError: The law yields: only the work of midpoint steps is known.
         """
+        if self.keeps_set:
+            raise ValueError("a contact law that yields at one instant; expected a midpoint rule, which knows its work")
         rows = rows_of(depth)
         found = np.empty((3, *rows.shape))
         fill_endpoint(self.table(rows.shape[1]), rows, rows_of(rate), float(rate_slope), found)
@@ -197,13 +216,16 @@ class ContactLaw:
         return {}
 
     def _table(self, size: int) -> LawTable:
+        yielding = np.zeros((size, 2))
+        if self.yield_pressure is not None:
+            yielding[:, 0], yielding[:, 1] = self.plastic_set, self.yield_pressure / self.spring.stiffness
         return LawTable(
             row_of(self.numbers)[None],
             np.zeros(size, dtype=np.int64),
             self.touch_product is not None,
             at_points(self.spring.stiffness, size),
             at_points(self.damper.coefficient, size),
-            np.zeros((size, 2)),
+            yielding,
         )
 
     @cached_property
@@ -219,7 +241,7 @@ class ContactLaw:
             float(self.touch_depth),
             float(self.touch_product or 0.0),
             float(self.slowest_touch),
-            0.0,
+            1.0 - self.hardening if self.keeps_set else 0.0,
             SPRINGS[self.spring.law],
             padded(self.spring.law, self.spring.parameters),
             np.array(self.ramps).reshape(-1),
@@ -248,6 +270,7 @@ def make_law(
     adhesive: bool = False,
     augmented: float | None = None,
     slowest_touch: float = 0.0,
+    nominal: float | Array = 1.0,
 ) -> ContactLaw:
     """Return the contact law, per area, of a table of a case file.
 
@@ -261,9 +284,15 @@ def make_law(
         adhesive: Whether the damper may pull.
         augmented: As in `ContactLaw`.
         slowest_touch: As in `ContactLaw`, m/s.
+        nominal: Nominal areas of whole supports, which a yield force is divided by, (m,) or one number, m^2.
+
+    Raises:
+        UserError: A law with a spring of its own has functions that do not belong together, or a damper in proportion
+            to K d^n.
     """
-    own = chosen.own_spring
-    return ContactLaw(
+    own, (limit, hardening) = chosen.own_spring, chosen.yield_point or (None, 0.0)
+    factors = [1.0, *(factor for _, factor in chosen.bends)]
+    law = ContactLaw(
         Spring(per_area(stiffness, areas), chosen.spring_exponent, "" if own is None else chosen.type, own or ()),
         chosen.damper(damping, areas),
         adhesive,
@@ -271,6 +300,25 @@ def make_law(
         chosen.touch_product,
         augmented,
         slowest_touch=slowest_touch,
+        ramps=tuple((float(rise), depth) for rise, (depth, _) in zip(np.diff(factors), chosen.bends, strict=True)),
+        yield_pressure=None if limit is None else per_area(limit, nominal if chosen.yields_as_whole else areas),
+        hardening=hardening,
+    )
+    if own is not None:
+        _check_own(law)
+    return law
+
+
+def _check_own(law: ContactLaw) -> None:
+    name, shape = law.spring.law, ContactLaw(replace(law.spring, stiffness=1.0))
+    if FORMULAS[law.damper.law] == HUNT_CROSSLEY and np.any(law.damper.coefficient):
+        known = " or ".join(one for one, formula in FORMULAS.items() if formula != HUNT_CROSSLEY)
+        raise UserError(
+            f"the law {name}: found the damper {law.damper.law}, chi K d^n, beside a spring of its own; expected the "
+            f"damper {known}, or one of its own"
+        )
+    check_spring(
+        name, law.touch_depth, lambda d: shape.static(d).pressure, lambda d: shape.static(d).slope, shape.potential
     )
 
 

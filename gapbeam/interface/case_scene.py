@@ -17,6 +17,7 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import NO_DAMPER
+from gapbeam.solver.contact.laws.mixed_law import MixedLaw
 from gapbeam.solver.loads.time_function import Harmonic
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.contact_pair import Contact
@@ -170,6 +171,11 @@ def _refusals(model: Model) -> Iterator[str]:
         yield 'Nitsche\'s method; choose [contact] formulation = "penalty"'
     if contact.rubbed is not None:
         yield "friction along the beam: a contact of a scene has its slip in the section plane"
+    laws = [law, *(one for _, one in law.groups)] if isinstance(law, MixedLaw) else [law]
+    yield from dict.fromkeys(refusal for one in laws for refusal in _refusals_of_law(one))
+
+
+def _refusals_of_law(law: ContactLaw) -> Iterator[str]:
     if law.bends or law.spring.law:
         yield "a law that keeps a state or is piecewise; choose a spring with an exponent"
     if law.touch_product is not None:
@@ -186,6 +192,9 @@ def _refusals(model: Model) -> Iterator[str]:
 
 def _laws(law: ContactLaw, weights: Array) -> list[ForceLaw]:
     """Return the law of each contact point, of forces: the area of the point times the law of pressures."""
+    if isinstance(law, MixedLaw):
+        made = {i: one for at, part in law.groups for i, one in zip(at, _laws(part, weights[at]), strict=True)}
+        return [made[i] for i in range(len(weights))]
     stiffness = np.broadcast_to(law.spring.stiffness, weights.shape) * weights
     coefficient = np.broadcast_to(law.damper.coefficient, weights.shape)
     if law.spring.exponent == 1.0 and law.damper.law == NO_DAMPER.law:

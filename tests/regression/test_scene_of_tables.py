@@ -9,6 +9,7 @@ import pytest
 
 import gapbeam
 from gapbeam.interface.case_scene import scene_of_model
+from gapbeam.solver.contact.laws.mixed_law import MixedLaw
 from tests.shared.command import PROJECT
 
 STEPS = 100
@@ -55,6 +56,18 @@ def compare(case: str, overrides: dict[str, Any]) -> None:
 def test_tables_that_a_scene_carries(name: str) -> None:
     """Each alone, on the coarse beam that is pushed hard."""
     compare("stability.toml", MARCHED[name])
+
+
+@pytest.mark.slow(minutes=0.1)
+def test_each_support_keeps_its_law() -> None:
+    """Dampers by a restitution on one pier; a law that scenes do not have is refused at any of them."""
+    own = RIGID | {"support.1.law": {"type": "kelvin-voigt", "restitution": 0.6}}
+    assert isinstance(gapbeam.model(CASES / "piers.toml", own).model.law, MixedLaw)
+    contacts = gapbeam.scene(CASES / "piers.toml", own).contacts
+    assert [one.law.values[1] > 0.0 for one in contacts] == [one.name.startswith("second") for one in contacts]
+    damped = {"type": "adams-impact", "damping": 1.0e5, "full_depth": 1.0e-5, "exponent": 1.0}
+    with pytest.raises(gapbeam.UserError, match="the damper of the law"):
+        gapbeam.scene(CASES / "piers.toml", RIGID | {"support.1.law": damped})
 
 
 @pytest.mark.parametrize("name", REFUSED)

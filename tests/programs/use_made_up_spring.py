@@ -70,7 +70,6 @@ if __name__ == "__main__":
         "check": said("check", case),
         "fine": bounce("fine"),
         "coarse": bounce("coarse", "time.step=2e-3"),
-        "stages": bounce("stages", "time.scheme=generalized-alpha"),
         "linear": bounce("linear", "contact.law=kelvin-voigt"),
         "stiff": bounce("stiff", "contact.law.scale=1e-3"),
         "damped": bounce("damped", "contact.damping=2e3"),

@@ -10,12 +10,14 @@ from __future__ import annotations
 import gc
 import json
 import logging
+import os
 import re
 import sys
 import time
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import Annotated, NoReturn
 
 import typer
@@ -26,7 +28,7 @@ from gapbeam.commands.compile_ahead import compile_
 from gapbeam.commands.drawing import export, fmu, plot, render, report, view, watch
 from gapbeam.commands.new import new
 from gapbeam.commands.study_choice import STUDIES
-from gapbeam.commands.terminal import CaseArgument, Overrides, print_closing
+from gapbeam.commands.terminal import CaseArgument, Overrides
 from gapbeam.commands.tradeoff import judged_by, level_within
 from gapbeam.process.failing_ranks import abort_together, first_rank, on_one_rank
 from gapbeam.process.launcher import end_with_launcher, leave
@@ -132,14 +134,14 @@ def run(
     ran = run_file(case, overrides, output, overwrite, resume, asked_error, of, longest)
     outcome = ran if taken is None else judged_by(ran, taken)
     if first_rank():
-        from rich.console import Console
+        from gapbeam.studies.error_estimate.closing_table import closing_lines
 
-        console = Console(stderr=outcome.exit_status != 0, soft_wrap=True, highlight=False)
+        stream, lines = sys.stderr if outcome.exit_status else sys.stdout, list[str]()
         if outcome.exit_status in (0, DOUBTFUL):  # the message of a failure is in the log already
-            console.print(f"done: {harmless(with_options(outcome.message))}", markup=False)
+            lines.append(f"done: {harmless(with_options(outcome.message))}")
             if closing := outcome.summary.get("closing"):
-                print_closing(closing, console)
-        console.print(f"results: {harmless(outcome.folder)}", markup=False)
+                lines += map(harmless, closing_lines(closing, get_terminal_size().columns))
+        print(*lines, f"results: {harmless(outcome.folder)}", sep="\n", file=stream)
     return outcome.exit_status
 
 
@@ -198,6 +200,7 @@ for study in STUDIES:
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line and leave with its exit status."""
     _leave_what_loads()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # they are looked for in every installed package
     if arguments is None:
         outlive_the_screen()
         arguments = words_of_the_command()

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
     from gapbeam.studies.engine.workers import Workers
 LOG = logging.getLogger("gapbeam")
-GAP = 2  # spaces between columns
 LINE = 30.0  # s between plain lines where there is no terminal
 
 
@@ -40,28 +39,6 @@ def print_study(tables: Iterable[RenderableType], lines: Iterable[object], width
         console.print(table, markup=False)
     for line in lines:
         console.print(str(line), markup=False)
-
-
-def print_closing(closing: Mapping[str, Any], console: Console) -> None:
-    """Print the table that closes a run, as its summary has it; long names of figures go on in further lines."""
-    from rich.table import Table
-    from rich.text import Text
-
-    rows, columns = closing["rows"], list(closing["rows"][0]) if closing["rows"] else []
-    heads = {name: f"figure, {closing['part']}" if name == "figure" and closing["part"] else name for name in columns}
-    widths = {name: max(len(heads[name]), *(len(row[name]) for row in rows)) for name in columns}
-    others = sum(widths.values()) + GAP * len(columns) - widths.get("figure", 0)
-    room = max(console.width - others, len(heads.get("figure", "")))
-    table = Table(box=None, padding=(0, GAP, 0, 0), header_style="none", show_edge=False)  # mpirun hides that it pipes
-    for name in columns:
-        named = name == "figure"
-        table.add_column(heads[name], no_wrap=not named, overflow="fold", max_width=room if named else None)
-    for row in rows:
-        table.add_row(*(Text(row[name]) for name in columns))
-    console.width = max(console.width, others + room)  # lines that are too long for the terminal go on in its next line
-    console.print(table)
-    if closing["others"]:
-        console.print(f"{closing['others']} more in summary.json", markup=False)
 
 
 class Bar:

@@ -9,7 +9,6 @@ from gapbeam.solver.run.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.table import Table
 
 
 class UserOutcome(Outcome):
@@ -37,18 +36,8 @@ class UserOutcome(Outcome):
         return [dict(row) for row in (self.summary.get("errors") or {}).get("figures", ())]
 
     def _repr_html_(self) -> str:
+        from gapbeam.studies.error_estimate.closing_table import closing_lines
         from gapbeam.studies.printed_results import as_html
 
-        return as_html([repr(self), *self._closing()])
-
-    def _closing(self) -> list[Table]:
-        """Return the closing table, where there is one."""
-        from rich.table import Table
-
-        rows = self.summary.get("closing", {}).get("rows")
-        if not rows:
-            return []
-        table = Table(*rows[0])
-        for row in rows:
-            table.add_row(*row.values())
-        return [table]
+        closing = self.summary.get("closing")
+        return as_html([repr(self), *(closing_lines(closing) if closing else ())])

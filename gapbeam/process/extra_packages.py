@@ -1,10 +1,11 @@
-"""Packages of extras: advice where gapbeam imports one that is not installed, and the order in which libraries load."""
+"""Finders of packages: advice where an extra is not installed, the order in which libraries load, and late ones."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from importlib.machinery import PathFinder
+from importlib.machinery import ModuleSpec, PathFinder
+from importlib.util import LazyLoader
 from types import ModuleType
 
 MESHED = ("mpi4py", "dolfinx", "petsc4py", "slepc4py", "basix", "ufl", "gmsh")
@@ -19,6 +20,7 @@ PART_OF = {"basix": "dolfinx", "ufl": "dolfinx", "mpl_toolkits": "matplotlib", "
 WITHOUT_FEM = 'cases with model.type = "beam" or "rigid", files with [[structure]] and scenes'
 OF_WHEEL = "dolfinx_solver"  # DOLFINx, petsc4py and slepc4py from PyPI
 ON_MPI = ("dolfinx", "petsc4py", "slepc4py", OF_WHEEL)
+LATE = ("numpy.f2py", "numpy.testing", "pydoc", "yaml")  # scipy and numba import them, and no run uses them
 
 
 class MissingExtraError(ModuleNotFoundError):
@@ -59,10 +61,22 @@ class _Order:
                 from mpi4py import MPI  # noqa: F401
 
 
+class _Late:
+    """Second finder of modules: some load on first use, not when they are imported."""
+
+    @staticmethod
+    def find_spec(name: str, path: Sequence[str] | None = None, _target: ModuleType | None = None) -> ModuleSpec | None:
+        """Find a module of `LATE`; leave others to other finders."""
+        spec = PathFinder.find_spec(name, path) if name in LATE else None
+        if spec is not None and spec.loader is not None:
+            spec.loader = LazyLoader(spec.loader)
+        return spec
+
+
 def find_extra_packages() -> None:
-    """Put both finders in place."""
+    """Put the finders in place."""
     if _Advice not in sys.meta_path:
-        sys.meta_path.insert(0, _Order)
+        sys.meta_path[:0] = [_Order, _Late]
         sys.meta_path.append(_Advice)
 
 

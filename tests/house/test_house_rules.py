@@ -47,7 +47,9 @@ MODULE_NAMES = {"util", "utils", "helper", "helpers", "manager", "managers", "ha
 BANNED_PARTS = {"util", "utils", "helper", "helpers", "manager", "managers", "disp", "vel", "master", "slave"}
 HANDLERS = {"handler", "handlers"}  # what the modules logging and signal call their own; elsewhere not used
 # "context manager" is a word of the language.
-BANNED_WORDS = re.compile(r"\b(disp|vel|helpers?|(?<!context )managers?|utils?|masters?|slaves?)\b", re.IGNORECASE)
+BANNED_WORDS = re.compile(
+    r"\b(disp|vel|helpers?|(?<!context )managers?|(?<!importlib\.)utils?|masters?|slaves?)\b", re.IGNORECASE
+)
 
 
 def name_of(path: Path) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 from dataclasses import replace
 
@@ -10,10 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rich.console import Console
 
 import gapbeam
-from gapbeam.commands.terminal import print_closing
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.reading.case_reader import read_case_text
@@ -22,7 +19,7 @@ from gapbeam.solver.models.model import build_body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table
+from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_lines, closing_table
 from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, companion_motions
 from gapbeam.studies.error_estimate.companions import (
     COARSER,
@@ -258,15 +255,16 @@ def test_harmonics_that_differ_by_phase_alone_have_errors(phase: float, order: i
     assert found[name].error == pytest.approx(2.0 * 2.0e-3 * size * np.sin(0.5 * phase), rel=1e-3, abs=1e-9)
 
 
-def test_the_closing_table_is_plain_text_where_mpirun_feigns_a_terminal() -> None:
-    """No escape sequences come into what a user pipes from mpirun, whose ranks write to a pseudo-terminal."""
+def test_the_closing_table_says_of_which_part_it_is_and_what_it_leaves_out() -> None:
+    """A table without rows has the latter alone."""
     row = {"figure": "tip", "value": "1 mm", "interval": "+- 1 %", "verdict": "good"}
-    written = io.StringIO()
-    closing = {"part": "settled", "rows": [row], "others": 2}
-    print_closing(closing, Console(file=written, force_terminal=True, soft_wrap=True, highlight=False))
-    lines = [line.split("  ")[0].rstrip() for line in written.getvalue().splitlines()]
-    assert "\x1b" not in written.getvalue()
-    assert lines == ["figure, settled", "tip", "2 more in summary.json"]
+    said = closing_lines({"part": "settled", "rows": [row], "others": 2})
+    assert said == [
+        "figure, settled  value  interval  verdict",
+        "tip              1 mm   +- 1 %    good",
+        "2 more in summary.json",
+    ]
+    assert closing_lines({"part": "", "rows": [], "others": 2}) == said[2:]
 
 
 @pytest.mark.parametrize("width", [30, 60, 80, 100, 200])
@@ -281,10 +279,7 @@ def test_values_of_the_closing_table_are_whole_however_narrow_the_terminal(width
         "interval": "6.87 1/s to 60 1/s",
         "verdict": "too short",
     }
-    written = io.StringIO()
-    closing = {"part": "up to the horizon", "rows": [row], "others": 0}
-    print_closing(closing, Console(file=written, width=width, soft_wrap=True, highlight=False))
-    heads, said, *more = written.getvalue().splitlines()
+    heads, said, *more = closing_lines({"part": "up to the horizon", "rows": [row], "others": 0}, width)
     assert heads.split() == ["figure,", "up", "to", "the", "horizon", "value", "interval", "verdict"]
     assert re.split(r"\s{2,}", said.strip())[1:] == [row["value"], row["interval"], row["verdict"]]
     assert "".join([re.split(r"\s{2,}", said)[0], *more]).replace(" ", "") == row["figure"].replace(" ", "")

@@ -46,14 +46,20 @@ def cache_base() -> Path | None:
 
 
 @cache
+def sources() -> dict[Path, bytes]:
+    """Return the sources that set-ups and machine code follow from, those for meshes first."""
+    top = Path(__file__).parents[2]
+    return {path: path.read_bytes() for part in ("meshes", "solver") for path in sorted((top / part).rglob("*.py"))}
+
+
+@cache
 def cache_folder() -> Path | None:
     """Return the folder for compiled code of these very sources, made if need be; None where none can be written."""
     base = cache_base()
     if base is None:
         return None
     digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parents[1].rglob("*.py")):
-        text = source.read_bytes()
+    for text in sources().values():
         if MARK in text:
             digest.update(text)
     try:

@@ -76,6 +76,7 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], folder: Pa
         made = numba.njit(**options)(function)
         made._cache = _DispensableCache(function)
         made._cache.report = report
+        made._compilation_chain_init_hook = lambda: None  # extensions of numba are for what compiles
     finally:
         config.CACHE_DIR = before
     return made

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, Strict, TypeAdapter
@@ -142,9 +143,7 @@ class LoadTable(Table, ABC):
         """
         bare = self
         for key, field in type(self).model_fields.items():
-            neutral = field.get_default()
-            if field.is_required() and field.examples:
-                neutral = TypeAdapter[Any](field.annotation).validate_python(field.examples[0])
+            neutral = _example(type(self), key) if field.is_required() and field.examples else field.get_default()
             if key not in self.of_model and not (field.is_required() and not field.examples):
                 changed = bare.model_copy(update={key: neutral})
                 bare = changed if changed.place == self.place else bare
@@ -223,6 +222,13 @@ Column = Annotated[int, Strict(), Field(ge=1, le=10_000)] | Annotated[str, Field
 
 
 Holes = Literal["refuse", "linear", "spline", "zero"]
+
+
+@cache
+def _example(table: type[Table], key: str) -> Any:
+    """Return the example of a key without a default, as its table takes it."""
+    field = table.model_fields[key]
+    return TypeAdapter[Any](field.annotation).validate_python((field.examples or [None])[0])
 
 
 class RecordedTable(LoadTable):

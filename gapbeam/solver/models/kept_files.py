@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.compilation.jit import cache_home
+from gapbeam.solver.compilation.jit import cache_home, sources
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -87,9 +87,8 @@ def _digest(values: Iterable[Any]) -> str:
 def _program() -> str:
     """Return a hash of the sources of this package and of the versions of the libraries."""
     digest = hashlib.blake2b(digest_size=16)
-    for part in ("meshes", "solver"):
-        for source in sorted((Path(__file__).parents[2] / part).rglob("*.py")):
-            digest.update(source.read_bytes())
+    for text in sources().values():
+        digest.update(text)
     for name in LIBRARIES:
         with suppress(PackageNotFoundError):
             digest.update(f"{name} {version(name)};".encode())

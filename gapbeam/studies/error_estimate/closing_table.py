@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import inf
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 from gapbeam.postprocess.signals.figure_names import (
@@ -18,6 +20,7 @@ from gapbeam.postprocess.signals.figure_names import (
 from gapbeam.studies.error_estimate.figure_errors import FigureError
 from gapbeam.studies.error_estimate.force_peaks import BEYOND_HORIZON, SECOND_HALF, SETTLED, UP_TO_HORIZON, WHOLE_RUN
 
+GAP = 2  # spaces between columns
 MOST_ROWS, MOST_FORCES, MOST_STATISTICS = 8, 4, 3
 LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
 LEAST_IN_MS = 1.0e-4  # s: widths of means below it are in microseconds
@@ -78,6 +81,26 @@ def closing_table(
     smaller = [one for one in forces if one not in largest and (one.value or one.error)]
     others = len(averaged[MOST_STATISTICS:]) + len(motions[room:]) + len(smaller)
     return ClosingTable(f"{span}{until}" if span else "", tuple(rows), others)
+
+
+def closing_lines(closing: Mapping[str, Any], width: float = inf) -> list[str]:
+    """Return the closing table of a summary as text, for terminals and notebooks.
+
+    Args:
+        closing: As `ClosingTable.as_data` leaves it.
+        width: Columns that long names of figures are folded for; what else a row holds stays in one line.
+    """
+    part, rows = closing["part"], [tuple(row.values()) for row in closing["rows"]]
+    if rows:
+        rows.insert(0, (f"figure, {part}" if part else "figure", *ClosingRow._fields[1:]))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = list[str]()
+    for named, *cells in rows:
+        others = "".join(f"{' ' * GAP}{cell:{size}}" for cell, size in zip(cells, widths[1:], strict=True))
+        room = int(min(widths[0], max(width - len(others), len(rows[0][0]))))
+        first, *more = wrap(named, room) or [""]
+        lines += [f"{first:{room}}{others}".rstrip(), *more]
+    return [*lines, f"{closing['others']} more in summary.json"] if closing["others"] else lines
 
 
 def _row(one: FigureError) -> ClosingRow:

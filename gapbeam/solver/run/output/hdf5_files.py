@@ -213,11 +213,12 @@ class FieldPieces:
 
     def copy_into(self, whole: h5py.File, end: int) -> None:
         """Copy all fields before a number to one file, by their number among all."""
+        groups = {name: whole[name].id for name in self._grid.names}
         for start, count in zip(self._starts, self._counts, strict=True):
             with h5py.File(self.path(start), "r") as piece:
-                for name in self._grid.names:
+                for name, group in groups.items():
                     for at in range(min(count, end - start)):
-                        piece.copy(dataset(name, at), whole[name], str(start + at))
+                        h5py.h5o.copy(piece.id, dataset(name, at).encode(), group, str(start + at).encode())
 
     def remove(self) -> None:
         """Remove the files, and the folder if it is empty then."""

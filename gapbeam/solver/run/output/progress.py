@@ -20,9 +20,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
 from gapbeam.solver.diagnostics.energy_gates import describe_energy
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.run.output.results_folder import finite, write_beside
@@ -30,6 +27,7 @@ from gapbeam.solver.schema.record_table import LOG_FILE, PROGRESS_FILE
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+    from rich.progress import Progress
 LOG = logging.getLogger("gapbeam")
 REDRAW = 0.1  # s
 LINE = 10.0  # s between plain lines
@@ -56,6 +54,9 @@ class ProgressLine:
     def __enter__(self) -> ProgressLine:
         """Start the bar, if there is a terminal to draw on."""
         if not self._quiet and sys.stderr.isatty():
+            from rich.console import Console
+            from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
             columns = (BarColumn(), TextColumn("{task.description}"), TimeRemainingColumn())
             self._bar = Progress(*columns, console=Console(stderr=True), transient=True)
             self._bar.start()

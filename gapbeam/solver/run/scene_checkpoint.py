@@ -26,7 +26,7 @@ from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.system.operators import Array
 
 SAMPLES = 65  # times at which loads and walls of two scenes are compared
-MARCHED = ("q", "v", "a", "y", "F", "z", "inputs", "ledger", "peaks", "worked")
+MARCHED = ("q", "v", "a", "y", "F", "z", "inputs", "ledger", "worked")
 SEEN = ("impacts", "largest_growth", "largest_loss", "violations")
 
 

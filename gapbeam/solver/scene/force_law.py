@@ -208,7 +208,7 @@ def responder(kind: LawKind, damped: bool = True) -> Any:
 
     @inlined
     def respond(x0, x1, step, h, level, values):  # type: ignore[no-untyped-def]
-        a, b = (x0, x1) if adhesive else (max(x0, 0.0), max(x1, 0.0))
+        a, b, pace = (x0, x1, 1.0 / h) if adhesive else (max(x0, 0.0), max(x1, 0.0), 1.0 / h)
         inside, inverse = 1.0 if adhesive or x1 > 0 else 0.0, 1 / (abs(step) + TINY)
         at_once = level > 0 or (x0 > 0 and x1 > 0) or adhesive
         share = inside if at_once else abs(b - a) * inverse  # exactly 0 in flight
@@ -217,9 +217,9 @@ def responder(kind: LawKind, damped: bool = True) -> Any:
         force = share * M
         slope = turn * M + (2 * level if level > 0 else 1.0) * share * inside * slope
         e = 1e-4 * (abs(step) + TINY)
-        total = force + damper(force, share, step / h, *values)
-        above = damper(force + e * slope, share + e * turn, (step + e) / h, *values)
-        below = damper(force - e * slope, share - e * turn, (step - e) / h, *values)
+        total = force + damper(force, share, step * pace, *values)
+        above = damper(force + e * slope, share + e * turn, (step + e) * pace, *values)
+        below = damper(force - e * slope, share - e * turn, (step - e) * pace, *values)
         keep = 1.0 if adhesive or not damped or total > 0 else 0.0
         lost = keep * total - force if damped else 0.0
         return keep * total, keep * (slope + (above - below) * (5e3 * inverse)), lost, potential(b, *values)

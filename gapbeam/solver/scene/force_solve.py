@@ -12,8 +12,8 @@ whose slip turns round is linearized at no slip.
 # mypy: disable-error-code="no-untyped-def,no-untyped-call"
 from __future__ import annotations
 
-from gapbeam.solver.scene.lane_code import L, add, copy, eliminate, lanewise
-from gapbeam.solver.scene.touch_kernel import LAST, call
+from gapbeam.solver.scene.lane_code import L, add, copy, eliminate, lanewise, spread
+from gapbeam.solver.scene.touch_kernel import LAST, WIDTH, call, move
 
 PASSES, PLAIN, RAMP, EPS = 120, 8, 60, 2e-16
 EASY, HARDER = 20, 2  # powers of two: how easily friction slides at first, and by how much it hardens at a time
@@ -34,14 +34,13 @@ def ask(slabs, h, y0, y1, F, room, which, scale, begin):
             while e < last and flag[e] == which:
                 o, c = slabs.motion[e], e - first
                 for k in range(d):
-                    for lane in range(L):
-                        w[s, 2 + k, c, lane] = y1[o + k, lane]
+                    row = slabs.place[s] + 8 * (WIDTH * k + L * c)
+                    move(row + 8 * WIDTH * 2, y1.ctypes.data + 8 * L * (o + k), L)
                     if d == 2:
                         for lane in range(L):
                             w[s, LAST + k, c, lane] *= keep
                     if begin:
-                        for lane in range(L):
-                            w[s, k, c, lane] = y0[o + k, lane]
+                        move(row, y0.ctypes.data + 8 * L * (o + k), L)
                 e += 1
             if e == b:
                 e += 1
@@ -170,16 +169,16 @@ def newton(slabs, h, D, y0, free, F, y1, room, tolerance):
     m, law, new, way, base, J, A, closed = len(D), room.law, room.new, room.way, room.base, room.J, room.A, room.closed
     room.flag[:] = 0
     copy(free, y1)
+    a, near = 0, False
     for j in range(m):
         known = 0.0
         for lane in range(L):
             known += abs(F[j, lane])
         if known > 0:
-            for i in range(m):
-                c = h * D[j, i]
-                for lane in range(L):
-                    y1[i, lane] += c * F[j, lane]
-    a, near, fresh = 0, False, ask(slabs, h, y0, y1, F, room, 0, 1.0, True) > 0
+            closed[a] = j
+            a += 1
+    spread(D, closed, a, F, y1, h)
+    fresh = ask(slabs, h, y0, y1, F, room, 0, 1.0, True) > 0
     room.size[0] = 0
     if not fresh:
         return 0
@@ -208,6 +207,10 @@ def newton(slabs, h, D, y0, free, F, y1, room, tolerance):
             if not fresh:
                 return it + 1
             a = gather(slabs, D, room)
+        fresh = False
+        if a <= 2 and it < PLAIN:
+            few(h, free, F, y1, room, a)
+            continue
         i = 0
         while i < a:
             d, o = room.span[i], closed[i]
@@ -238,8 +241,32 @@ def newton(slabs, h, D, y0, free, F, y1, room, tolerance):
             o = closed[i]
             for lane in range(L):
                 F[o, lane], y1[o, lane] = new[i, lane], way[i, lane]
-        fresh = False
     return -PASSES
+
+
+@lanewise
+def few(h, free, F, y1, room, a):
+    """Update one or two closed motions by their equations, whose solution is written out."""
+    law, J, o, p = room.law, room.J, room.closed[0], room.closed[a - 1]
+    if a == 1:
+        c = h * room.D[0, 0]
+        for lane in range(L):
+            slope = J[2 * o, lane]
+            f = (law[o, lane] + slope * (free[o, lane] - y1[o, lane])) / (1.0 - c * slope)
+            F[o, lane], y1[o, lane] = f, free[o, lane] + c * f
+        return
+    c00, c01, c10, c11 = h * room.D[0, 0], h * room.D[0, 1], h * room.D[1, 0], h * room.D[1, 1]
+    r, s = (2 * p, 2 * p + 1) if room.span[0] == 2 else (2 * o + 1, 2 * p)  # slopes of p by o, and by itself
+    for lane in range(L):
+        j00, j01, j10, j11 = J[2 * o, lane], J[2 * o + 1, lane], J[r, lane], J[s, lane]
+        x, y = free[o, lane] - y1[o, lane], free[p, lane] - y1[p, lane]
+        b0, b1 = law[o, lane] + j00 * x + j01 * y, law[p, lane] + j10 * x + j11 * y
+        a00, a01 = 1.0 - j00 * c00 - j01 * c10, -j00 * c01 - j01 * c11
+        a10, a11 = -j10 * c00 - j11 * c10, 1.0 - j10 * c01 - j11 * c11
+        inverse = 1.0 / (a00 * a11 - a01 * a10)
+        f0, f1 = inverse * (a11 * b0 - a01 * b1), inverse * (a00 * b1 - a10 * b0)
+        F[o, lane], y1[o, lane] = f0, free[o, lane] + c00 * f0 + c01 * f1
+        F[p, lane], y1[p, lane] = f1, free[p, lane] + c10 * f0 + c11 * f1
 
 
 @lanewise

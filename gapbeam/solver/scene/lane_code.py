@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.compilation import jit
+from gapbeam.solver.scene.touch_kernel import move
 
 L = 1  # lanes: replaced in each set of kernels
 ONE, TWO, THREE, FOUR = (np.uint64(k) for k in range(1, 5))  # indices without a sign: none counts from the end
@@ -135,9 +136,7 @@ def diagonals(A, begin, end, x, y):
 @lanewise
 def copy(x, y):
     """Y = x."""
-    for i in range(x.shape[0]):
-        for lane in range(L):
-            y[i, lane] = x[i, lane]
+    move(y.ctypes.data, x.ctypes.data, L * x.shape[0])
 
 
 @lanewise

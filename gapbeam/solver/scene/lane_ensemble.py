@@ -21,7 +21,7 @@ from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.scene.ensemble_members import SAMPLES, EnsembleFolder, Members, ensemble_key, joined, untrusted
 from gapbeam.solver.scene.lane_figures import LaneFigures, lane_figure_faults
-from gapbeam.solver.scene.linear_scheme import MIDPOINT, Linear, LinearScheme, Slabs, StepRecords
+from gapbeam.solver.scene.linear_scheme import MIDPOINT, Linear, LinearScheme, Slabs, StepRecords, step_sums
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.touch_kernel import WIDTH
@@ -58,7 +58,7 @@ class FeaturePlan:
 
 
 class LaneFeatures:
-    """Sums, peaks and counts of the lanes of one march.
+    """Features of the lanes of one march: sums of its kernel, and from its records histories and figures of one's own.
 
     Args:
         scene: The scene.
@@ -74,15 +74,13 @@ class LaneFeatures:
     ) -> None:  # fmt: skip
         self.scene, self.plan, self.h = scene, plan, h
         self.own = LaneFigures(scene, figures, lanes)
-        zero = np.zeros((len(scene.contacts), lanes))
-        self.top, self.impulse, self.impacts, self.closed = zero.copy(), zero.copy(), zero.copy(), zero.copy()
-        self.before = zero > 0.0
-        self.done, self.watched = 0, scene.watched
-        self.waves, self.turns = np.zeros((2 * plan.harmonics + 2, self.watched, lanes)), np.zeros((0, 0))
+        self.done, turns = 0, np.zeros((0, 0))
         if plan.harmonics >= 0:  # the period repeats, so that a table of one period is enough
             phase = 2.0 * np.pi * np.arange(plan.harmonics + 1)[:, None] * np.arange(1, plan.period + 1) / plan.period
             phase = phase + 2.0 * np.pi * np.arange(plan.harmonics + 1)[:, None] * t0 / (plan.period * h)
-            self.turns = np.vstack([np.cos(phase), -np.sin(phase)])
+            turns = np.vstack([np.cos(phase), -np.sin(phase)])
+        first = np.asarray(scene.first, dtype=np.int64)
+        self.sums = step_sums(scene.watched, first, lanes, turns, plan.settle)
         self.kept: list[Array] = []
         self.felt: list[Array] = []
         self.states: list[Array] = []
@@ -90,30 +88,25 @@ class LaneFeatures:
     def begin(self, marcher: Marcher) -> None:
         """Begin to count, at the present state of a march."""
         sizes, watch = self._sizes(marcher.F[None])[0], marcher.linear.watch
-        self.before = sizes > 0.0
+        self.sums.before[:] = sizes > 0.0
+        marcher.sums, marcher.slabs.spent[:] = self.sums, 0.0
         if self.own.parts:
             self.own.begin(marcher.t, watch @ marcher.q, watch @ marcher.v, sizes)
 
-    def add(self, kept: StepRecords) -> None:
-        """Count a block of steps."""
-        seen, felt = kept.seen, kept.felt
-        size = self._sizes(felt)
+    @property
+    def needs_records(self) -> bool:
+        """True where sums are not enough."""
+        return self.plan.every > 0 or bool(self.own.parts)
+
+    def add(self, steps: int, kept: StepRecords) -> None:
+        """Take in a block of steps."""
         if self.own.parts:
-            self.own.add(self.h, seen, kept.speeds, size)
-        touched = size > 0.0
-        self.top = np.maximum(self.top, size.max(axis=0, initial=0.0))
-        self.impulse += self.h * size.sum(axis=0)
-        self.closed += self.h * touched.sum(axis=0)
-        self.impacts += (touched[0] & ~self.before) + (touched[1:] & ~touched[:-1]).sum(axis=0)
-        self.before = touched[-1]
-        if len(self.turns):
-            index = (self.plan.settle + self.done + np.arange(len(seen))) % self.plan.period
-            self.waves += np.tensordot(self.turns[:, index], seen, axes=1)
+            self.own.add(self.h, kept.seen, kept.speeds, self._sizes(kept.felt))
         if self.plan.every:
             pick = slice(-(self.done + 1) % self.plan.every, None, self.plan.every)
-            self.kept.append(seen[pick].copy())
-            self.felt.append(felt[pick].copy())
-        self.done += len(seen)
+            self.kept.append(kept.seen[pick].copy())
+            self.felt.append(kept.felt[pick].copy())
+        self.done += steps
 
     def strobe(self, q: Array, v: Array) -> None:
         """Keep a state."""
@@ -131,33 +124,37 @@ class LaneFeatures:
         plan = self.plan
         if not plan.every:
             return None
-        shape = (self.watched if parts is self.kept else self.scene.motions, self.top.shape[1])
+        shape = (self.scene.watched if parts is self.kept else self.scene.motions, self.sums.before.shape[1])
         rows = (plan.steps - plan.settle) // plan.every - sum(map(len, parts))
         whole: Array = np.concatenate([*parts, np.full((rows, *shape), np.nan)])
         return whole
 
     def contact_features(self, slabs: Slabs, cut: Array) -> dict[str, Any]:
         """Return features by their name, then by contact; only the lanes of `cut`, which is added."""
-        work, count = np.zeros_like(self.top), len(cut)
+        sums, count, work = self.sums, len(cut), np.zeros_like(self.sums.top)
         work[np.searchsorted(self.scene.first[:-1], slabs.motion)] = slabs.spent
         tables = {
-            "peak_force": self.top, "impulse": self.impulse, "impacts": self.impacts, "closed": self.closed,
-            "work": work,
+            "peak_force": sums.top, "impulse": self.h * sums.total, "impacts": sums.closings,
+            "closed": self.h * sums.closed, "work": work,
         }  # fmt: skip
         names = [one.name or i for i, one in enumerate(self.scene.contacts)]
         return {key: {name: table[i, :count] + cut for i, name in enumerate(names)} for key, table in tables.items()}
 
     def point_features(self, cut: Array) -> dict[str, Any]:
-        """Return harmonics and histories by point, histories of forces by contact."""
-        count, at = len(cut), 0
-        waves, kept, forces = dict[Any, Any](), dict[Any, Any](), dict[Any, Any]()
-        half = len(self.waves) // 2
-        scale = np.where(np.arange(half) == 0, 1.0, 2.0)[:, None, None] / max(self.done, 1)
-        whole = scale * (self.waves[:half] + 1j * self.waves[half:])
+        """Return peaks, harmonics and histories by point, histories of forces by contact."""
+        count, at, steps, sums = len(cut), 0, self.plan.steps - self.plan.settle, self.sums
+        waves, kept, forces, peak, rms = (dict[Any, Any]() for _ in range(5))
+        slots = sums.at[1]  # what the window holds
+        cosines, sines = np.split(sums.waves + sums.turned[:, :slots] @ sums.window[:, :slots], 2, axis=1)
+        half = cosines.shape[1]
+        scale = np.where(np.arange(half) == 0, 1.0, 2.0)[:, None, None] / steps
+        whole = scale * (cosines + 1j * sines).swapaxes(0, 1)
         seen = self._whole(self.kept)
         for name, point in self.scene.point_names.items():
             rows = slice(at, at + len(point.rows)) if len(point.rows) > 1 else at
             at += len(point.rows)
+            peak[name] = sums.most[rows, :count] + cut
+            rms[name] = np.sqrt(sums.square[rows, :count] / steps) + cut
             if half:
                 waves[name] = whole[:, rows, :count] + cut
             if seen is not None:
@@ -168,7 +165,7 @@ class LaneFeatures:
             for i, (one, first) in enumerate(zip(self.scene.contacts, self.scene.first, strict=False)):
                 rows = slice(first, first + one.motions) if one.motions > 1 else int(first)
                 forces[one.name or i] = felt[:, rows, :count] + cut
-        return {"harmonics": waves, "displacement": kept, "force": forces}
+        return {"peak": peak, "rms": rms, "harmonics": waves, "displacement": kept, "force": forces}
 
 
 FEW = 6
@@ -364,19 +361,19 @@ class _Job:
         features = LaneFeatures(part, plan, lanes, h, marcher.t, self.figures)
         first = np.array(marcher.balance, ndmin=1)
         failed, done = np.zeros(count, dtype=bool), 0
-        features.begin(marcher)
-        speeds = features.own.needs_speeds
+        if plan.settle == 0:
+            features.begin(marcher)
+        records, speeds = features.needs_records, features.own.needs_speeds
         try:
             with np.errstate(all="ignore"):  # a member that fails is found by its step
                 for steps in plan.blocks(BLOCK // 4):
                     counts = done >= plan.settle
-                    kept = marcher.advance(steps, record=counts, energies=counts and speeds)
+                    kept = marcher.advance(steps, record=counts and records, energies=counts and speeds)
                     done += steps
                     if done > plan.settle:
-                        features.add(kept)
+                        features.add(steps, kept)
                     elif done == plan.settle:
                         features.begin(marcher)
-                        marcher.peaks[:], marcher.slabs.spent[:] = 0.0, 0.0
                     if done > plan.steps - plan.strobes * plan.period:
                         features.strobe(marcher.q, marcher.v)
         except NotConverged:
@@ -392,12 +389,6 @@ class _Job:
     def _found(self, marcher: Marcher, features: LaneFeatures, failed: Any, first: Array) -> Members:
         plan, count = self.plan, len(failed)
         cut = np.where(failed, np.nan, 0.0)
-        peak, rms, at = dict[str, Array](), dict[str, Array](), 0
-        for name, point in self.scene.point_names.items():
-            rows = marcher.peaks[at : at + len(point.rows), :, :count] + cut
-            at += len(point.rows)
-            peak[name] = rows[0, 0] if len(rows) == 1 else rows[:, 0]
-            rms[name] = np.sqrt((rows[0, 1] if len(rows) == 1 else rows[:, 1]) / (plan.steps - plan.settle))
         energy = {name: np.array(value, ndmin=1)[:count] + cut for name, value in marcher.energy.items()}
         balance = (np.array(marcher.balance, ndmin=1) - first)[:count] + cut
         q, v, z = (one[:, :count] + cut for one in (marcher.q, marcher.v, marcher.z))
@@ -406,7 +397,7 @@ class _Job:
             strobes = np.full((plan.strobes, 2 * len(q), count), np.nan)
         keeps = self.scheme.level == 0.5 and self.scheme.law == 0.0 and not self.scheme.is_accelerated
         return Members(
-            q=q, v=v, z=z, span=np.full(count, marcher.h * (plan.steps - plan.settle)), peak=peak, rms=rms,
+            q=q, v=v, z=z, span=np.full(count, marcher.h * (plan.steps - plan.settle)),
             **features.contact_features(marcher.slabs, cut), **features.point_features(cut), energy=energy,
             balance=balance, strobes=strobes, failed=failed,
             figures={name: value[:count] + cut for name, value in features.own.values().items()},

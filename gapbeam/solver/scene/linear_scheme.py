@@ -332,6 +332,50 @@ class StepRecords(NamedTuple):
     works: Array
 
 
+class StepSums(NamedTuple):
+    """Sums over the steps of a march; it gathers none where no motion is watched and no contact is listed.
+
+    Attributes:
+        most: Largest displacement in absolute value, (watched, lanes), m.
+        square: Sum of squares of displacements.
+        top: Largest contact force, (contacts, lanes), N.
+        total: Sum of contact forces.
+        closed: Steps that touched.
+        closings: How often contacts closed.
+        before: 1 where a contact touched in the step before, else 0, (contacts, lanes).
+        first: First motion of each contact, and their number, (contacts + 1,).
+        waves: Sums of displacements times turns, (watched, rows, lanes).
+        turns: Cosines and sines of each step of a period, (rows, period).
+        window: Displacements of the last steps that are not in `waves` yet, (watched, 8, lanes).
+        turned: Their turns, (rows, 8).
+        at: Next step within the period, and the next place in the window, (2,).
+    """
+
+    most: Array
+    square: Array
+    top: Array
+    total: Array
+    closed: Array
+    closings: Array
+    before: Array
+    first: Any
+    waves: Array
+    turns: Array
+    window: Array
+    turned: Array
+    at: Any
+
+
+def step_sums(watched: int, first: Any, lanes: int, turns: Array, settled: int) -> StepSums:
+    """Return sums of no step, of the watched motions and of contacts with these first motions, from a step on."""
+    rows, contacts = len(turns), len(first) - 1
+    parts = (np.zeros((count, lanes)) for count in (watched, watched, *5 * [contacts]))
+    waves, window = np.zeros((watched, rows, lanes)), np.zeros((watched, 8, lanes))
+    at = np.array([settled % max(turns.shape[1], 1), 0])
+    whole: tuple[Any, ...] = (*parts, first, waves, np.ascontiguousarray(turns), window, np.zeros((rows, 8)), at)
+    return StepSums(*whole)
+
+
 def step_records(linear: Linear, steps: int, lanes: int, kept: bool, with_energies: bool) -> StepRecords:
     """Return room for the records of a block of steps: motions and forces, and speeds, places and energies."""
     some, all_ = steps * (kept or with_energies), steps * with_energies

@@ -20,6 +20,7 @@ from gapbeam.solver.scene.linear_scheme import (
     rest,
     rooms,
     step_records,
+    step_sums,
 )
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.step_kernel import DAMPED, LAW, LOADED, RUBBED, STORED, WALLED
@@ -65,7 +66,8 @@ class Marcher:
         self.a: Array = np.zeros((0, lanes))
         if scheme.is_accelerated:
             self.a = np.ascontiguousarray(state.a) if state.a is not None else self.accelerations()
-        self.ledger, self.peaks, self.passes = np.zeros((6, lanes)), np.zeros((len(self.linear.watch), 2, lanes)), 0
+        self.ledger, self.passes = np.zeros((6, lanes)), 0
+        self.sums = step_sums(0, np.zeros(1, dtype=np.int64), lanes, np.zeros((0, 0)), 0)
         self.kept = step_records(self.linear, 0, lanes, False, False)
         self._recall(state.memory)
         self.ledger[STORED] = rest(self.slabs, self.y)[2]
@@ -136,12 +138,13 @@ class Marcher:
         return force - self.linear.squares[:, None] * self.q - drag
 
     def tables(self, steps: int) -> tuple[Array, Array, Array]:
-        """Return times, values of the loads and places of the walls for a block of steps."""
+        """Return times, loads and places of the walls for a block of steps; one place where no wall moves."""
         times = self.t0 + (self.count + np.arange(steps + 1)) * self.h
         loads = np.zeros((steps, len(self.linear.patterns), self.lanes))
         for j, load in enumerate(self.scene.loads):
             loads[:, j] = load.table(times[:-1] + self.scheme.level * self.h, self.lanes)
-        return times, loads, self.scene.walls(times, self.lanes)
+        moving = any(one.wall is not None for one in self.scene.contacts)
+        return times, loads, self.scene.walls(times if moving else times[:1], self.lanes)
 
     def advance(self, steps: int, record: bool = False, energies: bool = False) -> StepRecords:
         """March so many steps.
@@ -168,11 +171,10 @@ class Marcher:
 
     def march(self, steps: int, loads: Array, walls: Array) -> int:
         """March so many steps into `kept`; return passes, or minus the number of the step that failed."""
-        peaks = self.peaks.reshape(-1, self.lanes)
         return int(
             kernels(self.lanes)["march"](
                 self.linear, self.slabs, self.h, steps, self.q, self.v, self.a, self.y, self.F, self.z, self.inputs,
-                loads, walls, self.ledger, peaks, self.kept, self.space, self.room, TOLERANCE,
+                loads, walls, self.ledger, self.sums, self.kept, self.space, self.room, TOLERANCE,
             )
         )  # fmt: skip
 

@@ -76,7 +76,7 @@ class SparseMarcher(Marcher):
             push = A.patterns.T @ loads[k] - self.M @ (i0[1] / h * self.v + i0[2] * a) - self.C @ lag - self.K @ self.q
             w = self.factor.solve(push[:, 0])[:, None]
             space.u[: len(ports)], space.u[len(ports) :] = ports @ w, 0.0
-            space.moved[:] = walls[k + 1] - walls[k] - drift
+            space.moved[:] = (walls[k + 1] - walls[k] if len(walls) > 1 else 0.0) - drift
             passes = meet(
                 A, self.slabs, h, loads[k], space.u, self.y, self.F, self.z, self.inputs, self.ledger, space, self.room,
                 TOLERANCE,

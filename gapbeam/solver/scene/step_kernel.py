@@ -7,6 +7,8 @@
 # mypy: disable-error-code="no-untyped-def,no-untyped-call"
 from __future__ import annotations
 
+from math import sqrt
+
 from gapbeam.solver.scene.force_solve import solve
 from gapbeam.solver.scene.lane_code import L, across, add, blocks, clear, copy, diagonals, lanewise, spread
 from gapbeam.solver.scene.touch_kernel import call
@@ -80,13 +82,50 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
 
 
 @lanewise
+def sum_up(sums, place, F, size):
+    """Take a step into the sums; size: room, (1, L)."""
+    turns, window, at, slot = sums.turns, sums.window, sums.at[0], sums.at[1]
+    for j in range(len(place)):  # arrays of their own: parts of one array would not go in vectors
+        for lane in range(L):
+            x = place[j, lane]
+            sums.most[j, lane] = max(sums.most[j, lane], abs(x))
+            sums.square[j, lane] += x * x
+            window[j, slot, lane] = x
+    for c in range(len(sums.top)):
+        o = sums.first[c]
+        if sums.first[c + 1] == o + 1:
+            for lane in range(L):
+                size[0, lane] = abs(F[o, lane])
+        else:
+            for lane in range(L):
+                size[0, lane] = sqrt(F[o, lane] * F[o, lane] + F[o + 1, lane] * F[o + 1, lane])
+        for lane in range(L):
+            x, before = size[0, lane], sums.before[c, lane]
+            touched = 1.0 if x > 0.0 else 0.0
+            sums.top[c, lane] = max(sums.top[c, lane], x)
+            sums.total[c, lane] += x
+            sums.closed[c, lane] += touched
+            sums.closings[c, lane] += touched - touched * before
+            sums.before[c, lane] = touched
+    if len(turns):
+        for i in range(len(turns)):
+            sums.turned[i, slot] = turns[i, at]
+        sums.at[0] = at + 1 if at + 1 < turns.shape[1] else 0
+        sums.at[1] = slot + 1
+        if slot == 7:
+            for j in range(len(place)):
+                add(sums.turned, window[j], sums.waves[j], 1.0)
+            sums.at[1] = 0
+
+
+@lanewise
 def march(
-    linear, slabs, h, steps, q, v, acc, y, F, z, yin, loads, walls, ledger, peaks, records, space, room, tolerance
+    linear, slabs, h, steps, q, v, acc, y, F, z, yin, loads, walls, ledger, sums, records, space, room, tolerance
 ):
     """March all lanes in place. Return Newton passes, or minus the number of the step that failed.
 
     Motions are (modes or rows, L); acc has no rows where the scheme needs none. loads (steps, loads, L), walls (steps +
-    1, m, L). peaks (2 watched, L): largest, sum of squares. records: see `StepRecords`.
+    1, m, L), or (1, m, L) where none moves. sums, records: see `StepSums` and `StepRecords`.
     """
     inverse, squares, damping, patterns, answers, scheme = (
         linear.inverse,
@@ -144,9 +183,10 @@ def march(
         add(linear.ports, speed, u, 1.0)
         if no:
             blocks(feed.rows, 0, feed.sensed, speed, u[m + nf :])
-        for j in range(m):
-            for lane in range(L):
-                moved[j, lane] = walls[k + 1, j, lane] - walls[k, j, lane]
+        if len(walls) > 1:
+            for j in range(m):
+                for lane in range(L):
+                    moved[j, lane] = walls[k + 1, j, lane] - walls[k, j, lane]
         passes = meet(linear, slabs, h, loads[k], u, y, F, z, yin, ledger, space, room, tolerance)
         if passes < 0:
             return -(k + 1)
@@ -186,14 +226,12 @@ def march(
                     lost[0, lane] += speed[i, lane] * r[i, lane]
         for lane in range(L):
             ledger[DAMPED, lane] += lost[0, lane]
-        if nw:
+        summed = len(sums.most) + len(sums.top) > 0
+        if summed or len(records.seen):
             clear(place)
             add(linear.watch, q, place, 1.0)
-            for j in range(nw):
-                for lane in range(L):
-                    x = place[j, lane]
-                    peaks[2 * j, lane] = max(peaks[2 * j, lane], abs(x))
-                    peaks[2 * j + 1, lane] += x * x
+        if summed:
+            sum_up(sums, place, F, lost)
         if len(records.seen):
             for lane in range(L):
                 for j in range(nw):

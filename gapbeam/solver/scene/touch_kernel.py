@@ -20,6 +20,7 @@ import numba
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 from gapbeam.solver.scene.convex_region import RegionKind
@@ -197,3 +198,15 @@ def call(typing, address, h, count, workspace):  # type: ignore[no-untyped-def] 
         return context.get_dummy_value()
 
     return signature, generate
+
+
+@intrinsic
+def move(typing, target, source, count):  # type: ignore[no-untyped-def]  # noqa: ARG001
+    """Copy numbers from one address to another: loops over lanes that do nothing else are not made vectors."""
+
+    def generate(context, builder, signature, args):  # type: ignore[no-untyped-def]  # noqa: ARG001
+        to, here = (builder.inttoptr(one, ir.DoubleType().as_pointer()) for one in args[:2])
+        cgutils.raw_memcpy(builder, to, here, args[2], ir.Constant(ir.IntType(64), 8))
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.int64), generate

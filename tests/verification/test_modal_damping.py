@@ -78,6 +78,16 @@ def test_a_full_model_is_refused() -> None:
     assert_says(str(caught.value), ["0.01, with the model full", 'type = "reduced" in [model]'])
 
 
+def test_without_a_model_it_implies_one_with_modes() -> None:
+    """A case that says only its damping ratio is reduced; one that says its model keeps it."""
+    given = tables({"type": "beam"}, damping={"ratio": 0.01})
+    assert gapbeam.read_case(given).model.type == "beam"
+    del given["model"]
+    assert gapbeam.read_case(given).model.type == "reduced"
+    del given["damping"]
+    assert gapbeam.read_case(given).model.type == "full"
+
+
 def test_modal_damping_costs_compiled_steps_nothing() -> None:
     """Dashpots of one mode each are part of the diagonal; a compiled march is that of step by step, to 1e-9."""
     head = {"name": "head", "point": TIP, "mass": HEAD, "rotary_inertia": INERTIA}

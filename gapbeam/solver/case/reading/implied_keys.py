@@ -1,4 +1,4 @@
-"""Keys of a case that its cross-sections imply: the width of a round one, and a mesh of the solid."""
+"""Keys that other keys of a case imply: the width of a round section, a mesh of the solid, a model with modes."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ PROPER = 1.0  # m: a width that has no fault, where the thickness has one or is 
 
 
 def imply(data: dict[str, Any]) -> None:
-    """Add to the tables of a case what its sections imply, where it is not given.
+    """Add to the tables of a case what its sections and its damping imply, where it is not given.
 
     A round section is as wide as it is thick. A slice in the bending plane is rectangular and equally wide everywhere:
-    other sections have meshes of the solid.
+    other sections have meshes of the solid. A damping ratio of modes asks for a model that has modes.
 
     Args:
         data: The case as read.
     """
+    damping = data.get("damping")
+    if isinstance(damping, Mapping) and damping.get("ratio"):
+        data.setdefault("model", {"type": "reduced"})
     beam, mesh = data.get("beam"), data.get("mesh", {})
     if not isinstance(beam, Mapping) or not isinstance(mesh, Mapping):
         return

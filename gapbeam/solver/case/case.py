@@ -270,7 +270,7 @@ class Damping(Table):
         default=None,
         lt=1,
         description="fraction of critical damping of every mode free of contact, added to Rayleigh damping; "
-        "not for full models: without [model] it implies type = \"reduced\"; no unit; default none",
+        'not for full models; without [model] implies `type = "reduced"`, no unit; default none',
         examples=[0.01],
     )
 

@@ -279,7 +279,7 @@ SLIPS: dict[str, tuple[Callable[[Tables, Path], None], str, str]] = {
     "pressed": (put("pair", 1, "region", "clearance", value=-1e-5), '"stop".*region', "interference = true"),
     "a disc for one motion": (put("pair", 0, "region", value={"type": "disc", "clearance": 1e-4}), '"gap".*region',
                               "as many motions"),
-    "friction of one motion": (put("pair", 0, "friction", value=0.3), '"gap".*friction', "two motions"),
+    "friction of one motion": (put("pair", 0, "friction", value=0.3), '"gap".*friction', "two or three motions"),
     "a concave polygon": (put("pair", 0, "region", value={"type": "polygon", "corners":
                               [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]}), '"gap".*region', "turn left"),
     "weight without frame": (put("structure", 1, "frame", value=None), "load.*number", "no motion with the frame"),

@@ -287,10 +287,10 @@ def refusals() -> dict[str, tuple[object, str]]:
         "strained": (lambda: gb.Structure(np.eye(2), np.eye(2), rigid=[[1.0], [1.0]]), "a rigid motion strains"),
         "motions": (lambda: gb.Contact(flat["at"], gb.Slot(1e-3), law), "its points have 2 motions, region Slot 1"),
         "no law": (lambda: gb.Contact(one["at"], gb.Slot(1e-3), gb.KelvinVoigt), "expected a law with its parameters"),
-        "friction": (lambda: gb.Contact(one["at"], gb.Slot(1e-3), law, friction=0.1), "points of two motions"),
+        "friction": (lambda: gb.Contact(one["at"], gb.Slot(1e-3), law, friction=0.1), "points of two or three motions"),
         "parameter": (lambda: gb.KelvinVoigt(stifness=1.0), "unknown stifness, missing stiffness"),
         "polygon": (lambda: gb.Polygon([[0, 0], [0, 1], [1, 0]]), "counter-clockwise"),
-        "normal": (lambda: gb.HalfPlane(0.0, [0.0, 0.0]), "a vector of two numbers that is not 0"),
+        "normal": (lambda: gb.HalfPlane(0.0, [0.0, 0.0]), "a vector of two or three numbers that is not 0"),
         "foreign": (lambda: gb.Scene(flat, loads=[gb.Force(one["at"], 1.0)]), "which is not of this scene"),
         "twice": (lambda: gb.Scene(one, gb.mass(1.0, name="one")), "the name 'one' is given twice"),
         "path": (

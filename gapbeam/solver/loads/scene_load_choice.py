@@ -22,7 +22,7 @@ from gapbeam.solver.loads.support_motion import (
 from gapbeam.solver.schema.table import Name, Number, PointName, Vector
 
 DIRECTION: Any = (
-    tuple[Number] | tuple[Number, Number] | None,
+    tuple[Number] | tuple[Number, Number] | tuple[Number, Number, Number] | None,
     Field(
         default=None,
         description="in the motions of the points, a number for each, no unit; default along the first",

@@ -74,12 +74,17 @@ def contacts_of(scene: Scene, places: Array, forces: Array, before: Array | None
         mine = slice(first, first + one.motions)
         found.depth[:, i], normals = one.region.penetration(places[:, mine])
         found.force[:, i] = -(forces[:, mine] * normals).sum(axis=1) + 0.0
-        if one.motions == 2:
-            across = forces[:, first] * normals[:, 1] - forces[:, first + 1] * normals[:, 0]
-            found.friction[:, i] = np.abs(across) if one.is_rough else 0.0
-            slip = moved[:, first] * normals[:, 1] - moved[:, first + 1] * normals[:, 0]
-            found.rubbed[:, i] = np.maximum(found.force[:, i], 0.0) * np.abs(slip)
+        if one.motions > 1:
+            found.friction[:, i] = _across(forces[:, mine], normals) if one.is_rough else 0.0
+            found.rubbed[:, i] = np.maximum(found.force[:, i], 0.0) * _across(moved[:, mine], normals)
     return found
+
+
+def _across(vectors: Array, normals: Array) -> Array:
+    """Return the sizes of the parts of vectors across normals, (steps,)."""
+    if vectors.shape[1] == 3:
+        return np.asarray(np.linalg.norm(np.cross(vectors, normals), axis=1))
+    return np.asarray(np.abs(vectors[:, 0] * normals[:, 1] - vectors[:, 1] * normals[:, 0]))
 
 
 @dataclass
@@ -297,7 +302,7 @@ class SceneRecords:
             "component": ("y", "z")[: self.width] if self.probes else (),
             "face": scene.contact_names,
             "tangent": ("across",) if rough else (),
-            "worn_face": scene.contact_names if any(one.motions == 2 for one in scene.contacts) else (),
+            "worn_face": scene.contact_names if any(one.motions > 1 for one in scene.contacts) else (),
             "load": (*self.loaded, *(name for name, _ in self.fed), *self.walled),
         }
         unknown = {"contact_moment", "contact_area", "iterations"} | ({ABSOLUTE} if self.frame is None else set())
@@ -326,7 +331,7 @@ class SceneRecords:
         growth = float(eigenvalues(scene)[0].real) if is_random and not scene.is_large else 0.0
         return RecordStatistics(
             scene.contact_names, scene.probe_names, self.width == 2, self.every * self.h,
-            -0.5 / growth if growth < 0.0 else 0.0, any(one.motions == 2 for one in scene.contacts),
+            -0.5 / growth if growth < 0.0 else 0.0, any(one.motions > 1 for one in scene.contacts),
             tuple(one for one in own if one.averages), self.labels,
         )  # fmt: skip
 

@@ -104,7 +104,7 @@ def figures_of(accounts: SceneAccounts, names: Sequence[str], seconds: float) ->
 def wear_of(
     accounts: SceneAccounts, names: Sequence[str], seconds: float, step: float, wear: Mapping[str, float | None]
 ) -> dict[str, Any]:
-    """Return the wear in the summary: the work of sliding at contacts of two motions, by Archard's law.
+    """Return the wear in the summary: the work of sliding at contacts of several motions, by Archard's law.
 
     Rates are those behind the burn-in, with 95 % intervals and verdicts, or the mean of a run of few steps.
 
@@ -116,7 +116,7 @@ def wear_of(
         wear: `coefficient`, 1/Pa, and `area`, m^2, where they are known.
     """
     coefficient, area = wear.get("coefficient"), wear.get("area")
-    mine = [i for i, one in enumerate(accounts.scene.contacts) if one.motions == 2]
+    mine = [i for i, one in enumerate(accounts.scene.contacts) if one.motions > 1]
     rates, found = _work_rates(accounts.worn, step, mine), dict[str, Any]()
     for i, rate in zip_longest(mine, rates):
         work = float(accounts.sliding[i])

@@ -15,7 +15,7 @@ from gapbeam.solver.scene.convex_region import ConvexRegion
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.shipped_laws import check_law
 from gapbeam.solver.scene.structure import StructurePoint
-from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, settled, touch
+from gapbeam.solver.scene.touch_kernel import IN_SPACE, ROWS, VALUES, settled, touch
 from gapbeam.solver.system.operators import Array
 
 
@@ -30,11 +30,11 @@ class Contact:
         between: A point, or (point, point): the motion of the first relative to the second.
         region: Where the place may be.
         law: Law of forces beyond.
-        friction: Coefficient, for contacts of two motions.
+        friction: Coefficient, for contacts of two motions, or of three: in space, against the slip.
         sliding: Speed at which friction reaches 0.71 of its limit, m/s; 0: Coulomb's own law, which sticks without
             creep.
         offset: Place at rest, m; a number, or one for each motion. Members of an ensemble: (members,) for one motion,
-            (members, motions) for two.
+            (members, motions) for more.
         wall: Given motion of the region, a function of time, m; a number, or one for each motion.
         name: For results and paths; unique in a scene.
 
@@ -73,8 +73,9 @@ class Contact:
         if not rest.size or rest.ndim > 2 or (rest.ndim and self.motions > 1 and rest.shape[-1] != self.motions):
             raise UserError(f"{where}: found an offset of shape {rest.shape}, expected a number or {self.motions}")
         if self.motions == 1 and self.is_rough:
-            raise UserError(f"{where}: friction needs points of two motions: normal and slip")
-        kept = 2 + 3 * self.region.kind.faces if self.is_rough and self.sticks else 0
+            raise UserError(f"{where}: friction needs points of two or three motions: normal and slip")
+        sticks = 2 + 3 * self.region.kind.faces if self.sticks else 0
+        kept = (IN_SPACE if self.motions == 3 else sticks) if self.is_rough else 0
         if VALUES + len(self.region.values) + len(self.law.values) + kept > ROWS:
             raise UserError(
                 f"{where}: found {counted(len(self.region.values), 'value')} of the region and "
@@ -90,7 +91,7 @@ class Contact:
 
     @property
     def motions(self) -> int:
-        """1, or 2 in a section plane."""
+        """1, 2 in a section plane, or 3 in space."""
         return self.region.motions
 
     @property

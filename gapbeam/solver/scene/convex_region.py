@@ -60,7 +60,7 @@ class ConvexRegion:
         values: Numbers of this region, or arrays over the members of an ensemble.
         normals: Rows that span the ways which stay closed, {d: normals @ d <= 0 is open}: what a seat asks whether a
             rigid motion can escape.
-        motions: 1, or 2 in a section plane.
+        motions: 1, 2 in a section plane, or 3 in space, where walls are flat.
     """
 
     kind: RegionKind
@@ -73,6 +73,8 @@ class ConvexRegion:
 
         Of several faces the one that is nearest, or deepest, counts. The values are those of one member.
         """
+        if self.motions == 3:
+            return places @ self.normals[0] - self.values[3], np.broadcast_to(self.normals, places.shape)
         depth, normals = np.empty(len(places)), np.zeros((len(places), 2))
         flat = np.zeros((len(places), 2))
         flat[:, : self.motions] = places
@@ -152,6 +154,7 @@ def _disc(k, r0x, r0y, r1x, r1y, values):  # type: ignore[no-untyped-def]  # noq
 
 _DISC = RegionKind("Disc", 1, ("clearance",), _disc, 1)
 _SLOT = RegionKind("Slot", 2, ("clearance", "center"), _slot)
+_SPACE = RegionKind("HalfSpace", 1, ("normal_x", "normal_y", "normal_z", "clearance"), _plane, 4, 3)
 _PLANES: dict[int, RegionKind] = {}
 
 
@@ -171,18 +174,22 @@ def HalfPlane(clearance: float, normal: ArrayLike = 1.0) -> ConvexRegion:  # noq
 
     Args:
         clearance: Distance of the wall from the origin of the contact's motions, m; negative: it is pressed.
-        normal: Outward: 1 or -1 for a contact of one motion, a vector of two (scaled to length 1) in a section plane.
+        normal: Outward: 1 or -1 for a contact of one motion, a vector of two (scaled to length 1) in a section plane,
+            or of three in space.
 
     Raises:
-        UserError: The normal is 0 or has more than two parts.
+        UserError: The normal is 0 or has more than three parts.
     """
     n = np.atleast_1d(finite(normal, "HalfPlane: normal"))
     size = float(np.linalg.norm(n))
-    if n.shape not in ((1,), (2,)) or not size > 0.0:
+    if n.shape not in ((1,), (2,), (3,)) or not size > 0.0:
         raise UserError(
-            f"HalfPlane: found normal {normal!r}, expected 1 or -1, or a vector of two numbers that is not 0"
+            f"HalfPlane: found normal {normal!r}, expected 1 or -1, or a vector of two or three numbers that is not 0"
         )
-    return _half_planes(np.asarray((n / size)[None], dtype=float), finite([clearance], "HalfPlane: clearance"), len(n))
+    row, stop = np.asarray((n / size)[None], dtype=float), finite([clearance], "HalfPlane: clearance")
+    if len(n) == 3:
+        return ConvexRegion(_SPACE, (*map(float, row[0]), float(stop[0])), row, 3)
+    return _half_planes(row, stop, len(n))
 
 
 @checked

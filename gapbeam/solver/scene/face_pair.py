@@ -7,8 +7,8 @@ the part of the face that lies before the second one, and its force acts on all 
 
 The integrals are taken over the intersections of facets, seen along the normal n of the facet of the first face. Flat
 faces of straight cells then carry a constant pressure exactly (patch test); faces that are curved do so up to the
-deviation of their facets. Solids in a plane slip along one direction, in which friction is weighted likewise. Source:
-Puso and Laursen (2004), Comput. Methods Appl. Mech. Engrg. 193, 601.
+deviation of their facets. Friction weights the slip likewise, in space in two directions across the mean normal of the
+facets at a corner. Source: Puso and Laursen (2004), Comput. Methods Appl. Mech. Engrg. 193, 601.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
+from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import HalfPlane
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
@@ -82,25 +82,20 @@ def face_contacts(
         damping: Pa s/m.
         clearance: Distance of the faces, m, where it is known better than facets of curved faces have it; negative: an
             interference. Default: as the meshes lie.
-        friction: Coefficient, for solids in a plane; faces in space slip in two directions, which no contact has.
+        friction: Coefficient.
         sliding: As of a `Contact`, m/s.
         name: "face" makes contacts "face-0", "face-1", ...
 
     Raises:
-        UserError: A structure has no such face, the faces do not lie before each other, they lie in each other, or they
-            are rough in space.
+        UserError: A structure has no such face, the faces do not lie before each other, or they lie in each other.
     """
     where = f"contacts {name}"
     one, two = _face(first, where), _face(second, where)
     if FACETS[one.kind].dimension != FACETS[two.kind].dimension:
         raise UserError(f"{where}: found a solid in the plane and one in space, expected two of a kind")
     hard, lossy = positive(stiffness, f"{where}: stiffness"), positive(damping, f"{where}: damping", zero=True)
-    rough = bool(positive(friction, f"{where}: friction", zero=True) > 0.0)
-    if rough and FACETS[one.kind].dimension > 1:
-        raise ArgumentError(
-            f"{where}: found friction {friction!r} of faces in space, which slip in two directions, expected solids in "
-            "a plane, or no friction", "friction",
-        )  # fmt: skip
+    slips = FACETS[one.kind].dimension if positive(friction, f"{where}: friction", zero=True) > 0.0 else 0
+    along = _directions(one) if slips == 2 else {}
     own: list[Array] = [np.zeros((3, 0))]
     other: list[Array] = [np.zeros((3, 0))]
     area, gap = np.zeros(len(one.places)), np.zeros(len(one.places))
@@ -121,11 +116,14 @@ def face_contacts(
             np.add.at(area, corners, share.sum(axis=0))
             between = ((theirs @ two.places[facing] - mine @ one.places[facet]) * upright).sum(axis=1)
             np.add.at(gap, corners, share.T @ between)
-            ways = np.stack([upright, np.cross([0.0, 0.0, 1.0], upright)][: 1 + rough])
+            ways = np.empty((one.corners, 1 + slips, *upright.shape))
+            ways[:, 0] = upright
+            if slips:
+                ways[:, 1:] = np.cross([0, 0, 1], upright) if slips == 1 else [along[i][:, None] for i in corners]
             for nodes, values, found in ((facet, mine, own), (facing, theirs, other)):
-                table = np.einsum("gi,gj,mgd->imjd", share, values, ways)
+                table = np.einsum("gi,gj,imgd->imjd", share, values, ways)
                 columns = np.broadcast_to(3 * nodes[:, None] + np.arange(3), table.shape)
-                motions = len(ways) * corners[:, None] + np.arange(len(ways))
+                motions = (1 + slips) * corners[:, None] + np.arange(1 + slips)
                 rows = np.broadcast_to(motions[..., None, None], table.shape)
                 found.append(np.array([rows.ravel(), columns.ravel(), table.ravel()]))
     nodes = np.flatnonzero(area > SMALL * area.max(initial=0.0))
@@ -144,9 +142,9 @@ def face_contacts(
             "`clearance`, 0 where they touch, below 0 for an interference"
         )
     first_rows, second_rows = (
-        _rows(found, face, nodes, 1 + rough) / area[nodes, None, None] for found, face in ((own, one), (other, two))
+        _rows(found, face, nodes, 1 + slips) / area[nodes, None, None] for found, face in ((own, one), (other, two))
     )
-    normal_way = (1.0, 0.0)[: 1 + rough]
+    normal_way = (1.0, 0.0, 0.0)[: 1 + slips]
     return [
         Contact(
             (one.structure.point(first_rows[i], first[1]), two.structure.point(second_rows[i], second[1])),
@@ -172,6 +170,14 @@ def _face(given: tuple[Structure, str], where: str) -> _Face:
     _, slopes = shapes_at(shape.facet, np.full((1, kind.dimension), 1.0 / 3.0 if kind.simplex else 0.5))
     normals = _normals(np.einsum("dn,fnx->fdx", slopes[0], shape.places[facets]))
     return _Face(structure, shape.places, facets, shape.facet, normals)
+
+
+def _directions(face: _Face) -> dict[int, Array]:
+    """Return two directions across the mean normal of the facets at each corner, (2, 3)."""
+    mean = np.zeros_like(face.places)
+    for facet, normal in zip(face.facets, face.normals, strict=True):
+        mean[facet[: face.corners]] += normal
+    return {int(i): directions_across(mean[i] / np.linalg.norm(mean[i])) for i in np.flatnonzero(mean.any(axis=1))}
 
 
 def _normals(along: Array) -> Array:

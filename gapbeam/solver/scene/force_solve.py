@@ -13,7 +13,7 @@ whose slip turns round is linearized at no slip.
 from __future__ import annotations
 
 from gapbeam.solver.scene.lane_code import L, add, copy, eliminate, lanewise, spread
-from gapbeam.solver.scene.touch_kernel import LAST, WIDTH, call, move
+from gapbeam.solver.scene.touch_kernel import CREEP, FORCE, LAST, MU, NEW, OLD, SLOPE, WIDTH, call, move
 
 PASSES, PLAIN, RAMP, EPS = 120, 8, 60, 2e-16
 EASY, HARDER = 20, 2  # powers of two: how easily friction slides at first, and by how much it hardens at a time
@@ -35,12 +35,12 @@ def ask(slabs, h, y0, y1, F, room, which, scale, begin):
                 o, c = slabs.motion[e], e - first
                 for k in range(d):
                     row = slabs.place[s] + 8 * (WIDTH * k + L * c)
-                    move(row + 8 * WIDTH * 2, y1.ctypes.data + 8 * L * (o + k), L)
-                    if d == 2:
+                    move(row + 8 * WIDTH * NEW, y1.ctypes.data + 8 * L * (o + k), L)
+                    if d > 1:
                         for lane in range(L):
                             w[s, LAST + k, c, lane] *= keep
                     if begin:
-                        move(row, y0.ctypes.data + 8 * L * (o + k), L)
+                        move(row + 8 * WIDTH * OLD, y0.ctypes.data + 8 * L * (o + k), L)
                 e += 1
             if e == b:
                 e += 1
@@ -50,15 +50,15 @@ def ask(slabs, h, y0, y1, F, room, which, scale, begin):
                 o, c, felt = slabs.motion[i], i - first, 0.0
                 for k in range(d):
                     for lane in range(L):
-                        law[o + k, lane], J[2 * (o + k), lane] = (
-                            scale * w[s, 4 + k, c, lane],
-                            scale * w[s, 6 + 2 * k, c, lane],
+                        law[o + k, lane], J[3 * (o + k), lane] = (
+                            scale * w[s, FORCE + k, c, lane],
+                            scale * w[s, SLOPE + 3 * k, c, lane],
                         )
-                        felt += abs(w[s, 4 + k, c, lane]) + abs(w[s, 6 + 2 * k, c, lane]) + abs(F[o + k, lane])
-                    if d == 2:
+                        felt += abs(w[s, FORCE + k, c, lane]) + abs(w[s, SLOPE + 3 * k, c, lane]) + abs(F[o + k, lane])
+                    for n in range(1, d):
                         for lane in range(L):
-                            J[2 * (o + k) + 1, lane] = scale * w[s, 7 + 2 * k, c, lane]
-                            felt += abs(w[s, 7 + 2 * k, c, lane])
+                            J[3 * (o + k) + n, lane] = scale * w[s, SLOPE + 3 * k + n, c, lane]
+                            felt += abs(w[s, SLOPE + 3 * k + n, c, lane])
                 if which == 0 and not felt == 0.0:  # noqa: SIM201 - NaN feels
                     flag[i] = 1
                     fresh += 1
@@ -92,36 +92,34 @@ def off(h, free, F, y1, room, a, tolerance):
     """
     law, J, D, rough, bad, i = room.law, room.J, room.D, 0, 0, 0
     while i < a:
-        o, h00 = room.closed[i], h * D[i, i]
-        if room.span[i] == 1:
+        d, o, h00 = room.span[i], room.closed[i], h * D[i, i]
+        if d == 1:
             for lane in range(L):
                 r, size = abs(law[o, lane] - F[o, lane]), abs(y1[o, lane]) + abs(free[o, lane])
-                miss, limit = h00 * r, tolerance * size * (1.0 - h00 * J[2 * o, lane])
-                rough += not r <= EPS * (abs(law[o, lane]) + size * abs(J[2 * o, lane]))  # NaN is bad
+                miss, limit = h00 * r, tolerance * size * (1.0 - h00 * J[3 * o, lane])
+                rough += not r <= EPS * (abs(law[o, lane]) + size * abs(J[3 * o, lane]))  # NaN is bad
                 bad += not miss <= limit
-            i += 1
         else:
-            h01, h10, h11, p = h * D[i, i + 1], h * D[i + 1, i], h * D[i + 1, i + 1], o + 1
+            A, x = room.A[:d, :d], room.new[:d]
+            for k in range(d):
+                for lane in range(L):
+                    x[k, lane], near = law[o + k, lane] - F[o + k, lane], abs(law[o + k, lane])
+                    for c in range(d):
+                        A[k, c, lane] = 1.0 if k == c else 0.0
+                        near += abs(J[3 * (o + k) + c, lane]) * (abs(y1[o + c, lane]) + abs(free[o + c, lane]))
+                        for n in range(d):
+                            A[k, c, lane] -= J[3 * (o + k) + n, lane] * h * D[i + n, i + c]
+                    rough += not abs(x[k, lane]) <= EPS * near
+            eliminate(A, x, room.inverse, d)
             for lane in range(L):
-                r, s, j00, j01, j10, j11 = (
-                    law[o, lane] - F[o, lane],
-                    law[p, lane] - F[p, lane],
-                    J[2 * o, lane],
-                    J[2 * o + 1, lane],
-                    J[2 * p, lane],
-                    J[2 * p + 1, lane],
-                )
-                a00, a01 = 1.0 - j00 * h00 - j01 * h10, -j00 * h01 - j01 * h11
-                a10, a11 = -j10 * h00 - j11 * h10, 1.0 - j10 * h01 - j11 * h11
-                u, v = abs(y1[o, lane]) + abs(free[o, lane]), abs(y1[p, lane]) + abs(free[p, lane])
-                x, y, limit = a11 * r - a01 * s, a00 * s - a10 * r, tolerance * (u + v) * abs(a00 * a11 - a01 * a10)
-                miss = abs(h00 * x + h01 * y) + abs(h10 * x + h11 * y)
-                rough += not (
-                    abs(r) <= EPS * (abs(law[o, lane]) + abs(j00) * u + abs(j01) * v)
-                    and abs(s) <= EPS * (abs(law[p, lane]) + abs(j10) * u + abs(j11) * v)
-                )
-                bad += not miss <= limit
-            i += 2
+                size = total = 0.0
+                for k in range(d):
+                    miss = 0.0
+                    for c in range(d):
+                        miss += D[i + k, i + c] * x[c, lane]
+                    size, total = size + abs(y1[o + k, lane]) + abs(free[o + k, lane]), total + abs(h * miss)
+                bad += not total <= tolerance * size
+        i += d
     return 0 if rough == 0 else 1 if bad == 0 else 2
 
 
@@ -156,8 +154,8 @@ def slide(slabs, ease):
     The speed up to which it gives way is multiplied, or the coefficient of friction that sticks is divided.
     """
     for s in range(len(slabs.address)):
-        if slabs.motions[s] == 2:
-            row, by = (15, 1.0 / ease) if slabs.sticks[s] else (16, ease)
+        if slabs.motions[s] > 1:
+            row, by = (MU, 1.0 / ease) if slabs.sticks[s] else (CREEP, ease)
             for e in range(slabs.start[s + 1] - slabs.start[s]):
                 for lane in range(L):
                     slabs.work[s, row, e, lane] *= by
@@ -217,17 +215,24 @@ def newton(slabs, h, D, y0, free, F, y1, room, tolerance):
             for k in range(i, i + d):
                 p = closed[k]
                 for j in range(a):
-                    c0, c1 = h * room.D[i, j], h * room.D[i + d - 1, j]
+                    c0, c1 = h * room.D[i, j], h * room.D[i + (d > 1), j]
                     for lane in range(L):
-                        A[k, j, lane] = -c0 * J[2 * p, lane] - c1 * J[2 * p + 1, lane]  # the second is 0 for one motion
-                q = o + d - 1
+                        A[k, j, lane] = -c0 * J[3 * p, lane] - c1 * J[3 * p + 1, lane]  # the second is 0 for one motion
+                q = o + (d > 1)
                 for lane in range(L):
                     A[k, k, lane] += 1.0
                     new[k, lane] = (
                         law[p, lane]
-                        + J[2 * p, lane] * (free[o, lane] - y1[o, lane])
-                        + J[2 * p + 1, lane] * (free[q, lane] - y1[q, lane])
+                        + J[3 * p, lane] * (free[o, lane] - y1[o, lane])
+                        + J[3 * p + 1, lane] * (free[q, lane] - y1[q, lane])
                     )
+                if d == 3:
+                    for j in range(a):
+                        c0 = h * room.D[i + 2, j]
+                        for lane in range(L):
+                            A[k, j, lane] -= c0 * J[3 * p + 2, lane]
+                    for lane in range(L):
+                        new[k, lane] += J[3 * p + 2, lane] * (free[o + 2, lane] - y1[o + 2, lane])
             i += d
         eliminate(A, new, room.inverse, a)
         for i in range(a):
@@ -251,14 +256,14 @@ def few(h, free, F, y1, room, a):
     if a == 1:
         c = h * room.D[0, 0]
         for lane in range(L):
-            slope = J[2 * o, lane]
+            slope = J[3 * o, lane]
             f = (law[o, lane] + slope * (free[o, lane] - y1[o, lane])) / (1.0 - c * slope)
             F[o, lane], y1[o, lane] = f, free[o, lane] + c * f
         return
     c00, c01, c10, c11 = h * room.D[0, 0], h * room.D[0, 1], h * room.D[1, 0], h * room.D[1, 1]
-    r, s = (2 * p, 2 * p + 1) if room.span[0] == 2 else (2 * o + 1, 2 * p)  # slopes of p by o, and by itself
+    r, s = (3 * p, 3 * p + 1) if room.span[0] == 2 else (3 * o + 1, 3 * p)  # slopes of p by o, and by itself
     for lane in range(L):
-        j00, j01, j10, j11 = J[2 * o, lane], J[2 * o + 1, lane], J[r, lane], J[s, lane]
+        j00, j01, j10, j11 = J[3 * o, lane], J[3 * o + 1, lane], J[r, lane], J[s, lane]
         x, y = free[o, lane] - y1[o, lane], free[p, lane] - y1[p, lane]
         b0, b1 = law[o, lane] + j00 * x + j01 * y, law[p, lane] + j10 * x + j11 * y
         a00, a01 = 1.0 - j00 * c00 - j01 * c10, -j00 * c01 - j01 * c11
@@ -272,15 +277,8 @@ def few(h, free, F, y1, room, a):
 @lanewise
 def search(slabs, h, y0, y1, F, room, a):
     """Shorten each lane's update to where the step potential stops falling (bisection on its derivative)."""
-    low, high, s, rise, new, way, base = (
-        room.line[0],
-        room.line[1],
-        room.line[2],
-        room.line[3],
-        room.new,
-        room.way,
-        room.base,
-    )
+    low, high, s, rise = room.line[0], room.line[1], room.line[2], room.line[3]
+    new, way, base = room.new, room.way, room.base
     for lane in range(L):
         low[lane], high[lane], s[lane] = 0.0, 1.0, 1.0
     for _ in range(30):

@@ -24,7 +24,7 @@ import numpy as np
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.feedback_loop import FeedbackLoop, aligned
-from gapbeam.solver.scene.touch_kernel import LAST
+from gapbeam.solver.scene.touch_kernel import FORCE, LAST, NEW, POTENTIAL, SLOPE
 from gapbeam.solver.system.operators import Array
 
 Three = tuple[float, float, float]
@@ -245,7 +245,7 @@ class Slabs(NamedTuple):
         address: (slabs,) of each touch.
         place: (slabs,) address of each workspace.
         start: (slabs + 1,) first contact of each slab.
-        motions: (slabs,) 1 or 2.
+        motions: (slabs,) 1 to 3.
         motion: (contacts,) first motion of each contact, in the order of the slabs.
         work: (slabs, ROWS, WIDTH // L, L).
         spent: (contacts, L), in the same order: energy lost in each contact so far, by its law and by friction.
@@ -389,7 +389,7 @@ def rooms(linear: Linear, contacts: int, lanes: int) -> tuple[Space, SolveRoom]:
     n, m, outputs, watched = len(linear.squares), len(linear.delassus), len(linear.feed.acted), len(linear.watch)
     sizes = (n, n, n, linear.feed.acted.shape[1], m, m, linear.feed.stack, outputs, m, watched, 1, outputs)
     space = Space(*(aligned(np.zeros((rows, lanes))) for rows in sizes))
-    arrays = (np.zeros((rows, lanes)) for rows in (m, 2 * m, m, m, m, m, 4))
+    arrays = (np.zeros((rows, lanes)) for rows in (m, 3 * m, m, m, m, m, 4))
     lists = tuple(np.zeros(count, dtype=np.int64) for count in (contacts, m, m, m, 1))
     whole: tuple[Any, ...] = (*arrays, np.zeros((m, m, lanes)), np.zeros((m, m)), *lists)
     return space, SolveRoom(*whole)
@@ -407,11 +407,11 @@ def rest(slabs: Slabs, y: Array, h: float = 1.0, end: Array | None = None) -> tu
     for s, w in enumerate(slabs.work):
         d, motions = slabs.motions[s], slabs.motion[slabs.start[s] : slabs.start[s + 1]]
         for c, o in enumerate(motions):
-            w[:d, c], w[2 : 2 + d, c] = y[o : o + d], (y if end is None else end)[o : o + d]
-            w[LAST : LAST + 2, c] = 0.0  # a slip before
+            w[:d, c], w[NEW : NEW + d, c] = y[o : o + d], (y if end is None else end)[o : o + d]
+            w[LAST : LAST + 3, c] = 0.0  # a slip before
         kind(int(slabs.address[s]))(h, int(lanes * len(motions)), int(slabs.place[s]))
         for c, o in enumerate(motions):
-            F[o : o + d], stored = w[4 : 4 + d, c], stored + w[10, c]
+            F[o : o + d], stored = w[FORCE : FORCE + d, c], stored + w[POTENTIAL, c]
             for i in range(d):
-                J[o + i, o : o + d] = w[6 + 2 * i : 6 + 2 * i + d, c, 0]
+                J[o + i, o : o + d] = w[SLOPE + 3 * i : SLOPE + 3 * i + d, c, 0]
     return F, J, stored

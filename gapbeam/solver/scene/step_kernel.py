@@ -11,7 +11,7 @@ from math import sqrt
 
 from gapbeam.solver.scene.force_solve import solve
 from gapbeam.solver.scene.lane_code import L, across, add, blocks, clear, copy, diagonals, lanewise, spread
-from gapbeam.solver.scene.touch_kernel import call
+from gapbeam.solver.scene.touch_kernel import LOST, NEW, OLD, POTENTIAL, SLID, call
 
 DAMPED, LAW, RUBBED, LOADED, WALLED, STORED, KINETIC, STRAIN = range(8)
 
@@ -50,17 +50,17 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
             for c in range(count):
                 j = slabs.motion[slabs.start[s] + c]
                 for lane in range(L):
-                    slabs.work[s, 0, c, lane], slabs.work[s, 2, c, lane] = y[j, lane], y1[j, lane]
+                    slabs.work[s, OLD, c, lane], slabs.work[s, NEW, c, lane] = y[j, lane], y1[j, lane]
             call(slabs.settle[s], h, L * count, slabs.place[s])
     clear(ledger[STORED:])
     for s in range(len(slabs.address)):
         for c in range(slabs.start[s + 1] - slabs.start[s]):
             spent = slabs.spent[slabs.start[s] + c]
             for lane in range(L):
-                spent[lane] += slabs.work[s, 11, c, lane] + slabs.work[s, 12, c, lane]
-                ledger[STORED, lane] += slabs.work[s, 10, c, lane]
-                ledger[LAW, lane] += slabs.work[s, 11, c, lane]
-                ledger[RUBBED, lane] += slabs.work[s, 12, c, lane]
+                spent[lane] += slabs.work[s, LOST, c, lane] + slabs.work[s, SLID, c, lane]
+                ledger[STORED, lane] += slabs.work[s, POTENTIAL, c, lane]
+                ledger[LAW, lane] += slabs.work[s, LOST, c, lane]
+                ledger[RUBBED, lane] += slabs.work[s, SLID, c, lane]
     for j in range(m):
         for lane in range(L):
             ledger[WALLED, lane] += F[j, lane] * moved[j, lane]
@@ -98,7 +98,12 @@ def sum_up(sums, place, F, size):
                 size[0, lane] = abs(F[o, lane])
         else:
             for lane in range(L):
-                size[0, lane] = sqrt(F[o, lane] * F[o, lane] + F[o + 1, lane] * F[o + 1, lane])
+                size[0, lane] = F[o, lane] * F[o, lane] + F[o + 1, lane] * F[o + 1, lane]
+            for n in range(o + 2, sums.first[c + 1]):
+                for lane in range(L):
+                    size[0, lane] += F[n, lane] * F[n, lane]
+            for lane in range(L):
+                size[0, lane] = sqrt(size[0, lane])
         for lane in range(L):
             x, before = size[0, lane], sums.before[c, lane]
             touched = 1.0 if x > 0.0 else 0.0
@@ -127,28 +132,16 @@ def march(
     Motions are (modes or rows, L); acc has no rows where the scheme needs none. loads (steps, loads, L), walls (steps +
     1, m, L), or (1, m, L) where none moves. sums, records: see `StepSums` and `StepRecords`.
     """
-    inverse, squares, damping, patterns, answers, scheme = (
-        linear.inverse,
-        linear.squares,
-        linear.damping,
-        linear.patterns,
-        linear.answers,
-        linear.scheme,
-    )
+    inverse, squares, damping = linear.inverse, linear.squares, linear.damping
+    patterns, answers, scheme = linear.patterns, linear.answers, linear.scheme
     speed, lag, u, place, moved, lost = space.speed, space.lag, space.u, space.place, space.moved, space.lost
     n, m, nw = len(squares), len(linear.delassus), len(linear.watch)
     no, nf, feed = len(linear.feed.acted), len(patterns), linear.feed
     accelerated, diagonal, total = len(acc) > 0, damping.shape[0] == 1, 0
     r, weight, root, drive = space.r, linear.weight, linear.root, speed if diagonal else space.r
     cv, ca, d0, d1, d2 = -scheme[0, 1] / h, -scheme[0, 2], scheme[1, 0], scheme[1, 1], scheme[1, 2] * h
-    e0, e1, e2, g0, g1, g2 = (
-        scheme[2, 0],
-        scheme[2, 1],
-        scheme[2, 2] * h,
-        scheme[3, 0] / h,
-        scheme[3, 1] / h,
-        scheme[3, 2],
-    )
+    e0, e1, e2 = scheme[2, 0], scheme[2, 1], scheme[2, 2] * h
+    g0, g1, g2 = scheme[3, 0] / h, scheme[3, 1] / h, scheme[3, 2]
     for k in range(steps):
         if accelerated:
             for i in range(n):

@@ -345,30 +345,24 @@ def mass(
 
     Args:
         value: kg.
-        motions: 1, or 2 in a section plane.
+        motions: 1, 2 in a section plane, or 3 in space.
         stiffness: Stiffness of a spring to the frame in each motion, N/m.
         damping: N s/m.
         name: Name of the structure.
         points: More points, as in `Structure`.
 
     Raises:
-        UserError: The mass is not above 0, or there are neither one nor two motions.
+        UserError: The mass is not above 0, or there are other than one to three motions.
     """
     if not value > 0.0:
         raise UserError(f"mass {name or '?'}: found {value!r} kg, expected a mass above 0")
-    if motions not in (1, 2):
-        raise UserError(f"mass {name or '?'}: found {counted(motions, 'motion')}, expected 1, or 2 in a section plane")
+    if motions not in (1, 2, 3):
+        raise UserError(
+            f"mass {name or '?'}: found {counted(motions, 'motion')}, expected 1, 2 in a section plane, or 3 in space"
+        )
     unit = np.eye(motions)
-    return Structure(
-        value * unit,
-        stiffness * unit,
-        damping * unit,
-        {"at": unit, **points},
-        None if stiffness else unit,
-        name,
-        None,
-        [1.0] if motions == 1 else None,
-    )
+    held, frame, every = None if stiffness else unit, [1.0] if motions == 1 else None, {"at": unit, **points}
+    return Structure(value * unit, stiffness * unit, damping * unit, every, held, name, None, frame)
 
 
 SHIFT = 0.1

@@ -1,15 +1,15 @@
 """The contact force of one region and one law, compiled together: a touch.
 
-A touch loops over evaluations (members, or contacts of one kind) on a workspace of rows of WIDTH numbers: rows 0, 1 old
-place; 2, 3 new place; 4, 5 force; 6 to 9 its slope by rows; 10 potential; 11 work lost in the law; 12 in friction; 13,
-14 motion when it was last asked; 15 friction coefficient; 16 sliding speed, or stiffness where friction sticks; then
-the values of the region and of the law. Kernels call touches by their address, so that a new law or region compiles a
-touch only, and a touch is the one source of contact force, slope, potential and losses.
+A touch loops over evaluations (members, or contacts of one kind) on a workspace of rows of WIDTH numbers: three of the
+OLD place, NEW place, FORCE; its SLOPE by rows of three; POTENTIAL; work LOST in the law; work SLID off in friction; the
+motion when it was LAST asked; friction coefficient MU; CREEP: sliding speed, or stiffness where friction sticks;
+then the VALUES of the region and of the law. Kernels call touches by their address, so that a new law or region
+compiles a touch only, and a touch is the one source of contact force, slope, potential and losses.
 
 Friction that sticks keeps three more rows for each face after two of the place where it was last asked: its force there
 and the slope of that force. What they make of the new place is the force that the solve gives the face; with c s of the
-slip s it says whether the face sticks (Alart and Curnier 1991, Comput. Methods Appl. Mech. Eng. 92, 353). Row 13 is
-then 0 where nothing was asked yet.
+slip s it says whether the face sticks (Alart and Curnier 1991, Comput. Methods Appl. Mech. Eng. 92, 353). The first
+row of LAST is then 0 where nothing was asked yet.
 """
 
 from __future__ import annotations
@@ -27,7 +27,10 @@ from gapbeam.solver.scene.convex_region import RegionKind
 from gapbeam.solver.scene.force_law import LawKind, inlined, responder
 from gapbeam.solver.scene.object_code import address
 
-WIDTH, ROWS, LAST, VALUES = 64, 64, 13, 17
+WIDTH, ROWS = 64, 73
+OLD, NEW, FORCE, SLOPE, POTENTIAL, LOST, SLID, LAST, MU, CREEP, VALUES = 0, 3, 6, 9, 18, 19, 20, 21, 24, 25, 26
+IN_SPACE = 21
+"""Rows that friction in space keeps."""
 STICKING = 1e5
 """Stiffness of friction that sticks, times the mobility of its contact in a step."""
 SIGNATURE = types.void(types.float64, types.int64, types.CPointer(types.float64))
@@ -42,7 +45,7 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
     Args:
         region: Kind of region.
         law: Kind of law.
-        motions: 1, or 2 in a section plane.
+        motions: 1, 2 in a section plane, or 3 in space, where walls are flat.
         rough: Whether there is friction.
         exact: Whether friction sticks without creep, by Coulomb's own law.
         damped: Whether the damper of the law acts.
@@ -50,6 +53,9 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
     """
     key = (region, law, motions, rough, exact, damped, level)
     if key in _touches:
+        return _touches[key]
+    if motions == 3:
+        _touches[key] = address(SIGNATURE, _in_space(law, rough, exact, damped, level))
         return _touches[key]
     face, respond, faces = region.face, responder(law, damped), region.faces
     own = VALUES + len(region.names) + len(law.names)  # first row that friction keeps
@@ -59,8 +65,8 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
         w = numba.carray(workspace, (ROWS, WIDTH))
         for i in range(count):
             place, values = at_region(w, i), at_law(w, i)
-            r0x, r1x = w[0, i], w[2, i]
-            r0y, r1y = (w[1, i], w[3, i]) if motions == 2 else (0.0, 0.0)
+            r0x, r1x = w[OLD, i], w[NEW, i]
+            r0y, r1y = (w[OLD + 1, i], w[NEW + 1, i]) if motions == 2 else (0.0, 0.0)
             fx = fy = a = b = c = d = stored = lost = rubbed = turned = way = had = 0.0
             for k in range(faces):
                 ex, ey, slides = r1x, r1y, 1.0  # where the face is linearised
@@ -73,14 +79,14 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
                         + w[own + 3 + 3 * k, i] * (r1x - w[own, i])
                         + w[own + 4 + 3 * k, i] * (r1y - w[own + 1, i])
                     )
-                    way = had + w[16, i] / STICKING * reach
+                    way = had + w[CREEP, i] / STICKING * reach
                     if level > 0:
                         mx, my = r0x + level * (r1x - r0x), r0y + level * (r1y - r0y)
                         xm = face(k, mx, my, mx, my, place)[1]
                         normal = respond(xm, xm, step, h, level, values)[0]
                     else:
                         normal = respond(x0, x1, step, h, level, values)[0]
-                    if abs(way) <= w[15, i] * abs(normal):
+                    if abs(way) <= w[MU, i] * abs(normal):
                         ex, ey, slides = ex + s * gy, ey - s * gx, 0.0
                         x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place)
                 if rough and not exact:  # a slip that turned round: at no slip
@@ -93,20 +99,15 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
                     mx, my = r0x + level * dx, r0y + level * dy
                     W0, W1 = respond(x0, x0, 0.0, h, level, values)[3], respond(x1, x1, 0.0, h, level, values)[3]
                     x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, mx, my, mx, my, place)
-                    step, g00, g01, g10, g11 = (
-                        gx * dx + gy * dy,
-                        2 * level * g00,
-                        2 * level * g01,
-                        2 * level * g10,
-                        2 * level * g11,
-                    )
+                    step, twice = gx * dx + gy * dy, 2 * level
+                    g00, g01, g10, g11 = twice * g00, twice * g01, twice * g10, twice * g11
                 T, slope, beyond, W = respond(x0, x1, step, h, level, values)
                 ux, uy, j00, j01 = -T * gx, -T * gy, -slope * nx * gx - T * g00, -slope * ny * gx - T * g01
                 j10, j11 = -slope * nx * gy - T * g10, -slope * ny * gy - T * g11
                 stored += W1 if level > 0 else W
                 lost += T * step - (W1 - W0) if level > 0 else beyond * step
                 if rough:
-                    mu, full, size = w[15, i], w[16, i], np.sqrt(gx * gx + gy * gy) + 1e-300
+                    mu, full, size = w[MU, i], w[CREEP, i], np.sqrt(gx * gx + gy * gy) + 1e-300
                     tx, ty = -gy / size, gx / size
                     s, rub = slides * (tx * dx + ty * dy), mu * abs(T)
                     if exact:
@@ -139,16 +140,96 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
                     uy += j10 * (r1x - ex) + j11 * (r1y - ey)
                 fx, fy, a, b, c, d = fx + ux, fy + uy, a + j00, b + j01, c + j10, d + j11
             if rough and exact:
-                w[12, i], w[LAST, i], w[own, i], w[own + 1, i] = rubbed, 1.0, r1x, r1y
+                w[SLID, i], w[LAST, i], w[own, i], w[own + 1, i] = rubbed, 1.0, r1x, r1y
             elif rough:
-                w[12, i], w[LAST, i], w[LAST + 1, i] = rubbed, (1 - turned) * (r1x - r0x), (1 - turned) * (r1y - r0y)
-            w[4, i], w[6, i] = fx, a
+                w[SLID, i], w[LAST, i], w[LAST + 1, i] = rubbed, (1 - turned) * (r1x - r0x), (1 - turned) * (r1y - r0y)
+            w[FORCE, i], w[SLOPE, i] = fx, a
             if motions == 2:
-                w[5, i], w[7, i], w[8, i], w[9, i] = fy, b, c, d
-            w[10, i], w[11, i] = stored, lost
+                w[FORCE + 1, i], w[SLOPE + 1, i], w[SLOPE + 3, i], w[SLOPE + 4, i] = fy, b, c, d
+            w[POTENTIAL, i], w[LOST, i] = stored, lost
 
     _touches[key] = address(SIGNATURE, compiled)
     return _touches[key]
+
+
+def _in_space(law: LawKind, rough: bool, exact: bool, damped: bool, level: float) -> Any:
+    """Return the touch of a flat wall in space, whose friction is a vector across the normal n.
+
+    With the slip s of a step and the force N on the wall, friction is mu N s / sqrt(s^2 + (v h)^2). Coulomb's own is
+    the force f of the solve, with a stiff spring on s, where |f + c s| <= mu N; else mu N d with d along f + c s, which
+    the part of s across d turns. In all cases its slope is turn (1 - n n^T - d d^T) + mu N' d n^T.
+    """
+    respond, wall, own = responder(law, damped), VALUES, VALUES + 4 + len(law.names)
+    at_law, last, force, slopes, slip, unit = _values(wall + 4, len(law.names)), *(own + k for k in (0, 3, 6, 15, 18))
+
+    def compiled(h, count, workspace):  # type: ignore[no-untyped-def]
+        w = numba.carray(workspace, (ROWS, WIDTH))
+        for i in range(count):
+            values, x0, x1 = at_law(w, i), -w[wall + 3, i], -w[wall + 3, i]
+            for k in range(3):
+                x0, x1 = x0 + w[wall + k, i] * w[OLD + k, i], x1 + w[wall + k, i] * w[NEW + k, i]
+            step = x1 - x0
+            if level > 0:
+                W0, W1 = respond(x0, x0, 0.0, h, level, values)[3], respond(x1, x1, 0.0, h, level, values)[3]
+                T, slope, _, _ = respond(x0 + level * step, x0 + level * step, step, h, level, values)
+                w[POTENTIAL, i], w[LOST, i] = W1, T * step - (W1 - W0)
+            else:
+                T, slope, beyond, W = respond(x0, x1, step, h, level, values)
+                w[POTENTIAL, i], w[LOST, i] = W, beyond * step
+            w[SLID, i] = 0.0
+            for k in range(3):
+                w[FORCE + k, i] = -T * w[wall + k, i]
+                for n in range(3):
+                    w[SLOPE + 3 * k + n, i] = -slope * w[wall + k, i] * w[wall + n, i]
+            if not rough:
+                continue
+            most, grow, full, size, back = w[MU, i] * abs(T), w[MU, i] * np.sign(T) * slope, w[CREEP, i], 0.0, 0.0
+            for k in range(3):
+                w[slip + k, i], had = w[NEW + k, i] - w[OLD + k, i] - step * w[wall + k, i], 0.0
+                if exact:
+                    had = w[force + k, i]
+                    for n in range(3):
+                        had += w[slopes + 3 * k + n, i] * (w[NEW + n, i] - w[last + n, i])
+                w[unit + k, i] = w[LAST, i] * had
+            for row in (unit, slip):  # round-off along the normal, which stiff friction would make a force
+                out = w[wall, i] * w[row, i] + w[wall + 1, i] * w[row + 1, i] + w[wall + 2, i] * w[row + 2, i]
+                for k in range(3):
+                    w[row + k, i] -= out * w[wall + k, i]
+            for k in range(3):
+                way = s = w[slip + k, i]
+                if exact:
+                    way, w[force + k, i] = w[unit + k, i] + full / STICKING * s, w[unit + k, i] + full * s
+                w[unit + k, i], size, back = way, size + way * way, back + s * w[LAST + k, i]
+            if exact:
+                size = np.sqrt(size)
+                holds = most > 0 and size <= most
+                turn = full if holds else min(most * full / STICKING / (size - most), full) if most > 0 else 0.0
+            else:  # a slip that turned round: at no slip
+                holds = back < 0
+                size = np.sqrt((0.0 if holds else size) + (full * h) ** 2)
+                turn = most / size
+            along, worked = 0.0, 0.0
+            for k in range(3):
+                w[unit + k, i] = 0.0 if holds else w[unit + k, i] / (size + 1e-300)
+                along += w[unit + k, i] * w[slip + k, i]
+            for k in range(3):
+                s, d = w[slip + k, i], w[unit + k, i]
+                if not exact:
+                    w[force + k, i], w[LAST + k, i] = turn * s, 0.0 if holds else s
+                elif not holds:
+                    w[force + k, i] = most * d + turn * (s - along * d)
+                for n in range(3):
+                    across = (1.0 if k == n else 0.0) - w[wall + k, i] * w[wall + n, i] - d * w[unit + n, i]
+                    w[slopes + 3 * k + n, i] = turn * across + grow * d * w[wall + n, i]
+                    w[SLOPE + 3 * k + n, i] -= w[slopes + 3 * k + n, i]
+                w[FORCE + k, i] -= w[force + k, i]
+                worked += w[force + k, i] * s
+                w[last + k, i] = w[NEW + k, i]
+            w[SLID, i] = worked
+            if exact:
+                w[LAST, i] = 1.0
+
+    return compiled
 
 
 def settled(region: RegionKind, law: LawKind) -> int:
@@ -163,13 +244,13 @@ def settled(region: RegionKind, law: LawKind) -> int:
     def compiled(h, count, workspace):  # type: ignore[no-untyped-def]
         w = numba.carray(workspace, (ROWS, WIDTH))
         for i in range(count):
-            x0, x1 = face(0, w[0, i], 0.0, w[2, i], 0.0, at_region(w, i))[:2]
+            x0, x1 = face(0, w[OLD, i], 0.0, w[NEW, i], 0.0, at_region(w, i))[:2]
             before = potential(x1, *at_law(w, i))
             new = settle(x0, x1, h, *at_law(w, i))
             for k in range(kept):
                 w[first + given + k, i] = new[k]
             after = potential(x1, *at_law(w, i))
-            w[10, i], w[11, i] = after, w[11, i] + before - after
+            w[POTENTIAL, i], w[LOST, i] = after, w[LOST, i] + before - after
 
     _touches[key] = address(SIGNATURE, compiled)
     return _touches[key]

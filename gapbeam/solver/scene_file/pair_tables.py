@@ -25,6 +25,7 @@ from gapbeam.solver.schema.table import Name, NonNegative, Number, PointName, Po
 from gapbeam.solver.system.operators import Array
 
 Pair2 = tuple[Number, Number]
+Pair3 = tuple[Number, Number, Number]
 
 
 class HalfPlaneRegion(Table):
@@ -32,8 +33,8 @@ class HalfPlaneRegion(Table):
 
     type: Literal["half-plane"] = Field(description="kind of region")
     clearance: Number = Field(description="distance to the wall at rest, m", examples=[1e-3])
-    normal: Literal[1, -1] | Pair2 = Field(
-        default=1, description="toward the wall: 1 or -1, or a vector for points of two motions, no unit"
+    normal: Literal[1, -1] | Pair2 | Pair3 = Field(
+        default=1, description="toward the wall: 1 or -1, or a vector for points of two or three motions, no unit"
     )
 
     def made(self) -> ConvexRegion:
@@ -157,7 +158,7 @@ class PairTable(Table):
     law: LawOfPair | None = Field(default=None, description="law of forces, a table; default that of [contact]")
     friction: NonNegative | None = Field(default=None, description="coefficient, no unit; default that of [contact]")
     sliding: NonNegative | None = Field(default=None, description="see [contact], m/s; default that of [contact]")
-    offset: Number | Pair2 = Field(default=0.0, description="place in the region at rest, one number a motion, m")
+    offset: Number | Pair2 | Pair3 = Field(default=0.0, description="place in the region at rest, of each motion, m")
     interference: Switch = Field(default=False, description="whether the pair may be pressed at rest")
 
     def over(self, default: PairContact) -> PairTable:
@@ -198,7 +199,7 @@ def pair_faults(
             Fault(
                 (*key, "friction"),
                 f"{pair.friction:g} at points of one motion",
-                "points of two motions: normal and slip",
+                "points of two or three motions: normal and slip",
             )
         ]
     offset = np.atleast_1d(np.asarray(pair.offset, dtype=float))
@@ -311,7 +312,6 @@ def faces_faults(key: Key, pair: PairTable, bodies: Mapping[str, Any]) -> Iterat
     """Yield the faults in the keys of a pair of faces, over [contact]; `bodies`: models of the structures by name."""
     if len(pair.between) == 1:
         yield Fault((*key, "between"), f'"{pair.between[0]}" alone', "two faces")
-    in_space = False
     for place in pair.between:
         name, dot, _ = place.partition(".")
         model = bodies.get(name)
@@ -321,8 +321,6 @@ def faces_faults(key: Key, pair: PairTable, bodies: Mapping[str, Any]) -> Iterat
         elif not isinstance(model, MeshFile):
             yield Fault((*key, "between"), f'"{place}" of a model {model.type}', "a face of a model mesh",
                         "points for other models: leave at out")  # fmt: skip
-        else:
-            in_space = in_space or model.plane is None
     region = pair.region
     if region is not None and (not isinstance(region, HalfPlaneRegion) or region.normal != 1):
         yield Fault((*key, "region"), f'"{region.type}"', "a half plane with a clearance, whose normal is of the face")
@@ -334,9 +332,6 @@ def faces_faults(key: Key, pair: PairTable, bodies: Mapping[str, Any]) -> Iterat
                     'region = { type = "half-plane", clearance = 1e-4 }')  # fmt: skip
     if not isinstance(pair.law, LinearLaw | None):
         yield Fault((*key, "law"), f"{pair.law.type} between faces", "kelvin-voigt, per area")
-    if pair.friction and in_space:
-        yield Fault((*key, "friction"), f"{pair.friction:g} of faces in space, which slip in two directions",
-                    "friction of faces in a plane, or of points of two motions")  # fmt: skip
 
 
 def meeting_faults(

@@ -179,6 +179,6 @@ def in_space(one: Structure, ways: Array) -> Structure:
 
 
 def line_of(place: Pose, length: float, motions: int, half: float) -> PlacedBody:
-    """Return the extent of a beam, a bar or a mass (of length 0) whose motions are across, and then along its own y."""
+    """Return the extent of a beam, a bar or a mass (of length 0) whose motions are across, along its own y, along."""
     ends = place.in_space(np.array([[0.0, 0.0, 0.0], [length, 0.0, 0.0]]))
-    return PlacedBody((), ends, place.turn.T[[2, 1][:motions]], half)
+    return PlacedBody((), ends, place.turn.T[[2, 1, 0][:motions]], half)

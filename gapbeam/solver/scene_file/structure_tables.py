@@ -145,7 +145,9 @@ class LumpedMass(Table):
 
     type: Literal["mass"] = Field(description="kind of model")
     mass: Positive = Field(description="kg", examples=[1.0])
-    motions: Whole = Field(default=1, ge=1, le=2, description="1, or 2 in a section plane")
+    motions: Whole = Field(
+        default=1, ge=1, le=3, description="1: across its axis, 2: along its own y, too, 3: along its axis, too"
+    )
     stiffness: NonNegative = Field(default=0.0, description="spring to the frame in each motion, N/m")
     damping: NonNegative = Field(default=0.0, description="damper to the frame in each motion, N s/m")
 

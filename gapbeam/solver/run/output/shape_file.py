@@ -97,9 +97,10 @@ def _placed(scene: Scene, point: StructurePoint) -> tuple[Array, Array] | None:
 
 
 def _walls(contact: Contact, far: float) -> Array:
-    """Return the near places of walls around a point, (walls, motions), m: both ways, or all around."""
+    """Return the near places of walls around a point, (walls, motions), m: both ways, all around, or of a flat wall."""
     turns = np.linspace(0.0, 2.0 * np.pi, ANGLES, endpoint=False)
-    rays = np.array([[1.0], [-1.0]]) if contact.motions == 1 else np.column_stack([np.cos(turns), np.sin(turns)])
+    flat = contact.region.normals if contact.motions == 3 else np.array([[1.0], [-1.0]])
+    rays = np.column_stack([np.cos(turns), np.sin(turns)]) if contact.motions == 2 else flat
     at = contact.place_at_rest[:, 0]
     low: Array = np.zeros(len(rays))
     high: Array = np.full(len(rays), far)

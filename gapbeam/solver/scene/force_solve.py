@@ -99,6 +99,21 @@ def off(h, free, F, y1, room, a, tolerance):
                 miss, limit = h00 * r, tolerance * size * (1.0 - h00 * J[3 * o, lane])
                 rough += not r <= EPS * (abs(law[o, lane]) + size * abs(J[3 * o, lane]))  # NaN is bad
                 bad += not miss <= limit
+        elif d == 2:
+            h01, h10, h11, p = h * D[i, i + 1], h * D[i + 1, i], h * D[i + 1, i + 1], o + 1
+            for lane in range(L):
+                r, s = law[o, lane] - F[o, lane], law[p, lane] - F[p, lane]
+                j00, j01, j10, j11 = J[3 * o, lane], J[3 * o + 1, lane], J[3 * p, lane], J[3 * p + 1, lane]
+                a00, a01 = 1.0 - j00 * h00 - j01 * h10, -j00 * h01 - j01 * h11
+                a10, a11 = -j10 * h00 - j11 * h10, 1.0 - j10 * h01 - j11 * h11
+                u, v = abs(y1[o, lane]) + abs(free[o, lane]), abs(y1[p, lane]) + abs(free[p, lane])
+                x0, x1, limit = a11 * r - a01 * s, a00 * s - a10 * r, tolerance * (u + v) * abs(a00 * a11 - a01 * a10)
+                miss = abs(h00 * x0 + h01 * x1) + abs(h10 * x0 + h11 * x1)
+                rough += not (
+                    abs(r) <= EPS * (abs(law[o, lane]) + abs(j00) * u + abs(j01) * v)
+                    and abs(s) <= EPS * (abs(law[p, lane]) + abs(j10) * u + abs(j11) * v)
+                )
+                bad += not miss <= limit
         else:
             A, x = room.A[:d, :d], room.new[:d]
             for k in range(d):

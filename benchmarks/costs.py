@@ -27,8 +27,7 @@ from benchmarks.table import (
     print_figures,
     seconds,
 )
-from benchmarks.textbook import shaken
-from benchmarks.textbook_newton import marched, seated
+from benchmarks.textbook import marched, seated, shaken
 
 CELLS = (2, 3, 4, 5, 6, 8)  # across and through the beam
 DEGREES = (1, 3, 5, 7, 9, 11)  # of the quadrature on the faces

@@ -20,7 +20,7 @@ from dolfinx import fem, geometry
 from mpi4py import MPI
 
 from benchmarks.table import Cell, Table, machine_words, options
-from benchmarks.textbook_newton import stress
+from benchmarks.textbook import stress
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, coordinate_element
 from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, SMOOTHED_ACCELERATION

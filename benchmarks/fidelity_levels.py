@@ -19,8 +19,7 @@ import numpy as np
 from mpi4py import MPI
 
 from benchmarks.table import Cell, Table, machine_words, options, seconds
-from benchmarks.textbook import CASE
-from benchmarks.textbook_newton import TextbookBeam, seated
+from benchmarks.textbook import CASE, TextbookBeam, seated
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.run_comparison import RunComparison, compare
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE

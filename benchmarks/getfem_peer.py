@@ -20,8 +20,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from benchmarks.table import Cell, Table, machine_words, options, seconds
-from benchmarks.textbook import shaken
-from benchmarks.textbook_newton import marched, seated
+from benchmarks.textbook import marched, seated, shaken
 from gapbeam.solver.system.semi_discrete import VALUE
 
 CASES = Path(__file__).parents[1] / "cases"

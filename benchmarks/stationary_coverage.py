@@ -20,7 +20,7 @@ from scipy.stats import norm, qmc
 from gapbeam import read_case
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.diagnostics.statistics.block_means import missed_share
+from gapbeam.solver.diagnostics.statistics.batch_interval import missed_share
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.march.simulation import Simulation, Wanted, marched
 from gapbeam.solver.models.model import Model

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.face_pair import face_contacts
     from gapbeam.solver.scene.feedback import Feedback, Joint
     from gapbeam.solver.scene.flow_force import in_fluid, quasi_steady, span
-    from gapbeam.solver.scene.flow_margin import connors
+    from gapbeam.solver.scene.flow_margin import connors, critical_velocity, eigenvalues, idle_supports, root_locus
     from gapbeam.solver.scene.force_law import law
     from gapbeam.solver.scene.frame_structure import Member, SpaceSection, frame, space_section
     from gapbeam.solver.scene.lagged_force import aerodynamic_lag, measured, unsteady
@@ -65,13 +65,11 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.least_figure import optimize
     from gapbeam.solver.scene.limit_cycle import limit_cycle, periodic
     from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, midpoint, newmark, theta
-    from gapbeam.solver.scene.linear_stability import critical_velocity, eigenvalues, idle_supports, root_locus
     from gapbeam.solver.scene.mesh_structure import from_mesh
     from gapbeam.solver.scene.modal_files import read_modes
-    from gapbeam.solver.scene.moving_point import moving_force, moving_point
     from gapbeam.solver.scene.orbit_tangents import tangents
     from gapbeam.solver.scene.scene import Scene
-    from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, sine, weight
+    from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, moving_force, moving_point, sine, weight
     from gapbeam.solver.scene.scene_march import history, march
     from gapbeam.solver.scene.scene_seat import NoSeat, seat
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, ElastoGap, HuntCrossley, KelvinVoigt
@@ -104,7 +102,7 @@ _MODULES = {
     "solver.scene.face_pair": ("face_contacts",),
     "solver.scene.feedback": ("Feedback", "Joint"),
     "solver.scene.flow_force": ("in_fluid", "quasi_steady", "span"),
-    "solver.scene.flow_margin": ("connors",),
+    "solver.scene.flow_margin": ("connors", "critical_velocity", "eigenvalues", "idle_supports", "root_locus"),
     "solver.scene.force_law": ("law",),
     "solver.scene.frame_structure": ("Member", "SpaceSection", "frame", "space_section"),
     "solver.scene.lagged_force": ("aerodynamic_lag", "measured", "unsteady"),
@@ -112,13 +110,11 @@ _MODULES = {
     "solver.scene.least_figure": ("optimize",),
     "solver.scene.limit_cycle": ("limit_cycle", "periodic"),
     "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "midpoint", "newmark", "theta"),
-    "solver.scene.linear_stability": ("critical_velocity", "eigenvalues", "idle_supports", "root_locus"),
     "solver.scene.mesh_structure": ("from_mesh",),
     "solver.scene.modal_files": ("read_modes",),
     "solver.scene.orbit_tangents": ("tangents",),
     "solver.scene.scene": ("Scene",),
-    "solver.scene.moving_point": ("moving_force", "moving_point"),
-    "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "sine", "weight"),
+    "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "moving_force", "moving_point", "sine", "weight"),
     "solver.scene.scene_march": ("history", "march"),
     "solver.case.figure_table": ("figure",),
     "solver.scene.scene_seat": ("NoSeat", "seat"),

@@ -270,7 +270,7 @@ def _of_full_disk(error: Exception) -> Exception:
     Raises:
         Exception: As given.
     """
-    from gapbeam.solver.run.output.disk_errors import is_of_disk, no_place
+    from gapbeam.solver.run.output.atomic_files import is_of_disk, no_place
 
     if not isinstance(error, OSError) or not is_of_disk(error):
         raise error

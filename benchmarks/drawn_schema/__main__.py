@@ -13,8 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.drawn_schema.attempts import attempted, table_of
-from benchmarks.drawn_schema.cases import NoCaseError
+from benchmarks.drawn_schema.attempts import NoCaseError, attempted, table_of
 
 WARM = (
     "gapbeam.command_line",

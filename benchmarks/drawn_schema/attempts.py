@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 
 import gapbeam
-from benchmarks.drawn_schema.cases import drawn
+from benchmarks.drawn_schema.finishing import entries_of, finished
+from benchmarks.drawn_schema.rules import drawn_scene
+from benchmarks.drawn_schema.tables import Choice, Draw, all_choices
 from benchmarks.drawn_schema.ways import (
     IN_MEMORY,
     NoReferenceError,
@@ -30,9 +32,74 @@ from gapbeam.postprocess.results.results import Results, open_results, records_i
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case, case_to_toml, own_law
-from gapbeam.solver.messages.errors import CaseError, RunError, UserError
+from gapbeam.solver.messages.errors import CaseError, Fault, RunError, UserError
 from gapbeam.solver.schema.record_table import CURVE_FILE
+from gapbeam.solver.schema.table import models_in
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
+
+TRIES = 400  # of drawing tables again
+SCENES = 40  # of drawing everything again
+ARRAYS = ("segment", "load", "probe", "support", "joint", "mass", "fluid")
+ALWAYS = ("mesh", "contact")  # drawn in every case: most choices are theirs, and the defaults of a mesh are fine ones
+SCALES = ("beam", "support", "material")
+
+
+class NoCaseError(RuntimeError):
+    """No valid case with a choice was found."""
+
+
+def drawn(seed: int, folder: Path) -> tuple[dict[str, Any], Choice]:
+    """Return the tables of a case that the reader accepts, and the choice that it was drawn for.
+
+    The choices of the schema take turns, from seed to seed; all else is left to chance.
+
+    Args:
+        seed: The same seed gives the same case.
+        folder: Where the records of its loads go.
+
+    Raises:
+        NoCaseError: No case with this choice was found: the rules leave hardly any.
+    """
+    choices = all_choices()
+    focus = choices[seed % len(choices)]
+    for scene in range(SCENES):
+        found = _drawn(random.Random(f"{seed} {scene}"), seed, folder, focus)
+        if found is not None:
+            return found, focus
+    raise NoCaseError(f"no valid case with {focus} in {SCENES} scenes of {TRIES} draws")
+
+
+def _drawn(chance: random.Random, seed: int, folder: Path, focus: Choice) -> dict[str, Any] | None:
+    draw = Draw(chance, drawn_scene(chance, folder, seed), focus)
+    tables = {key: _table(draw, key) for key in Case.model_fields}
+    for _ in range(TRIES):
+        whole = finished(draw, tables)
+        try:
+            gapbeam.read_case(whole)
+        except CaseError as error:
+            again = _of_faults(error.faults)
+        except UserError:
+            again = ["load"]
+        else:
+            return whole
+        key = chance.choice(again or list(tables))
+        tables[key] = _table(draw, key)
+    return None
+
+
+def _table(draw: Draw, key: str) -> Any:
+    if key in ARRAYS:
+        return entries_of(draw, key)
+    if key in ALWAYS:
+        return draw.table(models_in(Case.model_fields[key].annotation)[0])
+    return draw.value(Case, key, Case.model_fields[key])
+
+
+def _of_faults(faults: Sequence[Fault]) -> list[str]:
+    """Return the tables that take part in faults; those that only hold the scales are not drawn again."""
+    keys = [str(key[0]) for fault in faults for key in (fault.key, *fault.related) if key]
+    return [key for key in keys if key in Case.model_fields and key not in SCALES]
+
 
 CHANGES = 10  # of contact: before, motions that are the same are the same
 PRESSED = 1.0e-9  # N s: less is round-off

@@ -10,8 +10,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from benchmarks.drawn_schema.rules import LeftOut, rule_of, weight_of
-from benchmarks.drawn_schema.scene import Scene
+from benchmarks.drawn_schema.rules import LeftOut, Scene, rule_of, weight_of
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.schema.table import models_in, type_name
 

@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from gapbeam.solver.case.case import Gates
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Resolution, march
-from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import Step
 from tests.shared.toys import SCHEMES, ledger_of, start, stopped_oscillator
 
 GRAVITY, HEIGHT, STIFFNESS, END = 9.81, 0.05, 1.0e6, 1.0  # m/s^2, m, N/m, s, with a mass of 1 kg

@@ -24,7 +24,7 @@ Ask = Callable[[str, str, Callable[[str], object]], object]
 
 def template_names() -> list[str]:
     """Return the names of templates, for the completion of shells."""
-    from gapbeam.new_case.shipped_cases import templates
+    from gapbeam.new_case.answers import templates
 
     return [one.name for one in templates()]
 
@@ -38,7 +38,7 @@ def new(
     yes: Annotated[bool, typer.Option("--yes", help="take the default of every question")] = False,
 ) -> int:
     """Write a new case file: after a few questions, or from a template. Nothing is overwritten."""
-    from gapbeam.new_case.shipped_cases import check_new, copy_of, template_named, templates
+    from gapbeam.new_case.answers import check_new, copy_of, template_named, templates
 
     if list_:
         known = templates()
@@ -57,7 +57,7 @@ def new(
 
 
 def _written(case: Path, yes: bool) -> list[Path]:
-    from gapbeam.new_case.shipped_cases import write_new
+    from gapbeam.new_case.answers import write_new
     from gapbeam.solver.case.reading.case_reader import read_case_text
 
     try:

@@ -93,7 +93,7 @@ def shipped_kind(name: str) -> Callable[[], Kind]:
     """Return a function that imports and returns a kind of `study_kinds`."""
 
     def kind() -> Kind:
-        from gapbeam.postprocess.report.study_kinds import KINDS
+        from gapbeam.postprocess.report.folder_report import KINDS
 
         return KINDS[name]
 

@@ -131,7 +131,7 @@ def fmu(
             or not for a scene; or the file is there, or cannot be written.
         NotConverged: Nothing holds the beam at the start.
     """
-    from gapbeam.solver.kernel.fmu_archive import write_fmu
+    from gapbeam.solver.kernel.kernel_data import write_fmu
     from gapbeam.solver.messages.errors import UserError
     from gapbeam.solver.run.output.results_folder import check_name
 

@@ -75,7 +75,7 @@ def set_up_of(case: Case) -> SetUp:
 
     from gapbeam.meshes.mesh_readings import vector_space
     from gapbeam.meshes.rank_zero import ONE_RANK
-    from gapbeam.postprocess.results.supports_of_run import supports_of
+    from gapbeam.postprocess.results.columns_of_run import supports_of
     from gapbeam.postprocess.scene.set_up import SetUp
     from gapbeam.solver.assembly.case_mesh import mesh_of_case
     from gapbeam.solver.loads.load_choice import axis_point

@@ -11,10 +11,27 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
-from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sections.section_patches import SectionPatches
 from gapbeam.solver.messages.wording import counted
+
+
+class ContactSpan(NamedTuple):
+    """Facets of the upper or lower surface of a beam between two places along it.
+
+    Attributes:
+        name: Name of the group of facets.
+        below: Whether they belong to the lower surface.
+        start: Where they begin along the beam, m.
+        end: Where they end, m.
+        around: Whether they belong to both surfaces of a round section, all around it.
+    """
+
+    name: str
+    below: bool
+    start: float
+    end: float
+    around: bool = False
 
 
 class BeamStep(NamedTuple):

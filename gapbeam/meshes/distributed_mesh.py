@@ -19,8 +19,8 @@ from dolfinx.mesh import Mesh, MeshTags
 from mpi4py import MPI
 
 from gapbeam.meshes.rank_zero import on_rank_zero
-from gapbeam.meshes.versions.gmsh_reader import read_model
 from gapbeam.meshes.versions.mesh_geometry import adjacency
+from gapbeam.meshes.versions.mesh_maker import read_model
 
 if TYPE_CHECKING:
     from gapbeam.meshes.versions.mesh_geometry import Adjacency

@@ -1,9 +1,15 @@
-"""Draw all figures of a run and write its tables."""
+"""Draw all figures of a run and write its tables.
+
+Power densities, shock response spectra and rainflow cycles as CSV files, one beside each of their pictures.
+
+The first line holds the heads, each with its unit: "tip y absolute (m/s^2)". Numbers come back to the same bits.
+"""
 
 from __future__ import annotations
 
+import csv
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,23 +17,18 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from gapbeam.postprocess.analysis_files import (
-    AnalysisTable,
-    cycle_table,
-    density_table,
-    shock_table,
-    write_tables,
-)
-from gapbeam.postprocess.figures.contact_map import draw_contact_map
 from gapbeam.postprocess.figures.curve_figures import (
     draw_coefficients,
     draw_impacts,
     draw_response_curve,
+    draw_shapes,
     draw_wear,
+    shapes_of,
 )
 from gapbeam.postprocess.figures.figure_style import journal_style, save
 from gapbeam.postprocess.figures.motion_figures import (
     draw_contact,
+    draw_contact_map,
     draw_energy,
     draw_orbits,
     farthest,
@@ -35,21 +36,22 @@ from gapbeam.postprocess.figures.motion_figures import (
     rooms_at_probes,
     shifts_at_probes,
 )
-from gapbeam.postprocess.figures.record_lines_figure import draw_cycles, draw_power_density, draw_shock_spectrum
-from gapbeam.postprocess.figures.shape_figure import draw_shapes, shapes_of
 from gapbeam.postprocess.figures.signal_figures import (
     draw_amplitude_spectrum,
+    draw_cycles,
     draw_period_peaks,
     draw_phase_portrait,
+    draw_power_density,
+    draw_shock_spectrum,
     draw_time_history,
 )
 from gapbeam.postprocess.results.bounded_files import read_json
-from gapbeam.postprocess.results.columns_of_run import chosen_records, impacts_of, points_of, wear_of
+from gapbeam.postprocess.results.columns_of_run import chosen_records, impacts_of, points_of, supports_of, wear_of
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.postprocess.results.run_watch import is_periodic, motion_of
-from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.cycle_counts import (
+    CycleCounts,
     SNCurve,
     cycle_counts,
     cycle_data,
@@ -62,6 +64,8 @@ from gapbeam.postprocess.signals.periodicity import TOLERANCE
 from gapbeam.postprocess.signals.probe_analysis import Acceleration, Analysis, Options, analyze, as_data, as_text
 from gapbeam.postprocess.signals.shock_spectrum import (
     DAMPING,
+    PowerDensity,
+    ShockSpectrum,
     density_data,
     density_rows,
     power_density,
@@ -71,6 +75,66 @@ from gapbeam.postprocess.signals.shock_spectrum import (
 )
 from gapbeam.postprocess.signals.spectra import POINTS, Sampling, Window
 from gapbeam.solver.schema.record_table import CURVE_FILE, HISTORY
+
+FREQUENCY = "frequency (Hz)"
+
+
+@dataclass(frozen=True)
+class AnalysisTable:
+    """A table of numbers.
+
+    Attributes:
+        name: Of its file, without suffix: the name of the picture.
+        heads: Heads of the columns, with units.
+        rows: As many cells each as there are heads.
+    """
+
+    name: str
+    heads: tuple[str, ...]
+    rows: Sequence[Sequence[str | float]]
+
+
+def density_table(found: PowerDensity) -> AnalysisTable:
+    """Return frequencies, Hz, and the density of each column, its unit squared over Hz."""
+    heads = tuple(f"{label} (({found.unit})^2/Hz)".strip() for label in found.densities)
+    columns = [found.frequency.tolist(), *(one.tolist() for one in found.densities.values())]
+    return AnalysisTable(f"psd_{found.record}", (FREQUENCY, *heads), list(zip(*columns, strict=True)))
+
+
+def shock_table(found: ShockSpectrum) -> AnalysisTable:
+    """Return natural frequencies, Hz, and the largest response of each kind and column, in the unit of the record."""
+    heads = tuple(f"{label} {kind} ({found.unit})".strip() for kind, label in found.responses)
+    columns = [found.frequency.tolist(), *(one.tolist() for one in found.responses.values())]
+    return AnalysisTable(f"shock_{found.record}", (FREQUENCY, *heads), list(zip(*columns, strict=True)))
+
+
+def cycle_table(found: CycleCounts) -> AnalysisTable:
+    """Return a row for each cycle: its column, range and mean in the unit of the record, and 1 or 1/2 as its count."""
+    heads = ("column", f"range ({found.unit})", f"mean ({found.unit})", "count")
+    rows = [(label, *cycle) for label, cycles in found.cycles.items() for cycle in cycles.T.tolist()]
+    return AnalysisTable(f"cycles_{found.record}", heads, rows)
+
+
+def write_tables(tables: Iterable[AnalysisTable], folder: Path) -> list[Path]:
+    """Write tables as CSV files into a folder, and return the files.
+
+    Args:
+        tables: With different names.
+        folder: That is there.
+
+    Raises:
+        OSError: A file cannot be written.
+    """
+    paths = []
+    for table in tables:
+        path = folder / f"{table.name}.csv"
+        with path.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(table.heads)
+            writer.writerows(table.rows)
+        paths.append(path)
+    return paths
+
 
 FOLDER = "figures"
 TABLES_FILE = "tables.txt"

@@ -15,7 +15,7 @@ import pytest
 
 import gapbeam
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.studies.engine import dask_clusters
+from gapbeam.studies.engine import dask_pool
 from tests.parallel.test_slurm import program
 from tests.regression.test_sweep import CASE, QUICK
 from tests.shared.command import GAPBEAM, PROJECT, alone, called_anew, process_environment, settings
@@ -245,7 +245,7 @@ def test_workers_of_a_scheduler_that_runs(whole: Path, tmp_path: Path) -> None:
 
 def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Nobody listens at the port: an error that names the address, within the time that is allowed."""
-    monkeypatch.setattr(dask_clusters, "ANSWER", 1.0)
+    monkeypatch.setattr(dask_pool, "ANSWER", 1.0)
     nobody = gapbeam.Workers(scheduler="tcp://127.0.0.1:9")
     with pytest.raises(UserError, match=r"tcp://127\.0\.0\.1:9: no scheduler of Dask answered within 1 s"):
         gapbeam.sweep(CASE, {"support.clearance": [1e-4, 2e-4]}, list(QUICK), output=tmp_path / "out", workers=nobody)

@@ -20,9 +20,8 @@ from gapbeam.solver.contact.solve.condensation import Condensed
 from gapbeam.solver.contact.solve.friction_solve import Sliding, solve_contact_and_friction
 from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
 from gapbeam.solver.integrators.midpoint import Midpoint
-from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, SemiDiscreteSystem, State
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, SemiDiscreteSystem, Stage, State, Step
 
 FIRST = 2.0 - sqrt(2.0)  # c: part of the step that the first stage takes
 NEWER, OLDER = 1.0 / (FIRST * (2.0 - FIRST)), (1.0 - FIRST) ** 2 / (FIRST * (2.0 - FIRST))

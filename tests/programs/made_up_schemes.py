@@ -15,8 +15,7 @@ from gapbeam.solver.contact.solve.condensation import Condensed
 from gapbeam.solver.integrators.generalized_alpha import AlphaFamily, Weights
 from gapbeam.solver.integrators.midpoint import Midpoint
 from gapbeam.solver.schema.table import Number
-from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State
+from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State, Step
 
 
 class Bossak(AlphaFamily):

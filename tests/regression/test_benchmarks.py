@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 from benchmarks import calculix_peer, costs, getfem_peer, section_modes, section_shear, textbook, two_structures
 from benchmarks.table import Table, exponent, seconds
-from benchmarks.textbook_newton import TextbookBeam
+from benchmarks.textbook import TextbookBeam
 from docs.tables.narrow_tables import narrow
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.march.simulation import march_of_model

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.postprocess.report.sections.verdict_tables import errors_table
+from gapbeam.postprocess.report.sections.verdict_section import errors_table
 from gapbeam.postprocess.results.results import records_in
 from gapbeam.studies.error_estimate.companion_marches import companion_motions
 from gapbeam.studies.error_estimate.companions import COARSER, HALF_STEP, Companion

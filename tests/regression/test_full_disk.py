@@ -20,7 +20,7 @@ import gapbeam
 from gapbeam import command_line
 from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.solver.memory.out_of_memory import is_out_of_memory
+from gapbeam.solver.memory.memory_check import is_out_of_memory
 from gapbeam.solver.run.output import atomic_files, output_thread
 from gapbeam.solver.run.output import hdf5_files as repeated_hdf5
 from gapbeam.solver.run.output.parallel_tables import Pieces

@@ -12,7 +12,7 @@ import pytest
 
 import gapbeam
 from gapbeam.solver.integrators.midpoint import Midpoint
-from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import Step
 from tests.shared.command import DEMO, RATTLE, alone, called, called_in_turn, settings
 
 pytestmark = alone

@@ -11,7 +11,7 @@ from PIL import Image
 import gapbeam
 from gapbeam.postprocess.figures.motion_figures import rooms_at_probes
 from gapbeam.postprocess.render import RenderError, render
-from gapbeam.postprocess.results.supports_of_run import supports_of
+from gapbeam.postprocess.results.columns_of_run import supports_of
 from gapbeam.postprocess.scene import film as offscreen
 from gapbeam.postprocess.scene.support_surface import support_of
 from tests.shared.command import CASE_FOLDER

@@ -27,7 +27,7 @@ from benchmarks.fuzz.sandbox import Limits, attempt
 from benchmarks.table import Table
 from gapbeam.command_line import _dispatch, _terminal_handler
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.user_mesh.msh_file import load_msh
+from gapbeam.meshes.user_mesh.user_mesh import load_msh
 from gapbeam.postprocess.results.bounded_files import as_written, read_json
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import ResultsError

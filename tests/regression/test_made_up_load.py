@@ -33,7 +33,7 @@ start = -1.0e-3
 beyond = "zero"
 """
 FORCE = SHAKEN[SHAKEN.index('[[load]]\ntype = "harmonic_force"') : SHAKEN.index("[[probe]]")]
-IMPORT = "from gapbeam.solver.loads.gravity import Gravity\n"
+IMPORT = "from gapbeam.solver.loads.load_table import Gravity, LoadTable\n"
 
 
 def listed() -> str:

@@ -31,7 +31,7 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Path:
     before = {path: path.read_bytes() for path in (folder / "gapbeam").rglob("*") if path.is_file()}
     shutil.copy(PROJECT / "tests" / "programs" / "made_up_study.py", commands)
     text = (commands / LIST).read_text(encoding="utf-8")
-    text = text.replace("from gapbeam.commands import (\n", "from gapbeam.commands import (\n    made_up_study,\n", 1)
+    text = text.replace("from gapbeam.commands import ", "from gapbeam.commands import made_up_study, ", 1)
     text = text.replace("    modes.STUDY,\n", "    modes.STUDY,\n    made_up_study.STUDY,\n", 1)
     (commands / LIST).write_text(text, encoding="utf-8")
     after = {path: path.read_bytes() for path in (folder / "gapbeam").rglob("*") if path.is_file()}

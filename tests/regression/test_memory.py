@@ -14,8 +14,13 @@ from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.memory import memory_check as memory_limit
 from gapbeam.solver.memory import memory_estimate as free_memory
-from gapbeam.solver.memory.memory_check import expected_dofs, memory_of, refuse_too_large
-from gapbeam.solver.memory.out_of_memory import is_out_of_memory, out_of_memory_reported
+from gapbeam.solver.memory.memory_check import (
+    expected_dofs,
+    is_out_of_memory,
+    memory_of,
+    out_of_memory_reported,
+    refuse_too_large,
+)
 from gapbeam.solver.messages.errors import OutOfMemory, UserError
 from gapbeam.solver.models.body import mesh_beam, mesh_dofs
 from gapbeam.solver.models.model import build_body

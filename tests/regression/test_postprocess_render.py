@@ -10,13 +10,12 @@ import pytest
 from PIL import Image
 
 from gapbeam.postprocess.render import RenderError, render
+from gapbeam.postprocess.results.columns_of_run import supports_of
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.postprocess.scene import film
 from gapbeam.postprocess.scene import film as offscreen
-from gapbeam.postprocess.scene.camera_window import Window, scale_of_support, scale_of_whole
-from gapbeam.postprocess.scene.motion_range import motion_of
+from gapbeam.postprocess.scene.motion_range import Window, motion_of, scale_of_support, scale_of_whole
 from gapbeam.postprocess.scene.plane_view import Shot, Studio, views_of
 from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.postprocess.scene.surface_color import SurfaceColor
@@ -109,7 +108,7 @@ def round_tube(around: int = 12, along: int = 51) -> tuple[np.ndarray, np.ndarra
 
 def test_a_round_tube_is_drawn(tmp_path: Path) -> None:
     """Its edges are only those of its ends, and its contact faces are the outer halves in the support."""
-    from gapbeam.postprocess.scene.beam_surface import body_of
+    from gapbeam.postprocess.scene.camera_view import body_of
 
     points, cells = round_tube()
     write_fields(results(tmp_path, 3), points, cells, "Hexahedron", rocking(points, 3))
@@ -187,8 +186,7 @@ def test_a_beam_that_slides_stays_in_its_picture(tmp_path: Path) -> None:
 
 def test_marks_stand_where_the_camera_sees_their_places(tmp_path: Path) -> None:
     """Fractions of the picture are those of the camera of VTK, in perspective."""
-    from gapbeam.postprocess.scene.beam_surface import body_of
-    from gapbeam.postprocess.scene.camera_view import View
+    from gapbeam.postprocess.scene.camera_view import View, body_of
 
     run = open_results(results(tmp_path, 3))
     with run.fields() as fields:

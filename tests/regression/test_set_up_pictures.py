@@ -11,7 +11,7 @@ from PIL import Image
 
 import gapbeam
 from gapbeam.interface.case_picture import set_up_of
-from gapbeam.postprocess.results.supports_of_run import RunFace, RunSupport
+from gapbeam.postprocess.results.columns_of_run import RunFace, RunSupport
 from gapbeam.postprocess.scene.film import rows_of
 from gapbeam.solver.case.reading.case_reader import read_case
 from tests.shared.command import PROJECT, alone, called_anew

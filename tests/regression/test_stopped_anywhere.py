@@ -21,7 +21,7 @@ from gapbeam.solver.integrators.midpoint import DiscreteGradient
 from gapbeam.solver.messages.errors import Interrupted
 from gapbeam.solver.run import interruption
 from gapbeam.solver.run.interruption import Signals
-from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import Step
 from tests.shared.command import DEMO, GAPBEAM, PROJECT, alone, process_environment, settings
 from tests.shared.processes import LONGEST
 

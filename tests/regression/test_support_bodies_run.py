@@ -14,7 +14,7 @@ import gapbeam
 from gapbeam.postprocess.figures.motion_figures import shifts_at_probes
 from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.sections.contact_section import contact_section
-from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
+from gapbeam.postprocess.results.columns_of_run import supports_of, wall_motions
 from gapbeam.solver.case.beam_motions import axial_restraint
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.messages.errors import UserError

@@ -10,10 +10,9 @@ from typing import Any
 from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.sections.sweep_section import sweep_sections
 from gapbeam.postprocess.study_figures.sweep_branches import census, census_words
-from gapbeam.studies.sweep.seed_ensembles import ensembles_of
 from gapbeam.studies.sweep.sweep_plan import Chain, Sweep, chains_of, point_file
 from gapbeam.studies.sweep.sweep_point import run_chain
-from gapbeam.studies.sweep.sweep_tables import write_tables
+from gapbeam.studies.sweep.sweep_tables import ensembles_of, write_tables
 from gapbeam.studies.trials.axes import Axis
 
 CASE = Path("cases/random-vibration.toml")

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from gapbeam.commands.atlas import atlas
+from gapbeam.commands.study_choice import atlas
 from gapbeam.interface.case_atlas import repeating_scene
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.studies.atlas import run_atlas

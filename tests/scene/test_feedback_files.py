@@ -13,8 +13,8 @@ import pytest
 import gapbeam as gb
 from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.charts import Chart
-from gapbeam.postprocess.report.sections.flow_section import flow_section
-from gapbeam.postprocess.report.sections.verdict_tables import scene_table
+from gapbeam.postprocess.report.sections.run_section import flow_section
+from gapbeam.postprocess.report.sections.verdict_section import scene_table
 from gapbeam.solver.diagnostics.statistics.batch_interval import burn_in
 from tests.shared import slips
 from tests.shared.slips import Change, Tables, check_slip

@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 
 import gapbeam as gb
 from gapbeam.solver.scene.flow_force import pade_error
+from gapbeam.solver.scene.flow_margin import state_matrix
 from gapbeam.solver.scene.linear_scheme import LinearScheme
-from gapbeam.solver.scene.linear_stability import state_matrix
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.scene import SceneState
 

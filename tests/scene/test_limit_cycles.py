@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import gapbeam as gb
-from gapbeam.solver.scene.linear_stability import state_matrix
+from gapbeam.solver.scene.flow_margin import state_matrix
 from gapbeam.solver.scene.scene import SceneState
 from gapbeam.studies.atlas import cycle_search
 from gapbeam.studies.atlas.cycle_search import cycle_atlas

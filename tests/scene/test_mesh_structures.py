@@ -16,8 +16,7 @@ from mpi4py import MPI
 from scipy.optimize import brentq
 
 import gapbeam as gb
-from gapbeam.solver.assembly.cell_stiffness import CellStiffness
-from gapbeam.solver.assembly.elasticity import lame
+from gapbeam.solver.assembly.elasticity import CellStiffness, lame
 from gapbeam.solver.scene.solid_cells import KINDS
 from gapbeam.solver.system.operators import Array
 from tests.scene.solid_grids import grid, with_sets

@@ -11,7 +11,7 @@ import pytest
 import gapbeam as gb
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene_file.scene_reader import scene_file
-from gapbeam.studies.life.scene_rates import SceneRates
+from gapbeam.studies.life.case_rates import SceneRates
 from gapbeam.studies.trials.scene_subject import SceneSubject
 
 RUB = """

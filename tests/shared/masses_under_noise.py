@@ -25,9 +25,8 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.springs import Spring
-from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.march_diagnostics import HALVED, Accounts
 from gapbeam.solver.diagnostics.statistics.statistic_figures import energy_bias
-from gapbeam.solver.diagnostics.step_counts import HALVED
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, instants_of, why_not_compiled
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun, march

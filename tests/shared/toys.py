@@ -14,10 +14,9 @@ from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from gapbeam.solver.supports.support import Face, Support
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Interface, Load
-from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, Step, imaged
 
 SCHEMES: dict[str, TimeScheme] = {
     **{name: scheme_of(name) for name in scheme_names() if name not in scheme_names("impulses")},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.postprocess.results.supports_of_run import supports_of
+from gapbeam.postprocess.results.columns_of_run import supports_of
 from gapbeam.postprocess.scene.support_surface import Mark, marks_of, placed, support_of
 from gapbeam.solver.loads.attachments import JointChoice
 from gapbeam.solver.schema.table import models_in, type_name

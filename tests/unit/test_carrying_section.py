@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.postprocess.results.supports_of_run import supports_of
-from gapbeam.postprocess.scene.camera_window import window_of_whole
-from gapbeam.postprocess.scene.carrying_section import carrying_section
-from gapbeam.postprocess.scene.motion_range import MotionRange
+from gapbeam.postprocess.results.columns_of_run import supports_of
+from gapbeam.postprocess.scene.motion_range import MotionRange, carrying_section, window_of_whole
 from gapbeam.postprocess.scene.support_surface import carried_by, marks_of, placed, support_of
 
 

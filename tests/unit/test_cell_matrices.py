@@ -8,7 +8,7 @@ import ufl
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 
-from benchmarks.textbook_newton import stress
+from benchmarks.textbook import stress
 from gapbeam.meshes.versions.mesh_geometry import cell_matrix
 from gapbeam.solver.assembly.elasticity import elastic_parts
 from gapbeam.solver.case.reading.case_reader import read_case

@@ -10,7 +10,7 @@ from dolfinx import fem, mesh
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 
-from gapbeam.solver.assembly.cell_stiffness import CellStiffness
+from gapbeam.solver.assembly.elasticity import CellStiffness
 from tests.shared.forms import compiled_form
 
 pytestmark = pytest.mark.versions

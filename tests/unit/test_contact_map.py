@@ -10,8 +10,8 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection, QuadMesh
 
-from gapbeam.postprocess.figures.contact_map import draw_contact_map
 from gapbeam.postprocess.figures.figure_style import journal_style
+from gapbeam.postprocess.figures.motion_figures import draw_contact_map
 from gapbeam.postprocess.plot import DATA_FILE, FOLDER, plot
 from gapbeam.postprocess.results.columns_of_run import PointMap, points_of
 from gapbeam.postprocess.results_errors import ResultsError

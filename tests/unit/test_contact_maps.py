@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 from meshio import CellBlock
 
-from gapbeam.postprocess.report.face_points import face_points
 from gapbeam.postprocess.report.moving_scene import SceneWall, scene_values
 from gapbeam.postprocess.report.sections.scene_section import scene_of
-from gapbeam.postprocess.report.station_motion import contact_maps_of, within_room
+from gapbeam.postprocess.report.station_motion import contact_maps_of, face_points, within_room
+from gapbeam.postprocess.results.columns_of_run import RunFace
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.postprocess.results.supports_of_run import RunFace
 from gapbeam.solver.schema.record_table import SUMMARY_FILE
 from tests.regression.test_postprocess_plot import sine_records
 from tests.unit.test_moving_scene import planar_run

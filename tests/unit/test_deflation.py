@@ -9,10 +9,10 @@ import pytest
 from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.assembly.cell_stiffness import CellStiffness
-from gapbeam.solver.linear_algebra.deflation import Deflation
+from gapbeam.solver.assembly.elasticity import CellStiffness
 from gapbeam.solver.linear_algebra.mumps_factor import DeflatedFactor
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
+from gapbeam.solver.linear_algebra.smooth_modes import Deflation
 from gapbeam.solver.system.operators import Array, Interface
 from tests.shared.models import SOLID, beam_model
 

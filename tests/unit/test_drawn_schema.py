@@ -11,8 +11,8 @@ import pytest
 from pydantic import BaseModel
 
 import gapbeam
-from benchmarks.drawn_schema.cases import drawn
-from benchmarks.drawn_schema.scene import drawn_scene
+from benchmarks.drawn_schema.attempts import drawn
+from benchmarks.drawn_schema.rules import drawn_scene
 from benchmarks.drawn_schema.tables import Choice, Draw, NoRuleError, all_choices
 from gapbeam.solver.schema.table import Positive, Table, type_name
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from gapbeam.postprocess.plot import plot
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.postprocess.signals.enlarged_part import enlarged_span
+from gapbeam.postprocess.signals.signal import enlarged_span
 from tests.unit.test_postprocess_synthetic import write_results
 
 TIME = np.linspace(0.0, 2.0, 4001)

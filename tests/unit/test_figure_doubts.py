@@ -8,8 +8,8 @@ import pytest
 from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts, StatisticFigure, may_be_asked
-from gapbeam.solver.integrators.noise_bias import NoiseBias, bias_at
 from gapbeam.solver.integrators.scheme_choice import USUAL, scheme_of
+from gapbeam.solver.integrators.time_scheme import NoiseBias, bias_at
 from gapbeam.solver.messages.errors import IntervalNotMet
 from gapbeam.solver.run.stop_rule import StopRule, refuse_not_met, statistics_words
 

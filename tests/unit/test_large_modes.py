@@ -9,10 +9,8 @@ import pytest
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from gapbeam.solver.system import large_factor
-from gapbeam.solver.system.block_lanczos import lowest_modes_by_blocks
-from gapbeam.solver.system.dense_operators import SparseFactor, SparseOperators
-from gapbeam.solver.system.large_factor import LargeFactor
+from gapbeam.solver.system import dense_operators
+from gapbeam.solver.system.dense_operators import LargeFactor, SparseFactor, SparseOperators, lowest_modes_by_blocks
 
 
 def chain(count: int, is_free: bool) -> np.ndarray:
@@ -48,7 +46,7 @@ def test_a_large_factor_solves_as_numpy_does(monkeypatch: pytest.MonkeyPatch) ->
     assert factor.solve(right[:, :0]).shape == (40, 0)
     operators = SparseOperators(sp.identity(40), sp.csr_matrix(A))
     small = operators.lowest_modes(0.1, 5, operators.factor(0.1, 1.0))
-    monkeypatch.setattr(large_factor, "LARGE", 10)
+    monkeypatch.setattr(dense_operators, "LARGE", 10)
     large = operators.lowest_modes(0.1, 5, operators.factor(0.1, 1.0))
     assert isinstance(operators.factor(0.1, 1.0), SparseFactor)
     assert large[0] == pytest.approx(small[0], rel=1e-12)

@@ -16,8 +16,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.solution_tables import SolverTable
 from gapbeam.solver.contact.solve.condensation import CondensedOperator, MatrixFreeOperator, condensed_operator
 from gapbeam.solver.linear_algebra.iterative_factor import ConjugateGradients
-from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
-from gapbeam.solver.linear_algebra.solver_choice import GIGABYTE, linear_solver
+from gapbeam.solver.linear_algebra.petsc_operators import GIGABYTE, PetscOperators, linear_solver
 from gapbeam.solver.memory.memory_estimate import MemoryNeeds, free_here, free_memory, memory_needs
 from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.run.run_case import run_case

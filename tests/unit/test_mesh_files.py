@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from gapbeam.meshes.beam_geometry import BeamGeometry
-from gapbeam.meshes.contact_span import ContactSpan
+from gapbeam.meshes.beam_geometry import BeamGeometry, ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.tagged_mesh import TaggedMesh, describe
-from gapbeam.meshes.user_mesh import msh_file
+from gapbeam.meshes.user_mesh import user_mesh
 from gapbeam.meshes.user_mesh.user_mesh import read_mesh
 from tests.unit.test_meshes import integral
 
@@ -316,8 +315,8 @@ def test_gmsh_crashes_or_hangs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, program: str, message: str, seconds: float
 ) -> None:
     """A damaged file can do that to gmsh; it happens in another process, and not for long."""
-    monkeypatch.setattr(msh_file, "_REHEARSAL", program)
-    monkeypatch.setattr(msh_file, "_SECONDS", seconds)
+    monkeypatch.setattr(user_mesh, "_REHEARSAL", program)
+    monkeypatch.setattr(user_mesh, "_SECONDS", seconds)
     assert message in refused(user_file(tmp_path / "a.msh"))
 
 

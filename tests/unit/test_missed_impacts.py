@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.diagnostics.contact_episodes import MOST, ImpactList
-from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
-from gapbeam.solver.diagnostics.statistics.block_means import MOST_MISSED, missed_share
+from gapbeam.solver.diagnostics.statistics.batch_interval import MOST_MISSED, Interval, missed_share
 from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts, StatisticFigure
 
 STEP = 0.1  # s

@@ -14,7 +14,7 @@ from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, graded_places
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, read_case_text
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
-from gapbeam.solver.models.body_key import body_key
+from gapbeam.solver.models.model import body_key
 from tests.shared.command import CASE_FOLDER, DEMO
 
 CASES = sorted(CASE_FOLDER.glob("*.toml"))

@@ -11,7 +11,7 @@ import xarray as xr
 
 from gapbeam.postprocess.report.charts import packed, packed_shorts
 from gapbeam.postprocess.report.moving_scene import SceneBeam, scene_values
-from gapbeam.postprocess.report.sections.orbits_section import _body_orbits
+from gapbeam.postprocess.report.sections.run_section import _body_orbits
 from gapbeam.postprocess.report.sections.scene_section import MOST, frames_shown, magnification_of, scene_of
 from gapbeam.postprocess.report.station_motion import beam_of, stations_of
 from gapbeam.postprocess.results.field_reader import Frame

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from gapbeam.commands.new import meters
-from gapbeam.new_case.answers import MATERIALS, SECTIONS, CaseAnswers
-from gapbeam.new_case.shipped_cases import CASES, copy_of, template_named, templates
+from gapbeam.new_case.answers import CASES, MATERIALS, SECTIONS, CaseAnswers, copy_of, template_named, templates
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text, warnings
 from gapbeam.solver.messages.errors import UserError
 from tests.shared.command import GAPBEAM, PROJECT, called_anew, process_environment

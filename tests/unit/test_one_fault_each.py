@@ -13,7 +13,7 @@ import pytest
 from pydantic import BaseModel
 
 import gapbeam
-from benchmarks.drawn_schema.cases import drawn
+from benchmarks.drawn_schema.attempts import drawn
 from benchmarks.drawn_schema.tables import all_choices
 from gapbeam.solver.case.case import Case, toml_value
 from gapbeam.solver.case.reading.known_keys import candidates, check_types

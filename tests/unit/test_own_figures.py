@@ -10,8 +10,7 @@ import pytest
 from scipy.stats import norm
 
 import gapbeam
-from gapbeam.postprocess.study_figures.sweep_branches import census
-from gapbeam.postprocess.study_figures.sweep_map import draw_map, heights
+from gapbeam.postprocess.study_figures.sweep_branches import census, draw_map, heights
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from tests.shared.models import BEAM
 

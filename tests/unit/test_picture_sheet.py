@@ -7,13 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gapbeam.postprocess.results.supports_of_run import supports_of
-from gapbeam.postprocess.scene.camera_window import window_of_support, window_of_whole
-from gapbeam.postprocess.scene.caption import caption_of
-from gapbeam.postprocess.scene.motion_range import MotionRange
+from gapbeam.postprocess.results.columns_of_run import supports_of
+from gapbeam.postprocess.scene.motion_range import MotionRange, window_of_support, window_of_whole
 from gapbeam.postprocess.scene.sheet import WHOLE, ZOOM, Sheet, pixels
 from gapbeam.postprocess.scene.support_surface import support_of
-from gapbeam.postprocess.scene.traces import Traces
+from gapbeam.postprocess.scene.traces import Traces, caption_of
 from tests.unit.test_postprocess_synthetic import plane_beam
 
 SIZE = (1600, 900)

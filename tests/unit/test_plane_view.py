@@ -11,10 +11,10 @@ from meshio import CellBlock
 from PIL import Image
 
 from gapbeam.postprocess.render import RenderError, render
+from gapbeam.postprocess.results.columns_of_run import RunFace, RunSupport
 from gapbeam.postprocess.results.field_reader import Frame
-from gapbeam.postprocess.results.supports_of_run import RunFace, RunSupport
 from gapbeam.postprocess.scene import plane_view as view_choice
-from gapbeam.postprocess.scene.camera_window import Window
+from gapbeam.postprocess.scene.motion_range import Window
 from gapbeam.postprocess.scene.plane_view import PlaneView
 from gapbeam.postprocess.scene.set_up import plane_body
 from gapbeam.postprocess.scene.support_surface import SupportBoxes, support_of

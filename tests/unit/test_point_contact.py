@@ -14,9 +14,8 @@ from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.point_contact import KEPT, PIECE, PointContact
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Interface
+from gapbeam.solver.system.operators import Interface, WallMotion, Walls
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem
-from gapbeam.solver.system.wall_motion import WallMotion, Walls
 
 AMPLITUDE, SPEED, STIFFNESS = 1.0e-3, 2.0 * pi * 10.0, 1.0e9  # m, rad/s, Pa/m
 GAPS, AREAS = np.array([2.0e-4, 6.0e-4, 5.0e-4, 2.0e-3]), np.array([1.0e-5, 3.0e-5, 2.0e-5, 1.0e-5])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.solver.diagnostics.statistics.block_means import BlockEnds
+from gapbeam.solver.diagnostics.statistics.batch_interval import BlockEnds
 from gapbeam.solver.diagnostics.statistics.run_statistics import FEW, SUMMED, PointStatistics
 
 INTERVAL, COUNT, POINTS = 1.0e-3, 5000, 3

@@ -10,8 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.postprocess.signals.enlarged_part import unit_of_time
-from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning, peaks, peaks_per_period, probe_signal
+from gapbeam.postprocess.signals.signal import (
+    Signal,
+    SignalError,
+    SignalWarning,
+    peaks,
+    peaks_per_period,
+    probe_signal,
+    unit_of_time,
+)
 from gapbeam.postprocess.signals.spectra import moving_average, resample, smooth
 from tests.unit.test_postprocess_synthetic import write_results
 

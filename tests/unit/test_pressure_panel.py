@@ -8,7 +8,7 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from gapbeam.postprocess.results.supports_of_run import RunFace, RunSupport, supports_of
+from gapbeam.postprocess.results.columns_of_run import RunFace, RunSupport, supports_of
 from gapbeam.postprocess.scene.sheet import _DESIGNED_FOR, _DPI, _PRESSURE, ZOOM, PressurePanel, style_of
 from gapbeam.postprocess.scene.support_surface import support_of
 from tests.unit.test_moving_scene import RADIUS, tube

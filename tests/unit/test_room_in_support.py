@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gapbeam.postprocess.figures.motion_figures import room_of
-from gapbeam.postprocess.results.supports_of_run import RunFace
+from gapbeam.postprocess.results.columns_of_run import RunFace
 from gapbeam.postprocess.scene.support_surface import inner_radii, outer_radius, ring_of
 
 CLEARANCE = 1.0e-4  # m

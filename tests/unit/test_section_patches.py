@@ -12,8 +12,8 @@ from dolfinx.mesh import entities_to_geometry
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.meshes.cell_curvature import STRAIGHT, bulge, refuse_curved
 from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.mesh_readings import STRAIGHT, bulge, refuse_curved
 from gapbeam.meshes.mesh_size import expected_cells, expected_nodes
 from gapbeam.meshes.tagged_mesh import TaggedMesh, mean_section
 from gapbeam.solver.assembly.case_mesh import geometry_of, mesh_of_case, sizing_of

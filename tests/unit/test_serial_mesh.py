@@ -18,9 +18,9 @@ from gapbeam.solver.assembly.face_quadrature import CornerGradients, body_points
 from gapbeam.solver.assembly.surface_rows import SurfaceRows, rows_at, surface_rows
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.models.beam_body import RigidPart
 from gapbeam.solver.models.bending_stiffness import rigid_motions
 from gapbeam.solver.models.body import MeshedBeam, mesh_beam, point_rule
-from gapbeam.solver.models.rigid_part import RigidPart
 from gapbeam.solver.models.solid_body import finite_elements
 from gapbeam.solver.system.operators import Array
 

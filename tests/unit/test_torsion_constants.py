@@ -9,9 +9,8 @@ import pytest
 from scipy.sparse import csc_matrix, identity, kron
 from scipy.sparse.linalg import spsolve
 
-from gapbeam.solver.sections.section_choice import BoxSection, ISection
+from gapbeam.solver.sections.section_choice import BoxSection, ISection, torsion_of_blocks
 from gapbeam.solver.sections.section_table import RectangularSection, RoundSection, TubeSection
-from gapbeam.solver.sections.warping_function import torsion_of_blocks
 
 RECTANGLE = RectangularSection(type="rectangle")
 

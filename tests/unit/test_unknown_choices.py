@@ -25,7 +25,7 @@ from gapbeam.solver.models import solid_body
 from gapbeam.solver.models.bending_stiffness import BendingStiffness
 from gapbeam.solver.schema.table import Table
 from gapbeam.solver.seat.start import start_of_case
-from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import Step
 from tests.shared.toys import stopped_oscillator
 
 DEMO = Path(__file__).parents[2] / "cases" / "demo.toml"

@@ -20,8 +20,7 @@ from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_le
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Resolution, march
-from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.system.semi_discrete import State
+from gapbeam.solver.system.semi_discrete import State, Step
 from gapbeam.studies.trials.response import try_case
 from tests.shared.command import DEMO, RATTLE, alone, called_in_turn, on_ranks, settings
 from tests.shared.models import COARSE, beam_case, beam_model, seat_of, thrown

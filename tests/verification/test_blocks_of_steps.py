@@ -16,8 +16,7 @@ from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.simulation import MOST_STEPS, StepBlock, Wanted, step_blocks_of
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from gapbeam.solver.messages.errors import NotConverged
-from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.system.semi_discrete import Snapshots
+from gapbeam.solver.system.semi_discrete import Snapshots, Step
 from tests.shared.dense_beams import dense_beam, thrown_start
 
 STEPS, DT = 150, 1.0e-4

@@ -19,7 +19,7 @@ from gapbeam.solver.contact.laws.damper import Damper
 from gapbeam.solver.contact.laws.law_choice import hunt_crossley_product, nearly_elastic_product
 from gapbeam.solver.contact.laws.springs import Spring, power
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
-from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import Step
 from tests.shared.toys import SCHEMES, start, steps_of, stopped_oscillator
 
 SPEED = 0.7

@@ -30,8 +30,7 @@ from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.field_files import FieldWriter
-from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.system.semi_discrete import MASS, VALUE, Snapshots
+from gapbeam.solver.system.semi_discrete import MASS, VALUE, Snapshots, Step
 from tests.shared.case_texts import assert_says, faults_of, spoiled, written
 from tests.shared.command import DEMO, RATTLE, alone, called, on_ranks_in_turn, settings
 from tests.shared.models import SOLID, beam_model, face_forces, seat_of, thrown

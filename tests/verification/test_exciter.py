@@ -21,8 +21,7 @@ from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun, march
-from gapbeam.solver.models.body_key import body_key
-from gapbeam.solver.models.model import Model, build_body, model_of
+from gapbeam.solver.models.model import Model, body_key, build_body, model_of
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
 from gapbeam.solver.periodic.harmonic_balance import HarmonicBalance
 from gapbeam.solver.periodic.period_map import MarchedMap, ModalMap

@@ -27,10 +27,9 @@ from gapbeam.solver.contact.solve.friction_solve import Sliding, solve_contact_a
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.supports.support import Face, Support
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Interface, Load
-from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, Step, imaged
 from tests.shared.toys import IMPLICIT, SCHEMES, ledger_of, steps_of
 
 MASS, PRESSED, MU = 2.0, 30.0, 0.3  # kg, N, no unit

@@ -13,13 +13,12 @@ import gapbeam
 from gapbeam.solver.contact.solve import friction_solve
 from gapbeam.solver.contact.solve.condensation import CondensedOperator
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
-from gapbeam.solver.diagnostics.step_counts import image_drift
+from gapbeam.solver.diagnostics.march_diagnostics import image_drift
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, State, imaged
+from gapbeam.solver.system.semi_discrete import MASS, State, Step, imaged
 from tests.shared.command import DEMO
 from tests.shared.models import COARSE, GRAVITY, SOLID, beam_model, face_forces, seat_of
 

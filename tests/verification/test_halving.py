@@ -14,8 +14,7 @@ from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from gapbeam.solver.messages.errors import NotConverged
-from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State
+from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State, Step
 from tests.shared.models import COARSE, beam_model, thrown
 from tests.shared.toys import ledger_of, start, stopped_oscillator
 

@@ -21,7 +21,7 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from benchmarks.textbook_newton import stress
+from benchmarks.textbook import stress
 from gapbeam.meshes.gmsh_model import gmsh_session
 from tests.shared.forms import compiled_form
 from tests.shared.models import beam_model, seat_of

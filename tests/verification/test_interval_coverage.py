@@ -8,8 +8,12 @@ from scipy.signal import lfilter
 from scipy.stats import norm
 
 from gapbeam.solver.diagnostics.statistics.batch_interval import (
+    MOST,
+    BlockMeans,
     batch_means,
     burn_in,
+    correlation_time,
+    effective_samples,
     interval_of_mean,
     interval_of_percentile,
     kendall,
@@ -17,7 +21,6 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import (
     stopping_interval,
     verdict_on,
 )
-from gapbeam.solver.diagnostics.statistics.block_means import MOST, BlockMeans, correlation_time, effective_samples
 
 SEEDS = 300
 VALUES = 2000

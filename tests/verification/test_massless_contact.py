@@ -13,7 +13,7 @@ import gapbeam
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
 from gapbeam.solver.integrators.stable_step import SAFETY, stable_step
-from gapbeam.solver.linear_algebra.deflation import rigid_body_modes
+from gapbeam.solver.linear_algebra.smooth_modes import rigid_body_modes
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model

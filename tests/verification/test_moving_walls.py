@@ -18,9 +18,8 @@ from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun, march
-from gapbeam.solver.system.operators import Load
+from gapbeam.solver.system.operators import Load, WallMotion, Walls
 from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State
-from gapbeam.solver.system.wall_motion import WallMotion, Walls
 from tests.shared.dense_beams import dense_beam, thrown_start
 from tests.shared.toys import SCHEMES, ledger_of, start, steps_of, stopped_oscillator
 

@@ -11,11 +11,10 @@ import ufl
 from dolfinx import fem, mesh
 from scipy.linalg import eigh, eigvalsh
 
-from benchmarks.textbook_newton import stress
-from gapbeam.solver.assembly.contact_assembly import nitsche_operator
+from benchmarks.textbook import stress
+from gapbeam.solver.assembly.contact_assembly import Nitsche, correction, nitsche_operator, trace_bounds
 from gapbeam.solver.assembly.elasticity import lame
 from gapbeam.solver.assembly.face_quadrature import face_points
-from gapbeam.solver.assembly.nitsche_terms import Nitsche, correction, trace_bounds
 from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.supports.support_tables import BaseAndGland

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.diagnostics.statistics.batch_interval import interval_of_mean
-from gapbeam.solver.diagnostics.statistics.pooled_members import DISAGREE, pooled_figures
-from gapbeam.studies.sweep.seed_ensembles import ensemble_words, ensembles_of
+from gapbeam.solver.diagnostics.statistics.run_statistics import DISAGREE, pooled_figures
+from gapbeam.studies.sweep.sweep_tables import ensemble_words, ensembles_of
 from tests.verification.test_interval_coverage import ornstein_uhlenbeck
 
 RELAXATIONS = 110

@@ -20,8 +20,7 @@ from gapbeam.solver.loads.coherence_table import (
     joint_acceptance,
 )
 from gapbeam.solver.loads.random_line_load import RandomLineLoad, line_patterns
-from gapbeam.solver.models.body_key import body_key
-from gapbeam.solver.models.model import Model, build_model
+from gapbeam.solver.models.model import Model, body_key, build_model
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 from tests.verification.test_joints_and_masses import AREA, DENSITY, ROOT, TIP, joint, tables

@@ -18,8 +18,8 @@ from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.march.stepwise_march import begun, march
 from gapbeam.solver.models.model import Model, build_model
-from gapbeam.solver.models.reduction.basis_report import basis_remarks
-from gapbeam.solver.models.reduction.rigid_sections import RigidSections
+from gapbeam.solver.models.reduction.reduced_body import RigidSections
+from gapbeam.solver.models.reduction.span_basis import basis_remarks
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE
 

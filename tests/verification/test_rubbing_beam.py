@@ -17,10 +17,10 @@ from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.beam_body import BeamOfParts
 from gapbeam.solver.models.model import Model, build_model
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
+from gapbeam.solver.system.semi_discrete import VALUE, State, Step, imaged
 
+pytestmark = pytest.mark.versions
 RADIUS, LENGTH, MU, GRAVITY = 0.02, 0.1, 0.3, 9.81
 MASS = 7850.0 * pi * RADIUS**2 * LENGTH
 SPEED, STEP = 0.005, 1.0e-5  # m/s, s

@@ -6,8 +6,8 @@ from math import hypot
 
 import pytest
 
-from gapbeam.solver.integrators.noise_bias import NoiseBias, bias_at
 from gapbeam.solver.integrators.scheme_choice import USUAL, scheme_names, scheme_of
+from gapbeam.solver.integrators.time_scheme import NoiseBias, bias_at
 from tests.shared.masses_under_noise import FIGURES, Biases, biases_of, energy_bias_of, exact_figures
 from tests.shared.rattlers import between_stops
 

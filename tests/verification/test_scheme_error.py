@@ -10,8 +10,7 @@ from scipy.optimize import brentq
 
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
-from gapbeam.solver.integrators.spectral_analysis import carried_error, scheme_error
-from gapbeam.solver.integrators.time_scheme import TimeScheme
+from gapbeam.solver.integrators.time_scheme import TimeScheme, carried_error, scheme_error
 from gapbeam.solver.system.semi_discrete import VALUE
 from tests.shared.toys import start, steps_of, stopped_oscillator
 

@@ -29,10 +29,9 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import CoulombFriction
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.supports.support import Face, Support
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Interface, Load
-from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, Step, imaged
 from tests.shared.toys import ledger_of, steps_of
 from tests.verification.test_friction import FRICTION_SCHEMES, MIDPOINT_SCHEMES
 

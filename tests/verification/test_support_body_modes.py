@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 import gapbeam
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.loads.load_choice import load_direction
-from gapbeam.solver.models.support_bodies import with_support_bodies
+from gapbeam.solver.models.model import with_support_bodies
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Interface, Load

@@ -13,7 +13,7 @@ from scipy.signal import chirp
 
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.integrators.scheme_choice import scheme_of
-from gapbeam.solver.loads.swept_sine import SweptSineLoad
+from gapbeam.solver.loads.step_force import SweptSineLoad
 from tests.regression.test_compiled_run import run_both, same_history
 from tests.shared.models import COARSE, GRAVITY, beam_case
 from tests.shared.toys import start, steps_of, stopped_oscillator

@@ -8,8 +8,7 @@ from itertools import permutations
 import numpy as np
 import numpy.typing as npt
 
-from gapbeam.meshes.beam_geometry import BODY, BeamGeometry
-from gapbeam.meshes.contact_span import ContactSpan
+from gapbeam.meshes.beam_geometry import BODY, BeamGeometry, ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
 
 TOLERANCE = 0.01

@@ -8,8 +8,21 @@ from pathlib import Path
 from typing import Any
 
 from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, Verdict, Words
-from gapbeam.postprocess.report.sections.atlas_section import ATLAS_FILE, ATLAS_KEYS, beside_curve
+from gapbeam.postprocess.report.sections.atlas_section import (
+    ATLAS_FILE,
+    ATLAS_KEYS,
+    OPTIMUM_FILE,
+    atlas_sections,
+    beside_curve,
+    optimum_sections,
+)
 from gapbeam.postprocess.report.sections.contact_section import wear_section
+from gapbeam.postprocess.report.sections.curve_section import (
+    COMPARISON_FILE,
+    LIFE_FILE,
+    comparison_sections,
+    life_sections,
+)
 from gapbeam.postprocess.report.sections.run_section import (
     case_section,
     meta_of,
@@ -24,6 +37,20 @@ from gapbeam.postprocess.report.sections.statistics_section import (
     impacts_section,
     peak_rows,
     statistics_section,
+)
+from gapbeam.postprocess.report.sections.sweep_section import (
+    SWEEP_FILE,
+    UNCERTAIN_FILE,
+    sweep_sections,
+    uncertain_sections,
+)
+from gapbeam.postprocess.report.sections.tradeoff_section import (
+    IDENTIFICATION_FILE,
+    STABILITY_FILE,
+    TRADEOFF_FILE,
+    identification_blocks,
+    stability_sections,
+    tradeoff_sections,
 )
 from gapbeam.postprocess.report.sections.verdict_section import FIGURE_HEADS, run_verdicts
 from gapbeam.postprocess.report.study_json import read_object, read_records
@@ -204,3 +231,18 @@ def _energy(run: SpanOfRun, command: str) -> list[ReportSection]:
     except SignalError as fault:
         return [ReportSection("Energy", "energy", [Verdict("error", str(fault))])]
     return [] if found is None else [found]
+
+
+_KINDS = (
+    Kind("sweep", "Sweep", (SWEEP_FILE,), sweep_sections),
+    Kind("stability", "Stability", (STABILITY_FILE,), stability_sections),
+    Kind("tradeoff", "Trade-off", (TRADEOFF_FILE,), tradeoff_sections),
+    Kind("atlas", "Atlas", (ATLAS_FILE,), atlas_sections),
+    Kind("uncertain", "Uncertain values", (UNCERTAIN_FILE,), uncertain_sections),
+    Kind("identification", "Identification", (IDENTIFICATION_FILE,), identification_blocks),
+    Kind("optimum", "Optimum", (OPTIMUM_FILE,), optimum_sections),
+    Kind("life", "Life", (LIFE_FILE,), life_sections),
+    Kind("comparison", "Comparison", (COMPARISON_FILE,), comparison_sections),
+)
+KINDS = {kind.name: kind for kind in _KINDS}
+"""Kinds by their names."""

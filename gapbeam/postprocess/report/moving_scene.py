@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gapbeam.postprocess.report.charts import packed, packed_shorts
-from gapbeam.postprocess.results.supports_of_run import RunFace
+from gapbeam.postprocess.results.columns_of_run import RunFace
 from gapbeam.postprocess.results_errors import BlockError
 
 FloatArray = np.ndarray

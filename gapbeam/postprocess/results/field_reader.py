@@ -2,16 +2,217 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
+from typing import Any
+from xml.etree import ElementTree
 
+import h5py
 import numpy as np
 from meshio import CellBlock
+from meshio.xdmf import TimeSeriesReader
 
-from gapbeam.postprocess.results.field_series import FieldSeries, FloatArray, Frame
+from gapbeam.postprocess.results.bounded_files import check_hdf5, printable
 from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.solver.schema.record_table import FIELD_FOLDER, FIELDS_DATA_FILE, STRESS_FIELDS
+
+FloatArray = np.ndarray
+LARGEST = 256 * 2**20  # bytes of the XML file
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The fields at one time.
+
+    Attributes:
+        time: s.
+        displacement: (points, 3), m, relative to the support.
+        velocity: (points, 3), m/s, relative to the support.
+        contact_pressure: (points,), Pa; zero away from the contact faces.
+        stress: Axial and von Mises stress, (points,) each, Pa, by name; empty where the run wrote none.
+    """
+
+    time: float
+    displacement: FloatArray
+    velocity: FloatArray
+    contact_pressure: FloatArray
+    stress: Mapping[str, FloatArray] = field(default_factory=dict)
+
+
+class FieldSeries:
+    """The series that one state of the XML names: what a run does to the files later can take data from it.
+
+    meshio reads the time series, since the XDMF reader of VTK ends the process on one (pyvista issue 6303).
+
+    Args:
+        path: The `.xdmf` file; its data files lie beside it.
+
+    Attributes:
+        text: The XML.
+        points: (points, 3), m.
+        cells: Their corners, by type of cell.
+
+    Raises:
+        ResultsError: The series cannot be read.
+    """
+
+    points: FloatArray
+    cells: list[CellBlock]
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._open = ExitStack()
+        try:
+            self.text = _checked_text(path)
+            self._reader = self._open.enter_context(TimeSeriesReader(path))
+            self._open.enter_context(self._data_file(FIELDS_DATA_FILE))
+            points, self.cells = self._reader.read_points_cells()
+            self.points = _three_columns(points)
+            _check_mesh(self.points, self.cells)
+        except ResultsError:
+            self._open.close()
+            raise
+        except Exception as fault:  # of three libraries
+            self._open.close()
+            raise self._unreadable(fault) from fault
+
+    def __len__(self) -> int:
+        """Count the times."""
+        return int(self._reader.num_steps)
+
+    def time(self, number: int) -> float:
+        """Return the time of a field, s, from the XML alone; not-a-number where it names none.
+
+        Args:
+            number: 0 for the first time.
+        """
+        named = self._reader.collection[number].find("Time")
+        try:
+            return math.nan if named is None else float(named.get("Value", "nan"))
+        except ValueError:
+            return math.nan
+
+    def close(self) -> None:
+        """Close the data file."""
+        self._open.close()
+
+    def frame(self, number: int) -> Frame:
+        """Read the fields at one time.
+
+        Args:
+            number: 0 for the first time.
+
+        Raises:
+            ResultsError: The data are not there, or do not fit the mesh.
+        """
+        try:
+            time, data = self._data(number)
+            frame = Frame(
+                time=float(time),
+                displacement=_three_columns(data["displacement"]),
+                velocity=_three_columns(data["velocity"]),
+                contact_pressure=np.asarray(data["contact_pressure"], dtype=float).reshape(-1),
+                stress={
+                    name: np.asarray(data[name], dtype=float).reshape(-1) for name in STRESS_FIELDS if name in data
+                },
+            )
+        except ResultsError:
+            raise
+        except Exception as fault:  # of three libraries
+            raise self._unreadable(fault) from fault
+        scalars = (frame.contact_pressure, *frame.stress.values())
+        if not all(np.isfinite(values).all() for values in (frame.displacement, *scalars)):
+            raise self._unreadable(ValueError(f"values that are not finite at t = {frame.time:g} s"))
+        fit = all(values.shape == self.points.shape[:1] for values in scalars)
+        if frame.displacement.shape != self.points.shape or not fit:
+            raise self._unreadable(ValueError(f"fields that do not fit the mesh at t = {frame.time:g} s"))
+        return frame
+
+    def _data(self, number: int) -> tuple[float, dict[str, Any]]:
+        """Return a time and its data, of a file that is open no longer than that takes."""
+        items = self._reader.collection[number].iterfind("Attribute/DataItem")
+        names = {_file_of(item) for item in items} - {FIELDS_DATA_FILE}
+        with ExitStack() as files:
+            for name in names:
+                files.enter_context(self._data_file(name))
+            time, data, _ = self._reader.read_data(number)
+        return time, data
+
+    @contextmanager
+    def _data_file(self, name: str) -> Iterator[None]:
+        """Open a file where meshio looks for it: a run that goes on holds a lock that h5py would respect there."""
+        path = self._path.resolve().parent / name
+        if not path.is_file():
+            raise FileNotFoundError(f"{name} is not there, or is no plain file")
+        with h5py.File(path, "r", locking=False) as file:
+            check_hdf5(path, file)
+            self._reader.hdf5_files[path] = file
+            try:
+                yield
+            finally:
+                del self._reader.hdf5_files[path]
+
+    def _unreadable(self, fault: Exception) -> ResultsError:
+        return ResultsError(
+            self._path,
+            found=f"fields that cannot be read ({printable(f'{type(fault).__name__}: {fault}')[:200]})",
+            expected="a temporal collection with displacement, velocity and contact_pressure at the points",
+            remedy="if the run goes on or was killed, wait or resume it; else repeat it",
+        )
+
+
+def _checked_text(path: Path) -> str:
+    """Refuse an XML file that is large, expands itself, or takes data from elsewhere than the HDF5 files beside it."""
+    if path.stat().st_size > LARGEST:
+        raise ValueError(f"{path.stat().st_size} bytes of XML, more than {LARGEST}")
+    text = path.read_text(encoding="utf-8")
+    if "<!" in text.replace("<!--", ""):
+        raise ValueError("a document type or entities")
+    for entry in ElementTree.fromstring(text).iter():
+        if entry.tag.endswith("include") and "xpointer" not in entry.attrib:
+            raise ValueError("an inclusion of another file")
+        words = (entry.text or "").strip()
+        if entry.tag == "DataItem" and not (entry.get("Format") == "HDF" and _is_ours(path.parent, entry)):
+            raise ValueError(f"data from {words[:60]!r}; expected them from {FIELDS_DATA_FILE}")
+    return text
+
+
+def _check_mesh(points: FloatArray, cells: list[CellBlock]) -> None:
+    """Refuse cells with corners that are no points, and places that are not finite."""
+    if not np.isfinite(points).all():
+        raise ValueError("points that are not finite")
+    for block in cells:
+        corners = np.asarray(block.data)
+        if corners.dtype.kind not in "iu" or corners.ndim != 2:
+            raise ValueError(f"corners of cells of type {corners.dtype} and shape {corners.shape}")
+        if corners.size and not (corners.min() >= 0 and corners.max() < len(points)):
+            raise ValueError(f"corners from {corners.min()} to {corners.max()}, and {len(points)} points")
+
+
+def _three_columns(values: FloatArray) -> FloatArray:
+    values = np.asarray(values, dtype=float)
+    if values.ndim != 2 or not 1 <= values.shape[1] <= 3:
+        raise ValueError(f"values of shape {values.shape}; expected two or three columns")
+    return np.pad(values, ((0, 0), (0, 3 - values.shape[1])))
+
+
+def _file_of(item: ElementTree.Element) -> str:
+    """Return the file that an item takes its data from, a name relative to the folder of the XML file."""
+    return (item.text or "").strip().partition(":")[0]
+
+
+def _is_ours(folder: Path, item: ElementTree.Element) -> bool:
+    """Return whether data lie in the HDF5 file of the fields, or in those of a run that has not ended yet."""
+    name, place = _file_of(item), (item.text or "").strip().partition(":")[2]
+    own = name == FIELDS_DATA_FILE or re.fullmatch(rf"{FIELD_FOLDER}/[0-9]+\.h5", name) is not None
+    return own and place.startswith("/") and not (folder / name).is_symlink()
+
 
 __all__ = ["Fields", "FloatArray", "Frame"]
 

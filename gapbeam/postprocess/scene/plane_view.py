@@ -16,21 +16,22 @@ from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path
 from matplotlib.transforms import IdentityTransform
 
+from gapbeam.postprocess.results.columns_of_run import supports_of, wall_motions
 from gapbeam.postprocess.results.field_reader import Fields, Frame
 from gapbeam.postprocess.results.results import Results
-from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.postprocess.scene.camera_window import (
+from gapbeam.postprocess.scene.film import prepare_offscreen
+from gapbeam.postprocess.scene.motion_range import (
+    MotionRange,
     Window,
+    carrying_section,
+    motion_of,
     scale_of_support,
     scale_of_whole,
+    shown_displacement,
     window_of_support,
     window_of_whole,
 )
-from gapbeam.postprocess.scene.caption import caption_of
-from gapbeam.postprocess.scene.carrying_section import carrying_section
-from gapbeam.postprocess.scene.film import prepare_offscreen
-from gapbeam.postprocess.scene.motion_range import MotionRange, motion_of, shown_displacement
 from gapbeam.postprocess.scene.set_up import MeshedBody, PlaneBody, plane_body
 from gapbeam.postprocess.scene.sheet import ZOOM, Sheet, pixels, whole_place
 from gapbeam.postprocess.scene.support_surface import (
@@ -43,7 +44,7 @@ from gapbeam.postprocess.scene.support_surface import (
     support_of,
 )
 from gapbeam.postprocess.scene.surface_color import ABOVE, BEAM, BELOW, CELLS, EDGE, REST, ColoredCells, SurfaceColor
-from gapbeam.postprocess.scene.traces import loudest_face, traces_of
+from gapbeam.postprocess.scene.traces import caption_of, loudest_face, traces_of
 
 Drawn = TypeVar("Drawn", bound=Artist)
 
@@ -250,8 +251,7 @@ def views_of(
         ], plane.touching
     prepare_offscreen()
     # VTK reads the choice just made when it is first loaded.
-    from gapbeam.postprocess.scene.beam_surface import body_of
-    from gapbeam.postprocess.scene.camera_view import View
+    from gapbeam.postprocess.scene.camera_view import View, body_of
 
     body = body_of(mesh, support)
     return [View(body, support, *one[:3], color, one.direction, meshed) for one in shots], body.touching

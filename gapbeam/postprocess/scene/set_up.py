@@ -11,7 +11,7 @@ import meshio
 import numpy as np
 from meshio import CellBlock
 
-from gapbeam.postprocess.results.supports_of_run import RunSupport
+from gapbeam.postprocess.results.columns_of_run import RunSupport
 from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
 

@@ -13,11 +13,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from gapbeam.postprocess.figures.figure_style import SKY
+from gapbeam.postprocess.results.columns_of_run import RunSupport
 from gapbeam.postprocess.results.field_reader import Frame
-from gapbeam.postprocess.results.supports_of_run import RunSupport
-from gapbeam.postprocess.scene.camera_window import Window, rounded_down, window_of_support, window_of_whole
 from gapbeam.postprocess.scene.film import rows_of
-from gapbeam.postprocess.scene.motion_range import MotionRange
+from gapbeam.postprocess.scene.motion_range import MotionRange, Window, rounded_down, window_of_support, window_of_whole
 from gapbeam.postprocess.scene.plane_view import PictureView, Shot, views_of
 from gapbeam.postprocess.scene.set_up import LoadArrow, SectionMask, SetUp
 from gapbeam.postprocess.scene.sheet import Place, pixels, style_of

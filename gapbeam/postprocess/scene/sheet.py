@@ -23,12 +23,10 @@ from matplotlib.tri import Triangulation
 
 from gapbeam.postprocess.figures.figure_style import BASE_AND_GLAND, GRAY, SKY, face_style
 from gapbeam.postprocess.results.field_reader import Frame
-from gapbeam.postprocess.scene.camera_window import Window
-from gapbeam.postprocess.scene.caption import Caption
-from gapbeam.postprocess.scene.carrying_section import unrolled
+from gapbeam.postprocess.scene.motion_range import Window, unrolled
 from gapbeam.postprocess.scene.support_surface import ARM, PlacedMark, SupportBoxes
 from gapbeam.postprocess.scene.surface_color import PRESSURES, SurfaceColor
-from gapbeam.postprocess.scene.traces import Traces
+from gapbeam.postprocess.scene.traces import Caption, Traces
 
 _MEGA = 1.0e-6
 _BETWEEN_TICKS = -16.0  # points: the name of the angle stands beside its short label 0, between those of -180 and 180

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gapbeam.postprocess.results.supports_of_run import RunFace, RunSupport
+from gapbeam.postprocess.results.columns_of_run import RunFace, RunSupport
 
 if TYPE_CHECKING:
     import pyvista as pv

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gapbeam.meshes.beam_geometry import BeamGeometry, BeamStep
-from gapbeam.meshes.contact_span import ContactSpan
+from gapbeam.meshes.beam_geometry import BeamGeometry, BeamStep, ContactSpan
 from gapbeam.meshes.mesh_size import BeamSizing
 from gapbeam.meshes.rank_zero import with_mpi
 from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches, rectangle_patches, shared_patches

@@ -20,7 +20,7 @@ from gapbeam.meshes.mesh_readings import cell_shapes, displacement_shapes, facet
 from gapbeam.meshes.reference_cells import corners as corners_of
 from gapbeam.meshes.serial_mesh import SerialMesh
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
-from gapbeam.solver.assembly.point_rows import PointFinder
+from gapbeam.solver.assembly.section_rows import PointFinder
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.supports.support import Face
 from gapbeam.solver.system.operators import Array, Indices

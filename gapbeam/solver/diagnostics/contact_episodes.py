@@ -30,8 +30,7 @@ import numpy as np
 from gapbeam.solver.compilation.jit import shared
 from gapbeam.solver.diagnostics.energy_ledger import relative_growth
 from gapbeam.solver.schema.record_table import IMPACT_COLUMNS
-from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.system.semi_discrete import ContactOperator
+from gapbeam.solver.system.semi_discrete import ContactOperator, Step
 from gapbeam.solver.system.slip_modes import closed_part
 
 UNKNOWN, CLOSED, OPEN = -1, 0, 1

@@ -20,9 +20,8 @@ from gapbeam.solver.case.case import Case, Gates
 from gapbeam.solver.diagnostics.contact_episodes import CLOSED, OPEN, UNKNOWN, Watched, after_look, breaks_gates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, relative_growth
 from gapbeam.solver.messages.errors import EnergyCreated, EnergyLost, NotFinite
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import ContactOperator
+from gapbeam.solver.system.semi_discrete import ContactOperator, Step
 
 SAFE_WITHOUT_POTENTIAL = "implicit-midpoint"  # a scheme that only loses energy at impacts
 

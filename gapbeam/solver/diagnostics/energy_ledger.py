@@ -21,9 +21,8 @@ import numpy as np
 from gapbeam.solver.compilation.jit import shared
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.solve.contact_solve import RELATIVE_TOLERANCE
-from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
 
 ROUND_OFF_SAFETY = 8.0
 ESTIMATE = 10.0  # times the estimate of round-off: no energy below it is called created

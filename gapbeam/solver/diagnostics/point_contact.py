@@ -37,9 +37,8 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.diagnostics.assumption import PoseRows, PoseScales, axial_stress, deformation
 from gapbeam.solver.diagnostics.contact_episodes import Peak, after_forces
 from gapbeam.solver.schema.record_table import SLIP_MODES
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array, Indices, Operators
-from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem, State
+from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem, State, Step
 from gapbeam.solver.system.slip_modes import by_mode, impact_share, pressed_after, pressed_span
 
 PIECE = 500  # records that are seen at once

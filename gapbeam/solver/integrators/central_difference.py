@@ -26,9 +26,8 @@ from gapbeam.solver.contact.solve.condensation import Condensed
 from gapbeam.solver.contact.solve.contact_solve import solve_contact
 from gapbeam.solver.integrators.effective_operator import hold
 from gapbeam.solver.integrators.time_scheme import STIFF_CONTACT, StiffnessRange, TimeScheme
-from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State, imaged
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step, imaged
 
 
 class CentralDifference(TimeScheme):

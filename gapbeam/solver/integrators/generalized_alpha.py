@@ -23,17 +23,16 @@ from gapbeam.solver.contact.laws.law_tables import ENDPOINT
 from gapbeam.solver.contact.solve.condensation import Condensed
 from gapbeam.solver.contact.solve.friction_solve import Sliding, solve_contact_and_friction
 from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
-from gapbeam.solver.integrators.noise_bias import NoiseBias
 from gapbeam.solver.integrators.time_scheme import (
     SOFT_CONTACT,
     KernelNumbers,
+    NoiseBias,
     StiffnessRange,
     TimeScheme,
 )
 from gapbeam.solver.schema.table import Number
-from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
 
 SAFE_GAMMA = 0.65  # of Newmark's rule
 SAFE_RADIUS = 0.5  # of generalized-alpha, at infinite frequency

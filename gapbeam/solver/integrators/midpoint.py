@@ -26,16 +26,15 @@ from gapbeam.solver.contact.laws.law_tables import IMPLICIT, MEAN
 from gapbeam.solver.contact.solve.condensation import Condensed
 from gapbeam.solver.contact.solve.friction_solve import Sliding, solve_contact_and_friction
 from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
-from gapbeam.solver.integrators.noise_bias import NoiseBias
 from gapbeam.solver.integrators.time_scheme import (
     STIFF_CONTACT,
     KernelNumbers,
+    NoiseBias,
     StiffnessRange,
     TimeScheme,
 )
-from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, SemiDiscreteSystem, State
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, SemiDiscreteSystem, Stage, State, Step
 
 PressureOverStep = Callable[[Array, Array, float], StagePressure]
 

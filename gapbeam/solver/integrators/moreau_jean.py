@@ -28,9 +28,8 @@ from gapbeam.solver.contact.solve.friction_solve import Sliding, solve_contact_a
 from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT, StiffnessRange, TimeScheme
 from gapbeam.solver.schema.table import Number
-from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
 
 RIGID = 1.0e-10  # compliance of the rate constraint over the compliance of the contact points
 

@@ -34,8 +34,7 @@ from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.linear_algebra.deflation import Deflation, Map, rigid_body_modes
-from gapbeam.solver.linear_algebra.smooth_modes import add_springs
+from gapbeam.solver.linear_algebra.smooth_modes import Deflation, Map, add_springs, rigid_body_modes
 from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.system.operators import Array, Interface, Operators, RankOnes, Springs
 

@@ -28,7 +28,7 @@ from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
 from gapbeam.meshes.versions.mumps_functions import gives_inverse, mumps_inverse
-from gapbeam.solver.linear_algebra.deflation import Deflation
+from gapbeam.solver.linear_algebra.smooth_modes import Deflation
 from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.system.operators import Array, Factor, Indices, Interface
 

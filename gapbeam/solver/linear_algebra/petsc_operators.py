@@ -2,11 +2,19 @@
 
 What large models would not have room for is made when it is asked for: of M, the same for every component, one block
 is kept, and K as it is marched is put together from its parts.
+
+Choice of the linear solver of an effective operator: a factor as long as it fits in memory, iterations beyond.
+
+A factor costs most when it is made and solves in milliseconds; conjugate gradients need a fraction of its memory and
+dozens of products for every solve (docs/benchmarks/large-models.md). Between the two lies a factor without the columns
+A^-1 G^T: it needs less memory, and a step takes two back-substitutions instead of one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 from dolfinx import fem
@@ -14,17 +22,111 @@ from mpi4py import MPI
 from petsc4py import PETSc
 from scipy.sparse import csr_matrix, identity, kron
 
-from gapbeam.solver.assembly.cell_stiffness import assembled
-from gapbeam.solver.assembly.elasticity import ElasticParts
-from gapbeam.solver.assembly.mass_matrix import mass_matrix
-from gapbeam.solver.linear_algebra.deflation import Deflation, rigid_body_modes
+from gapbeam.solver.assembly.elasticity import ElasticParts, assembled
+from gapbeam.solver.case.solution_tables import SolverTable
 from gapbeam.solver.linear_algebra.iterative_factor import ConjugateGradients, columns_product
 from gapbeam.solver.linear_algebra.mumps_factor import DeflatedFactor
-from gapbeam.solver.linear_algebra.smooth_modes import add_springs, as_matrix, enlarge_by_springs, smooth_modes
-from gapbeam.solver.linear_algebra.solver_choice import FACTORED, LinearSolver
+from gapbeam.solver.linear_algebra.smooth_modes import (
+    Deflation,
+    add_springs,
+    as_matrix,
+    enlarge_by_springs,
+    rigid_body_modes,
+    smooth_modes,
+)
 from gapbeam.solver.linear_algebra.substructured_factor import factor_on_ranks, not_factored
+from gapbeam.solver.memory.memory_estimate import MemoryNeeds
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, Springs
 from gapbeam.solver.system.rank_one_update import updated
+
+GIGABYTE = 1.0e9
+OF_SQUARES = 1.0e-3  # of the tolerance, that squares of errors keep to
+USED = 0.9  # of the memory that is free: the rest is for what is written and for other processes
+
+
+@dataclass(frozen=True)
+class LinearSolver:
+    """Choice of the solver for effective operators.
+
+    Attributes:
+        iterative: By conjugate gradients; otherwise by a factor.
+        tolerance: Of conjugate gradients: the error over the solution, in the energy norm of the operator.
+        columns_limit: Bytes that the columns A^-1 G^T may take over all ranks; None: no limit.
+        reason: Why, in a few words.
+    """
+
+    iterative: bool = False
+    tolerance: float = 1.0e-9
+    columns_limit: float | None = None
+    reason: str = "given"
+
+    @property
+    def basis_tolerance(self) -> float:
+        """Tolerance for vectors of a basis: an error of 1e-6 in them is one of 1e-12 in the energies they span."""
+        return max(self.tolerance, sqrt(OF_SQUARES * self.tolerance))
+
+
+FACTORED = LinearSolver()
+
+
+def linear_solver(
+    settings: SolverTable, needs: MemoryNeeds, free: float, needs_factor: str | None = None
+) -> LinearSolver:
+    """Return the linear solver of a model.
+
+    Args:
+        settings: The table [solver] of the case.
+        needs: Memory that the model needs.
+        free: Memory that is free over all machines, bytes.
+        needs_factor: Part of the case that needs a factor, or None.
+    """
+    room = settings.memory * GIGABYTE if settings.memory is not None else USED * free
+    left = room - needs.matrices - needs.factor
+    columns = {"keep": None, "drop": 0.0, "auto": max(left, 0.0)}[settings.columns]
+    words = (
+        f"a factor of about {needs.factor / GIGABYTE:.2g} GB besides {needs.matrices / GIGABYTE:.2g} GB of mesh and "
+        f"matrices, {room / GIGABYTE:.3g} GB may be used"
+    )
+    if settings.effective == "iterative" or (settings.effective == "auto" and needs_factor is None and left < 0.0):
+        reason = "given" if settings.effective == "iterative" else words
+        return LinearSolver(True, settings.tolerance, columns, reason)
+    reason = "given" if settings.effective == "factor" else words
+    if needs_factor is not None and left < 0.0:
+        reason += f"; {needs_factor} needs a factor all the same"
+    return LinearSolver(False, settings.tolerance, columns, reason)
+
+
+def mass_matrix(consistent: PETSc.Mat, lumped: bool, extrapolation: PETSc.Mat | None) -> PETSc.Mat:
+    """Return the mass matrix that is marched: consistent, lumped and redistributed as asked.
+
+    Lumped masses are the diagonal of the consistent matrix, scaled to its total (Hinton, Rock and Zienkiewicz 1976);
+    for affine cells of one kind this is the same cell by cell. Redistributed, they are E^T m.
+
+    Raises:
+        UserError: A lumped mass is not positive after redistribution.
+
+    Collective.
+    """
+    if not lumped:
+        return consistent if extrapolation is None else consistent.ptap(extrapolation)
+    masses, total, ones = consistent.getDiagonal(), consistent.createVecLeft(), consistent.createVecRight()
+    ones.set(1.0)
+    consistent.mult(ones, total)
+    masses.scale(total.sum() / masses.sum())
+    if extrapolation is not None:
+        moved = masses.duplicate()
+        extrapolation.multTranspose(masses, moved)
+        masses = moved
+        if masses.min()[1] < 0.0:
+            raise UserError(
+                'contact.mass = "redistributed" with lumped masses: a mass becomes negative; expected cells of about '
+                "equal size below the contact faces; try mesh.support_size and mesh.edge_size nearer to each other"
+            )
+    first, end = masses.getOwnershipRange()
+    pattern = (np.arange(end - first + 1, dtype=PETSc.IntType), np.arange(first, end, dtype=PETSc.IntType))
+    return PETSc.Mat().createAIJ(consistent.getSizes(), csr=(*pattern, masses.array_r), comm=consistent.comm)
+
 
 SHIFTED = "gapbeam_shifted_"  # prefix of PETSc's options for K + sigma M
 FEW_DIGITS = (

@@ -35,7 +35,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components, maxi
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.meshes.versions.mumps_functions import gives_inverse
 from gapbeam.solver.linear_algebra.mumps_factor import SOLVE_BLOCK, PetscFactor
-from gapbeam.solver.memory.out_of_memory import is_out_of_memory
+from gapbeam.solver.memory.memory_check import is_out_of_memory
 from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.system.operators import Array, Factor, Indices, Interface
 

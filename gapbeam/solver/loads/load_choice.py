@@ -8,14 +8,12 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.loads.exciter import Exciter
-from gapbeam.solver.loads.gravity import Gravity
-from gapbeam.solver.loads.load_table import LoadTable
+from gapbeam.solver.loads.load_table import Gravity, LoadTable
 from gapbeam.solver.loads.places import SupportAcceleration
-from gapbeam.solver.loads.point_load import ConstantForce, HarmonicForce, RecordedForce
+from gapbeam.solver.loads.point_load import ConstantForce, Exciter, HarmonicForce, RecordedForce
 from gapbeam.solver.loads.random_line_load import RandomLineLoad
 from gapbeam.solver.loads.random_load import RandomLoad
-from gapbeam.solver.loads.step_force import StepForce
+from gapbeam.solver.loads.step_force import StepForce, SweptSineLoad
 from gapbeam.solver.loads.support_motion import (
     BaseMotion,
     ClearanceChange,
@@ -23,7 +21,6 @@ from gapbeam.solver.loads.support_motion import (
     RecordedMotion,
     RecordedSupportMotion,
 )
-from gapbeam.solver.loads.swept_sine import SweptSineLoad
 from gapbeam.solver.system.operators import Array
 
 Load = Annotated[

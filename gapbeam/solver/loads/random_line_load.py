@@ -41,10 +41,9 @@ import scipy
 from pydantic import Field
 
 from gapbeam.solver.loads.coherence_table import CoherenceChoice, CoherenceTable, double_integrals
-from gapbeam.solver.loads.generated_spectrum import CONFIDENCE
 from gapbeam.solver.loads.load_table import OF_MODEL, LoadTable
 from gapbeam.solver.loads.places import LineForce, LoadPart
-from gapbeam.solver.loads.random_function import RandomSignal
+from gapbeam.solver.loads.random_function import CONFIDENCE, RandomSignal
 from gapbeam.solver.loads.random_load import PEAK, PairedNoiseLoad
 from gapbeam.solver.loads.random_spectra import PowerSpectrum, SpectrumChoice
 from gapbeam.solver.loads.time_function import TimeFunction

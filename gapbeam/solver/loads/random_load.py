@@ -13,12 +13,13 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeGuard
 
 from pydantic import Field
 
-from gapbeam.solver.loads.generated_spectrum import compared, compared_cross_spectrum
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.random_function import (
     MOST_LENGTH,
     RandomSignal,
     SharedNoise,
+    compared,
+    compared_cross_spectrum,
     filter_length,
     noise_key,
     sample_rate,

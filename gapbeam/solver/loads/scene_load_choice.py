@@ -6,8 +6,7 @@ from typing import Annotated, Any, Literal, TypeGuard, Union
 
 from pydantic import Field, create_model
 
-from gapbeam.solver.loads.gravity import Gravity
-from gapbeam.solver.loads.load_table import LoadTable
+from gapbeam.solver.loads.load_table import Gravity, LoadTable
 from gapbeam.solver.loads.point_load import ConstantForce, HarmonicForce, RecordedForce
 from gapbeam.solver.loads.random_line_load import RandomLineLoad
 from gapbeam.solver.loads.random_load import RandomLoad

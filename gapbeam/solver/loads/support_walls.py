@@ -11,9 +11,8 @@ from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.supports.layout import Layout, within
 from gapbeam.solver.supports.regions.region import Placement
 from gapbeam.solver.supports.support_tables import OneSupport
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import NO_WALLS, Array, WallMotion, Walls
 from gapbeam.solver.system.semi_discrete import ContactOperator
-from gapbeam.solver.system.wall_motion import NO_WALLS, WallMotion, Walls
 
 
 def moved_by(place: SupportWalls, layout: Layout) -> OneSupport | None:

@@ -21,13 +21,12 @@ from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Paused, Resolution, march
 from gapbeam.solver.messages.errors import NotConverged, RunError
-from gapbeam.solver.models.reduction.line_points import refuse_other_faces
+from gapbeam.solver.models.reduction.contact_lines import refuse_other_faces
 from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.start import start_of_case
 from gapbeam.solver.seat.static_seat import Seat, find_seat
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import VALUE, Snapshots, State
+from gapbeam.solver.system.semi_discrete import VALUE, Snapshots, State, Step
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -32,7 +32,6 @@ from gapbeam.solver.contact.solve.condensation import Condensed, CondensedOperat
 from gapbeam.solver.diagnostics.energy_ledger import created_in_step, round_off
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.messages.errors import NotConverged
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import (
     STIFFNESS,
@@ -41,6 +40,7 @@ from gapbeam.solver.system.semi_discrete import (
     Imaged,
     SemiDiscreteSystem,
     State,
+    Step,
     imaged,
 )
 

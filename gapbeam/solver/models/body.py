@@ -6,31 +6,81 @@ Clearance, contact law, damping, amplitudes, frequencies and the march in time a
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.meshes.cell_curvature import refuse_curved
-from gapbeam.meshes.mesh_readings import as_arrays, facet_cells, vector_space
+from gapbeam.meshes.mesh_readings import as_arrays, facet_cells, refuse_curved, vector_space
 from gapbeam.meshes.serial_mesh import FacetTags
 from gapbeam.meshes.tagged_mesh import Section, TaggedMesh, describe, mean_section
 from gapbeam.solver.assembly.case_mesh import mesh_of_case
 from gapbeam.solver.assembly.face_quadrature import PointRule
+from gapbeam.solver.case.analysis_table import NAMES, RigidMotion
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
 from gapbeam.solver.case.model_choice import whole_areas
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator, whole_contact
 from gapbeam.solver.models.bending_stiffness import BendingStiffness
-from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
-from gapbeam.solver.models.reduction.basis_report import BasisReport
+from gapbeam.solver.models.reduction.span_basis import BasisReport
 from gapbeam.solver.system.operators import Array, Indices, Operators
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+
+@dataclass(frozen=True)
+class ProductExpansion:
+    """E V, from reduced DOFs to those of the nodes.
+
+    Attributes:
+        nodes: E, from the DOFs of beam elements to those of the nodes, (N, n).
+        columns: V, from reduced DOFs to those of beam elements, (n, r).
+    """
+
+    nodes: csr_matrix
+    columns: csr_matrix
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(N, r)."""
+        return int(self.nodes.shape[0]), int(self.columns.shape[1])
+
+    def __matmul__(self, x: Array | csr_matrix) -> Any:
+        """Return E V x, or the expansion in terms of other DOFs where x is sparse."""
+        if isinstance(x, csr_matrix):
+            return ProductExpansion(self.nodes, csr_matrix(self.columns @ x))
+        return np.asarray(self.nodes @ (self.columns @ x))
+
+    def __getitem__(self, rows: Any) -> csr_matrix:
+        """Return some rows of E V."""
+        return csr_matrix(self.nodes[rows] @ self.columns)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        """Return E V multiplied out, (N, r)."""
+        return np.asarray((self.nodes @ self.columns).toarray(), dtype=dtype)
+
+
+@dataclass(frozen=True)
+class HoldingShapes:
+    """Products with the shapes Z that move h held motions by one each; V is the basis of the held body.
+
+    Attributes:
+        mass: Z^T M V, (h, n).
+        stiffness: Z^T K V, the restraint included, (h, n).
+        patterns: Z^T of `Body.patterns`, (h, patterns).
+        pressure: Z^T H^T: what forces at the m contact points do along Z, (h, m).
+        friction: Z^T T^T: what friction forces there do, (h, m k); without columns where there is no friction.
+    """
+
+    mass: Array
+    stiffness: Array
+    patterns: Array
+    pressure: Array
+    friction: Array
 
 
 class ProbeRow(Protocol):
@@ -164,3 +214,14 @@ def gathered(case: Case, contact: ContactOperator) -> tuple[ContactOperator, Def
         return whole_contact(contact, whole_areas(case)), None
     patch = contact_patch(case)
     return resultant_operator(contact, case.contact.points, patch.value), patch
+
+
+def rigid_parts(body: Body, motion: RigidMotion) -> Iterator[Array]:
+    """Yield the parts of a rigid motion along `NAMES` on the DOFs of the beam, (n,) each. Collective."""
+    sizes = motion.section(0.0)
+    wanted = [(sizes[name], row) for name, row in zip(NAMES, body.rigid, strict=True) if sizes[name] != 0.0]
+    if not wanted:
+        return
+    factor = body.operators.factor(1.0, 0.0)
+    for size, row in wanted:
+        yield size * factor.solve(row)

@@ -1,39 +1,49 @@
-"""Model of a case: body, semi-discrete system, contact law and computed defaults."""
+"""Model of a case: body, semi-discrete system, contact law and computed defaults.
+
+Flexible supports: the motions of their bodies as further DOFs of a dense system.
+
+With q the motions of the bodies along unit vectors e_j, and n_i what opens the gap of contact point i,
+
+    diag(M, m) (u, q)'' + diag(C, c) (u, q)' + diag(K, k) (u, q) = (f, f_q) + (G, N)^T (w p),
+    g = g0 + G u + N q,    N_ij = -n_i . e_j at the points of the support with the motion j, else 0.
+
+Friction sees T u + S q alike. The DOFs of the bodies come after those of the beam, which all rows of probes, poses
+and fields read alone. Gravity and base motion act on the masses. Rayleigh and modal damping are those of the
+beam: what c_M m + c_K k would add goes off the dashpot again.
+"""
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, assert_never
 
 import numpy as np
+from scipy.sparse import csr_matrix, hstack
 
 from gapbeam.meshes.tagged_mesh import Section, TaggedMesh
 from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.assembly.assembled_system import assembled_system
 from gapbeam.solver.assembly.face_quadrature import PointRule
-from gapbeam.solver.case.beam_motions import motions_in_words
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.computed_defaults import (
-    Default,
-    rayleigh,
-    seat_springs,
-    slip_velocity,
-    tangent_stiffness,
-)
-from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
+from gapbeam.solver.case.beam_motions import axial_restraint, motions_in_words
+from gapbeam.solver.case.case import Case, Contact, Damping, Friction, Gates, Output, Wear
+from gapbeam.solver.case.computed_defaults import Default, rayleigh, seat_springs, slip_velocity, tangent_stiffness
+from gapbeam.solver.case.model_choice import resolved_frequency
+from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel, Time
+from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.integrators.stable_step import stable_step
+from gapbeam.solver.loads.load_choice import load_direction
+from gapbeam.solver.loads.places import BodyForce, SupportAcceleration
 from gapbeam.solver.loads.support_walls import walls_of
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.beam_body import beam_body, rigid_body
 from gapbeam.solver.models.bending_stiffness import refuse_poor_bending
 from gapbeam.solver.models.body import TURNED, Body, ProbeRow, mesh_beam, mesh_dofs, point_rule
-from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.contact_setting import (
     contact_setting,
     friction_of,
@@ -44,7 +54,6 @@ from gapbeam.solver.models.contact_setting import (
     with_moving_holes,
 )
 from gapbeam.solver.models.kept_files import kept_or_found
-from gapbeam.solver.models.support_bodies import with_support_bodies
 from gapbeam.solver.models.time_step import (
     compared_depth,
     contact_duration,
@@ -52,15 +61,155 @@ from gapbeam.solver.models.time_step import (
     with_stable_step,
     with_time_step,
 )
+from gapbeam.solver.supports.layout import BodyMotion, body_motions
 from gapbeam.solver.supports.support import Support
-from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
+from gapbeam.solver.supports.support_tables import without_play
+from gapbeam.solver.system.dense_operators import DenseOperators, MassesBeside
+from gapbeam.solver.system.operators import Array, Interface, RankOnes
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem
 from gapbeam.solver.system.slip_modes import SlipModes
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from gapbeam.solver.linear_algebra.solver_choice import LinearSolver
+    from gapbeam.solver.linear_algebra.petsc_operators import LinearSolver
+
+
+def with_support_bodies(case: Case, system: SemiDiscreteSystem, dimension: int) -> SemiDiscreteSystem:
+    """Return a system with the motions of the support bodies of its case; itself where there are none.
+
+    Args:
+        case: The case.
+        system: The beam under its loads, in contact with supports that stand still.
+        dimension: 2 or 3.
+
+    Raises:
+        TypeError: The system has bodies and is not dense.
+    """
+    motions = body_motions(case.layout, dimension)
+    if not motions:
+        return system
+    beam = system.operators
+    if not isinstance(beam, DenseOperators):
+        raise TypeError("bodies of supports need a model of few DOFs")
+    masses, springs, dampers = np.array(
+        [[one.body.mass, one.body.stiffness, one.body.damping] for one in motions]
+    ).T  # (k,) each
+    reactions = system.reactions
+    if reactions is not None:
+        rows = (_padded(reactions.displacement, len(motions)), _padded(reactions.velocity, len(motions)))
+        reactions = replace(reactions, displacement=rows[0], velocity=rows[1])
+    pushes = np.zeros((len(system.loads), len(motions)))  # preloads come after the loads of the case
+    for push, load in zip(pushes, case.load, strict=False):
+        if isinstance(load.place, BodyForce | SupportAcceleration):
+            along = load_direction(load, dimension)
+            push[:] = masses * [along[one.axis] for one in motions]
+    loads = [
+        replace(load, pattern=np.concatenate([load.pattern, push]))
+        for load, push in zip(system.loads, pushes, strict=True)
+    ]
+    return replace(
+        system,
+        operators=MassesBeside(beam, masses, springs),
+        contact=_on_bodies(system.contact, motions),
+        loads=tuple(loads),
+        dashpots=_with_dampers(
+            system, dampers - system.mass_damping * masses - system.stiffness_damping * springs, beam.size
+        ),
+        reactions=reactions,
+    )
+
+
+def _padded(rows: Array | csr_matrix, count: int) -> Array:
+    """Return a vector or rows on the DOFs of the beam with zeros for those of bodies behind them."""
+    found = rows if isinstance(rows, np.ndarray) else rows.toarray()
+    return np.concatenate([found, np.zeros((*found.shape[:-1], count))], axis=-1)
+
+
+def _with_dampers(system: SemiDiscreteSystem, coefficients: Array, size: int) -> RankOnes | None:
+    """Return the dashpots of a system with one of each body that is not 0."""
+    there = np.flatnonzero(coefficients)
+    patterns = np.eye(len(coefficients), size + len(coefficients), k=size)[there]
+    added = RankOnes(patterns, coefficients[there])
+    if system.dashpots is None:
+        return added if len(there) else None
+    old = RankOnes(_padded(system.dashpots.patterns, len(coefficients)), system.dashpots.coefficients)
+    return old.and_also(added)
+
+
+def _on_bodies(contact: ContactOperator, motions: Sequence[BodyMotion]) -> ContactOperator:
+    """Return an operator on all DOFs of a dense system, in which the supports have motions."""
+    size = contact.interface.size + len(motions)
+    opening, sliding = _rows(contact, motions)
+    changed = {
+        "interface": Interface(size, np.arange(size), np.arange(size)),
+        "gap_matrix": csr_matrix(hstack([contact.gap_matrix, opening])),
+        "tangents": None if contact.tangents is None else csr_matrix(hstack([contact.tangents, sliding])),
+    }
+    if isinstance(contact, ResultantOperator):
+        return replace(contact, **changed, distributed=_on_bodies(contact.distributed, motions))
+    return replace(contact, **changed)
+
+
+def _rows(contact: ContactOperator, motions: Sequence[BodyMotion]) -> tuple[csr_matrix, csr_matrix]:
+    """Return N, (m, k), and S, (m t, k): of t tangents the last goes around supports that are met around the beam."""
+    tangents = 0 if contact.tangents is None else contact.tangents.shape[0] // contact.size
+    opening, sliding = np.zeros((contact.size, len(motions))), np.zeros((contact.size, tangents, len(motions)))
+    for number, one in enumerate(motions):
+        faces = [contact.face_names.index(face.name) for face in one.support.faces]
+        there = np.isin(contact.faces, faces)
+        aside, up = contact.across[there].T
+        opening[there, number] = -up if one.bends else -aside
+        if tangents > 1 and one.support.around:
+            sliding[there, -1, number] = -aside if one.bends else up
+    return csr_matrix(opening), csr_matrix(sliding.reshape(contact.size * tangents, len(motions)))
+
+
+def body_key(case: Case) -> Case:
+    """Return a case with everything taken out that a body does not depend on; equal for cases that share a body.
+
+    Clearance, law, stiffness and damping of the contact, structural damping, all of a load but its place and direction,
+    time, analysis, gates and output are cheap to change, as long as the start stays in the bending plane or leaves it.
+    The restraint along the beam is part of the body. Where it follows from loads and play, it is given in the key.
+    """
+    axial = axial_restraint(case).value
+    return case.model_copy(
+        update={
+            "title": "",
+            "damping": Damping(),
+            "support": without_play(case.support),
+            "contact": _contact(case),
+            "wear": None if case.wear is None else Wear(),
+            "load": tuple(load.without_cheap_keys() for load in case.load),
+            "figure": (),
+            "time": _time(case),
+            "analysis": case.analysis.for_body,
+            "model": case.model.model_copy(update={"reasons": ()}),
+            "restraint": case.restraint.model_copy(update={"axial": axial}) if axial > 0.0 else case.restraint,
+            "gates": Gates(),
+            "output": Output(),
+        }
+    )
+
+
+def _contact(case: Case) -> Contact:
+    return case.contact.model_copy(
+        update={
+            "law": Contact.model_fields["law"].get_default(),
+            "stiffness": "auto",
+            "damping": 0.0,
+            "tension": "clipped",
+            "touch_depth": "auto",
+            "friction": None if case.friction is None else Friction(coefficient=1.0),
+        }
+    )
+
+
+def _time(case: Case) -> Time:
+    """Return the scheme of explicit steps, and the frequency up to which the spans of a beam are resolved."""
+    key = Time(end=1.0, step="auto", frequency=resolved_frequency(case))
+    return key.model_copy(update={"scheme": case.time.scheme}) if case.time.scheme.explicit else key
+
 
 LOG = logging.getLogger("gapbeam")
 GIVEN = "given in the case"
@@ -275,7 +424,7 @@ def model_of(case: Case, body: Body) -> Model:
 
     Args:
         case: The case.
-        body: The body of that case or of one with the same `gapbeam.solver.models.body_key.body_key`.
+        body: The body of that case or of one with the same `gapbeam.solver.models.model.body_key`.
 
     Raises:
         UserError: An explicit scheme cannot march the step.

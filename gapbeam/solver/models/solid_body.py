@@ -8,18 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from gapbeam.solver.assembly.assembled_system import holding_springs
-from gapbeam.solver.assembly.contact_assembly import contact_operator, nitsche_operator
+from gapbeam.solver.assembly.contact_assembly import Nitsche, contact_operator, nitsche_operator
 from gapbeam.solver.assembly.elasticity import elastic_parts, lame
-from gapbeam.solver.assembly.load_patterns import load_patterns
 from gapbeam.solver.assembly.mass_redistribution import extrapolation
-from gapbeam.solver.assembly.nitsche_terms import Nitsche
-from gapbeam.solver.assembly.section_rows import SectionRows, row_at
+from gapbeam.solver.assembly.section_rows import SectionRows, load_patterns, row_at
 from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.periodic_checks import factor_needed
 from gapbeam.solver.case.solution_tables import FullModel
-from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
-from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
+from gapbeam.solver.linear_algebra.petsc_operators import LinearSolver, PetscOperators, linear_solver
 from gapbeam.solver.loads.load_choice import axis_point
 from gapbeam.solver.memory.memory_estimate import free_memory, memory_needs
 from gapbeam.solver.models.bending_stiffness import bending_stiffness, rigid_motions

@@ -17,7 +17,7 @@ from gapbeam.solver.case.computed_defaults import Default, bending_words, lighte
 from gapbeam.solver.case.solution_tables import RigidModel
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw
 from gapbeam.solver.integrators.stable_step import SAFETY, StableStep
-from gapbeam.solver.integrators.step_rule import (
+from gapbeam.solver.integrators.time_scheme import (
     RIGID_RATIO,
     STEPS_PER_CONTACT,
     STEPS_PER_PERIOD,

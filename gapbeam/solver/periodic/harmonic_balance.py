@@ -31,10 +31,9 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw, step_slopes
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.periodic.shooting import Fourier, no_pause
-from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, State, imaged
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, Stage, State, Step, imaged
 
 MOST_UNKNOWNS = 8000  # 0.5 GB for the Jacobian, and half a minute for its factorization
 NO_TRACE = 1.0e-12  # of the largest singular value

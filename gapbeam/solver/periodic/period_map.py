@@ -32,10 +32,9 @@ from gapbeam.solver.march.compiled.tangent_kernel import monodromy_along
 from gapbeam.solver.march.stepwise_march import REFRESH_INTERVAL, EffectiveOperators, March, march
 from gapbeam.solver.periodic.floquet import Stability, leading_multipliers, solve_identity_minus, stability_of
 from gapbeam.solver.periodic.shooting import SLACK, no_orbit
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, Indices
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State, imaged
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State, Step, imaged
 
 Disturbance = Array
 """u and v with their images, (2, 3, n)."""

@@ -30,10 +30,9 @@ from gapbeam.solver.periodic.harmonic_continuation import NOTABLE_TRUNCATION, Cl
 from gapbeam.solver.periodic.period_map import MarchedMap, ModalMap, shoot_marched
 from gapbeam.solver.periodic.shooting import Fourier, relative_change, shoot
 from gapbeam.solver.supports.layout import with_value
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.modal_coordinates import modal_system
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import VALUE, State
+from gapbeam.solver.system.semi_discrete import VALUE, State, Step
 
 WHOLE = 1.0e-6  # of a step
 

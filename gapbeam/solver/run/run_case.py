@@ -20,14 +20,13 @@ from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
-from gapbeam.solver.memory.out_of_memory import out_of_memory_reported
-from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten, RunError
+from gapbeam.solver.memory.memory_check import out_of_memory_reported
+from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, remove_unasked
 from gapbeam.solver.run.checkpoint.resume import find_left, left_state, refuse_to_resume
-from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
 from gapbeam.solver.run.interruption import Interruption, Signals, Wish
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output import run_summary as summaries
@@ -54,6 +53,63 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
+
+
+def stopped_words(case: Case, stopped: Interrupted, going_on: bool) -> str:
+    """Return the time at which a run was stopped and the next command, in one line.
+
+    Args:
+        case: The case.
+        stopped: Reason for the stop.
+        going_on: Whether it was about to continue from a checkpoint.
+    """
+    if going_on:
+        return f"{stopped}; the checkpoints are as they were, `resume=True` continues from the last one"
+    again = "start it again with `overwrite=True`" if isinstance(case.analysis, Periodic) else "`resume=True` starts it"
+    return f"{stopped}; there is nothing to keep, {again}"
+
+
+def left_behind(
+    case: Case, folder: Path, comm: MPI.Comm, stopped: Interrupted, resume: bool, started: float
+) -> dict[str, Any]:
+    """Return the summary of a run that was stopped during its set-up, and write it where no earlier results are.
+
+    Args:
+        case: The case.
+        folder: Results folder.
+        comm: The ranks.
+        stopped: Reason for the stop.
+        resume: Whether it was to go on with earlier results.
+        started: Reading of `time.perf_counter` at its start, s.
+
+    Collective.
+    """
+    summary: dict[str, Any] = {
+        "title": case.title,
+        "status": "interrupted",
+        "exit_status": stopped.exit_status,
+        "message": stopped_words(case, stopped, False),
+        "warnings": [],
+        "versions": versions(),
+        "wall_time": {"total": time.perf_counter() - started},
+        "resumed": [],
+    }
+    try:
+        on_rank_zero(comm, lambda: check_folder(folder, overwrite=False))
+        with locked(folder, comm):
+            on_rank_zero(comm, lambda: _write(folder, summary))
+    except (UserError, NotWritten):  # earlier results, or no place: as they were
+        summary["message"] = f"{stopped}; {folder} is as it was" + (", `resume=True` continues it" if resume else "")
+    LOG.error("%s", summary["message"])
+    return summary
+
+
+def _write(folder: Path, summary: dict[str, Any]) -> None:
+    prepare_folder(folder)
+    with written(folder / SUMMARY_FILE):
+        write_summary(folder, summary)
+
+
 MARCHED = "the model was marched"
 
 

@@ -31,15 +31,13 @@ from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, kept_st
 from gapbeam.solver.run.interruption import GivenUp, Interruption, Wish
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.hdf5_files import AT_ONCE
-from gapbeam.solver.run.output.history_file import HistoryWriter, write_points
-from gapbeam.solver.run.output.impact_file import write_impacts
+from gapbeam.solver.run.output.history_file import HistoryWriter, write_impacts, write_points
 from gapbeam.solver.run.output.output_thread import OutputThread, StuckOutput
 from gapbeam.solver.run.output.progress import ProgressFile, ProgressLine
 from gapbeam.solver.run.output.wear_file import write_wear
 from gapbeam.solver.run.stop_rule import StopRule, statistics_of
-from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import Snapshots, State
+from gapbeam.solver.system.semi_discrete import Snapshots, State, Step
 
 if TYPE_CHECKING:
     from mpi4py import MPI

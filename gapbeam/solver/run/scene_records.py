@@ -17,11 +17,11 @@ from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS, ImpactList, approach_speed
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import ESTIMATE, ROUND_OFF_SAFETY, Ledger
-from gapbeam.solver.diagnostics.statistics.block_means import MOST, BlockEnds
+from gapbeam.solver.diagnostics.statistics.batch_interval import MOST, BlockEnds
 from gapbeam.solver.diagnostics.statistics.run_statistics import RecordStatistics
 from gapbeam.solver.scene.feedback import Feedback, outputs_of
+from gapbeam.solver.scene.flow_margin import eigenvalues
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
-from gapbeam.solver.scene.linear_stability import eigenvalues
 from gapbeam.solver.scene.marcher import TOLERANCE, Marcher
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion

@@ -27,8 +27,7 @@ from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.interruption import Signals, Wish
 from gapbeam.solver.run.outcome import Outcome, wear_words
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
-from gapbeam.solver.run.output.history_file import HistoryWriter, recorded_figures
-from gapbeam.solver.run.output.impact_file import write_impacts
+from gapbeam.solver.run.output.history_file import HistoryWriter, recorded_figures, write_impacts
 from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import check_folder, clear, locked, prepare_folder, write_summary
 from gapbeam.solver.run.output.shape_file import has_shapes, largest, write_shapes

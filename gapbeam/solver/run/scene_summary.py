@@ -11,8 +11,7 @@ import numpy as np
 from gapbeam.solver.diagnostics.assumption import WARNING, Finding, limited
 from gapbeam.solver.diagnostics.energy_gates import describe_energy, describe_gates
 from gapbeam.solver.diagnostics.march_diagnostics import figures_of_lists
-from gapbeam.solver.diagnostics.statistics.batch_interval import FEWEST, burn_in
-from gapbeam.solver.diagnostics.statistics.block_means import BlockEnds, correlation_time
+from gapbeam.solver.diagnostics.statistics.batch_interval import FEWEST, BlockEnds, burn_in, correlation_time
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, AveragedSeries
 from gapbeam.solver.run.assumptions.motion_findings import RESOLVED
 from gapbeam.solver.run.outcome import all_rates, work_rate

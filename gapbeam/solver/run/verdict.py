@@ -39,19 +39,17 @@ from gapbeam.solver.diagnostics.contact_episodes import DURATION
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates, describe_energy, describe_gates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.history_rows import Recorder
-from gapbeam.solver.diagnostics.march_diagnostics import Accounts, impact_figures
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts, Tally, impact_figures
 from gapbeam.solver.diagnostics.point_contact import Peaks
-from gapbeam.solver.diagnostics.statistics.batch_interval import largest_of_map
-from gapbeam.solver.diagnostics.statistics.block_means import missed_share
+from gapbeam.solver.diagnostics.statistics.batch_interval import largest_of_map, missed_share
 from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics, RunStatistics, in_words
 from gapbeam.solver.diagnostics.statistics.statistic_figures import LEAST, PARTS_OF_WORK, WORK_RATE, Doubts, energy_bias
-from gapbeam.solver.diagnostics.step_counts import Tally
-from gapbeam.solver.integrators.noise_bias import bias_at
+from gapbeam.solver.integrators.time_scheme import bias_at
 from gapbeam.solver.march.stepwise_march import RESOLVING_SHARE
 from gapbeam.solver.messages.errors import RangeNotCovered
 from gapbeam.solver.models.bending_stiffness import bending_remarks
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.models.reduction.basis_report import basis_remarks
+from gapbeam.solver.models.reduction.span_basis import basis_remarks
 from gapbeam.solver.models.time_step import frequency_of_interest
 from gapbeam.solver.run.assumptions.frequency_findings import of_frequencies, recorded_content
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose, of_restraint

@@ -19,8 +19,16 @@ import numpy as np
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, positive
-from gapbeam.solver.scene.ensemble_members import SAMPLES, EnsembleFolder, Members, ensemble_key, joined, untrusted
-from gapbeam.solver.scene.lane_figures import LaneFigures, lane_figure_faults
+from gapbeam.solver.scene.ensemble_members import (
+    SAMPLES,
+    EnsembleFolder,
+    LaneFigures,
+    Members,
+    ensemble_key,
+    joined,
+    lane_figure_faults,
+    untrusted,
+)
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, Linear, LinearScheme, Slabs, StepRecords, step_sums
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState

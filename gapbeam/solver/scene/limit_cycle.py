@@ -19,9 +19,9 @@ import numpy as np
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.feedback_loop import aligned
+from gapbeam.solver.scene.flow_margin import state_matrix
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest
-from gapbeam.solver.scene.linear_stability import state_matrix
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array

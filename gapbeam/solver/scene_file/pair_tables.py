@@ -19,8 +19,8 @@ from gapbeam.solver.scene.convex_region import ConvexRegion, Disc, HalfPlane, Po
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.structure_files import PlacedPoint
-from gapbeam.solver.scene_file.mesh_tables import MeshFile
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, nearest_places
+from gapbeam.solver.scene_file.structure_tables import MeshFile
 from gapbeam.solver.schema.table import Name, NonNegative, Number, PointName, Positive, Switch, Table
 from gapbeam.solver.system.operators import Array
 

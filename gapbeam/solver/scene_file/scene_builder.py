@@ -20,27 +20,27 @@ from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.modal_files import read_modes
-from gapbeam.solver.scene.moving_point import MovingPoint, moving_force, moving_point
 from gapbeam.solver.scene.scene import Scene
-from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
+from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, MovingPoint, moving_force, moving_point, weight
 from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, reduced_at_points
 from gapbeam.solver.scene.structure_files import PlacedPoint, read_model
 from gapbeam.solver.scene_file.contact_builder import (
+    SPREAD,
+    STATION,
     Motions,
+    Site,
     at_points,
     condensed_face,
     face_pair,
+    fault_of,
     on_moving_walls,
     point_contact,
     snubber_of,
 )
-from gapbeam.solver.scene_file.feedback_builder import faulty_key, flow_span, made_feedback, stations
-from gapbeam.solver.scene_file.feedback_tables import AnyFeedback
+from gapbeam.solver.scene_file.feedback_tables import AnyFeedback, faulty_key, flow_span, made_feedback, stations
 from gapbeam.solver.scene_file.frame_builder import direction_of, extent_of, framed, stations_of
-from gapbeam.solver.scene_file.mesh_tables import MeshFile
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, in_space, line_of
 from gapbeam.solver.scene_file.scene_case import SceneCase
-from gapbeam.solver.scene_file.scene_site import SPREAD, STATION, Site, fault_of
 from gapbeam.solver.scene_file.structure_tables import (
     NODAL,
     BodyTable,
@@ -48,6 +48,7 @@ from gapbeam.solver.scene_file.structure_tables import (
     ElementBeam,
     ElementFrame,
     LumpedMass,
+    MeshFile,
     ModesOfFile,
     PinnedBody,
     PointTable,

@@ -13,7 +13,6 @@ from gapbeam.solver.loads.scene_load_choice import LineLoad, is_along_beam, poin
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import near
 from gapbeam.solver.scene_file.feedback_checks import feedback_faults
-from gapbeam.solver.scene_file.mesh_tables import MeshFile, material_faults
 from gapbeam.solver.scene_file.pair_tables import PairContact, faces_faults, nearest_faults
 from gapbeam.solver.scene_file.structure_tables import (
     NODAL,
@@ -24,12 +23,14 @@ from gapbeam.solver.scene_file.structure_tables import (
     HeldBody,
     LumpedMass,
     MemberTable,
+    MeshFile,
     ModesOfFile,
     PinnedBody,
     PointTable,
     RigidBar,
     SnubberJoint,
     SpringJoint,
+    material_faults,
 )
 
 ROUND = ("round", "tube")

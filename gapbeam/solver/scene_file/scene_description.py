@@ -15,8 +15,15 @@ from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.coefficient_fit import CoefficientFit
 from gapbeam.solver.scene.feedback import Joint
 from gapbeam.solver.scene.flow_force import Flow
-from gapbeam.solver.scene.flow_margin import UNDECIDED, FlowMargin, connors_of_modes, flow_margin, flows_of, leading
-from gapbeam.solver.scene.linear_stability import idle_supports
+from gapbeam.solver.scene.flow_margin import (
+    UNDECIDED,
+    FlowMargin,
+    connors_of_modes,
+    flow_margin,
+    flows_of,
+    idle_supports,
+    leading,
+)
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt

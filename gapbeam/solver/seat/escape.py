@@ -21,7 +21,7 @@ from scipy.linalg import null_space
 from gapbeam.solver.case.analysis_table import NAMES, RigidMotion, unit_motions
 from gapbeam.solver.contact.solve.unopposed_motion import unopposed_motion
 from gapbeam.solver.loads.attachments import MotionName
-from gapbeam.solver.models.rigid_shapes import rigid_parts
+from gapbeam.solver.models.body import rigid_parts
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 

@@ -20,8 +20,8 @@ import numpy as np
 from gapbeam.solver.case.analysis_table import Periodic, StartMode, Transient, centered_pose
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.models.body import rigid_parts
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.models.rigid_shapes import rigid_parts
 from gapbeam.solver.seat.contact_modes import free_bending_modes
 from gapbeam.solver.supports.layout import body_motions
 from gapbeam.solver.system.operators import Array

@@ -5,7 +5,7 @@
 
 G (m x n) takes degrees of freedom to the gap at m contact points, H puts pressures back as forces, w (m) are areas, p
 the contact pressure, W by how much walls that move open the gaps (`wall_motion`). H = G but for Nitsche's method, where
-both contain the stress (`assembly.nitsche_terms`). With friction, T takes degrees of freedom to the motion along the
+both contain the stress (`assembly.contact_assembly`). With friction, T takes degrees of freedom to the motion along the
 faces, and t is the tangential traction (`laws.damper`). Finite element models (PETSc) and small dense ones (numpy) are
 the same type; integrators, laws and analyses never know which. Vectors are numpy arrays of the part that this rank
 owns. Snapshots hold what field files show of a motion at some times.
@@ -14,7 +14,7 @@ owns. Snapshots hold what field files show of a motion at some times.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.circles import Circles, no_circles
 from gapbeam.solver.system.operators import (
+    NO_WALLS,
     Array,
     Indices,
     Interface,
@@ -33,10 +34,10 @@ from gapbeam.solver.system.operators import (
     RankOnes,
     Reactions,
     Springs,
+    Walls,
     factor_rows_of,
 )
 from gapbeam.solver.system.slip_modes import ALL_SLIDES, SlipModes
-from gapbeam.solver.system.wall_motion import NO_WALLS, Walls
 
 FILLED = 0.25  # of the entries of a matrix, from which products of dense arrays are quicker
 
@@ -364,3 +365,65 @@ class Snapshots(NamedTuple):
             np.stack([state.v[VALUE] for state in states]),
             np.stack([state.pressure for state in states]),
         )
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The balance that a step satisfied: what the energy ledger needs to know.
+
+    Attributes:
+        load_factors: s_k in the balance.
+        inertia_and_elastic: M a + K u as they stood in the balance, (n,), N.
+        velocity: Velocity in the damping term, with images, (3, n).
+        pressure: Contact pressure in the balance, (m,), Pa.
+        elastic_pressure: Its part that derives from the contact potential, (m,), Pa.
+        traction: Tangential traction of friction in the balance, (m, k), Pa; None: without friction.
+        unresolved: Work of contact forces that round-off in the contact solve hides, J.
+        opening: Directions in which the stations in round holes opened their gaps, (k, 2); None: none turn.
+    """
+
+    load_factors: Array
+    inertia_and_elastic: Array
+    velocity: Imaged
+    pressure: Array
+    elastic_pressure: Array
+    traction: Array | None = None
+    unresolved: float = 0.0
+    opening: Array | None = None
+
+
+@dataclass(frozen=True, repr=False)
+class Step:
+    """One accepted step.
+
+    Attributes:
+        old: State at its start.
+        new: State at its end.
+        stage: The balance that held.
+        iterations: Iterations of the contact solve.
+        completes: False for a part of a halved step that leaves a rest to do.
+        failures: Attempts right before it that did not converge and were halved.
+        refinements: Attempts right before it that did not resolve the contact and were halved.
+        unresolved: Whether it does not resolve the contact either, at the limit of halvings.
+        refreshed: `new` with its images formed anew by products with M and K, when that was due.
+        timings: Wall time of parts of the step, s.
+    """
+
+    old: State
+    new: State
+    stage: Stage
+    iterations: int
+    completes: bool = True
+    failures: int = 0
+    refinements: int = 0
+    unresolved: bool = False
+    refreshed: State | None = None
+    timings: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def size(self) -> float:
+        """Step size, s."""
+        return self.new.time - self.old.time
+
+    def __repr__(self) -> str:
+        return f"<Step to {self.new.time:.6g} s: {self.size:.4g} s, {self.iterations} contact iterations>"

@@ -19,11 +19,11 @@ from matplotlib.figure import Figure
 
 from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, journal_style, panels
 from gapbeam.solver.messages.errors import NotConverged, UserError
+from gapbeam.solver.scene.flow_margin import state_matrix
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.limit_cycle import VANISHED, LimitCycle, check_autonomous, limit_cycle, state_of, touching
 from gapbeam.solver.scene.linear_scheme import MIDPOINT
 from gapbeam.solver.scene.linear_scheme import rest as touched
-from gapbeam.solver.scene.linear_stability import state_matrix
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array

@@ -16,7 +16,7 @@ from scipy.stats import binomtest
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite
-from gapbeam.solver.scene.lane_figures import response_figure_faults
+from gapbeam.solver.scene.ensemble_members import response_figure_faults
 from gapbeam.solver.scene.limit_cycle import state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState

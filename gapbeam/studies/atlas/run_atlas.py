@@ -20,8 +20,8 @@ from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import finite, write_beside
+from gapbeam.solver.scene.ensemble_members import response_figure_faults
 from gapbeam.solver.scene.lane_ensemble import ensemble
-from gapbeam.solver.scene.lane_figures import response_figure_faults
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import NoSeat, seat
 from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses

@@ -107,8 +107,7 @@ class Engine:
             yield from _in_turn(task, works, tick)
             return
         if self._pool is None:
-            from gapbeam.studies.engine.dask_clusters import PoolPlan
-            from gapbeam.studies.engine.dask_pool import DaskPool
+            from gapbeam.studies.engine.dask_pool import DaskPool, PoolPlan
 
             limit = None if self._memory is None else MARGIN * self._memory
             self._pool = DaskPool(PoolPlan(self._workers, self.count, limit, self._folder))

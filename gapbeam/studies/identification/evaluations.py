@@ -26,14 +26,15 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.messages.errors import CaseError, OutOfMemory, RunError, UserError
 from gapbeam.solver.messages.wording import counted, printable
-from gapbeam.solver.models.body_key import body_key
-from gapbeam.solver.models.model import Model
+from gapbeam.solver.models.model import Model, body_key
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.identification.identification_file import FloatArray, Problem, Values
 from gapbeam.studies.identification.identification_tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
-from gapbeam.studies.identification.orbit_slopes import Shifted, end_of_run, figure_slopes
 from gapbeam.studies.identification.run_figures import (
+    Shifted,
+    end_of_run,
+    figure_slopes,
     natural_frequency,
     read_figure,
     record_of,

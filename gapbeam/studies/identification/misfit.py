@@ -133,7 +133,7 @@ class Misfit:
     def slopes(self, z: FloatArray) -> FloatArray:
         """Return the derivatives of the residuals at a place that was tried, (m, n); not numbers where none is known.
 
-        They are those of periodic responses, see `gapbeam.studies.identification.orbit_slopes`.
+        They are those of periodic responses, see `gapbeam.studies.identification.run_figures`.
         """
         values = self.problem.values(z)
         numbers = sorted({self.problem.places[number] for number in self.fitted})

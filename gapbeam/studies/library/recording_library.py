@@ -18,9 +18,8 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.scene.argument_checks import checked, positive
-from gapbeam.solver.scene.ensemble_members import ensemble_key
+from gapbeam.solver.scene.ensemble_members import ensemble_key, response_figure_faults
 from gapbeam.solver.scene.lane_ensemble import ensemble
-from gapbeam.solver.scene.lane_figures import response_figure_faults
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.touch_kernel import WIDTH

@@ -1,4 +1,4 @@
-"""Wear rates of a case on gaps that are worn: of faces, or of contact points, from the statistics of one run each.
+"""Wear rates on worn gaps: of a case by faces or contact points, or of a file of structures by pairs.
 
 Gaps of contact points grow where they are worn,
 
@@ -8,6 +8,10 @@ for the depth d_i of the contact point i, its work rate W_i' on gaps that are la
 to it. The region of the support thus changes its profile.
 
 Source: Podra and Andersson, Tribology International 32 (1999) 71, for wear that changes the contact it depends on.
+
+dd_i / dt = k W_i' / A
+
+for the depth d_i of pair i, its work rate W_i' in regions grown by all depths, and the worn area A.
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
@@ -26,14 +31,113 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.face_wear import FaceWear, face_wear
 from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics, RunStatistics
-from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts
+from gapbeam.solver.loads.load_choice import forcing_frequencies
+from gapbeam.solver.loads.scene_load_choice import AnyLoad
+from gapbeam.solver.messages.errors import RunError, UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import decay_time, has_statistics, statistics_of
-from gapbeam.studies.life.face_rates import depth_rates, passed, rate_verdict, record_steps, work_rates
 from gapbeam.studies.life.worn_case import worn_case, worn_clearances
 from gapbeam.studies.life.worn_march import Array, DepthRates
-from gapbeam.studies.trials.response import respond
+from gapbeam.studies.trials.response import TrialResponse, respond
+from gapbeam.studies.trials.scene_subject import SceneSubject
 from gapbeam.studies.trials.starts import KeptBody, seated
+
+PERIODS = 100  # of a forcing, of which statistics need some dozens behind the burn-in
+WHOLE = 1.0e-6
+REPEATED = 1.0e-4  # of a rate, between the ends of the interval of a motion that repeats
+
+
+class RunFailed(RunError):  # noqa: N818 - as other ends of runs are called
+    """A run on worn gaps did not pass.
+
+    Attributes:
+        exit_status: Of that run.
+    """
+
+    def __init__(self, message: str, exit_status: int) -> None:
+        super().__init__(message, exit_status)
+        self.exit_status = exit_status
+
+
+def passed(response: TrialResponse, names: Sequence[str], depths: Sequence[float]) -> None:
+    """Pass a run on worn gaps.
+
+    Args:
+        response: Response of the run.
+        names: Names of the faces.
+        depths: Depths of all faces, m.
+
+    Raises:
+        RunFailed: It did not pass.
+    """
+    if response.exit_status:
+        worn = ", ".join(f"{name} {depth:.3g} m" for name, depth in zip(names, depths, strict=True))
+        raise RunFailed(
+            f"the run with the faces worn by {worn} did not pass: {response.verdict}: {response.message}",
+            response.exit_status,
+        )
+
+
+def rate_verdict(rate: Mapping[str, Any]) -> str:
+    """Return the verdict on the interval of a rate; that of a motion that repeats is good."""
+    repeats = float(rate["high"]) - float(rate["low"]) < REPEATED * float(rate["value"])
+    return "good" if repeats else str(rate["verdict"])
+
+
+def record_steps(loads: Sequence[AnyLoad], end: float, step: float, interval: float) -> int:
+    """Return the steps between records: of an interval, or a period of a forcing that repeats often enough.
+
+    The work of whole periods is the same in a motion that repeats, and has no chance in it.
+
+    Args:
+        loads: That may force a motion that repeats.
+        end: End of the run, s.
+        step: s.
+        interval: s.
+    """
+    frequencies = forcing_frequencies(loads)
+    if len(frequencies) == 1 and frequencies[0] * end >= PERIODS:
+        steps = round(1.0 / (frequencies[0] * step))
+        if abs(steps * step * frequencies[0] - 1.0) < WHOLE:
+            return steps
+    return max(1, round(interval / step))
+
+
+def depth_rates(works: Sequence[Mapping[str, Any]], factors: ArrayLike) -> DepthRates:
+    """Return rates of depth, m/s, from work rates.
+
+    Args:
+        works: Works of each face, of `work_rates`.
+        factors: Depth worn per work of sliding of each face, m/J.
+    """
+    values, low, high = (
+        np.asarray(factors) * np.array([max(float(one[key]), 0.0) for one in works]) for key in ("value", "low", "high")
+    )
+    return DepthRates(values, low, high, tuple(map(rate_verdict, works)))
+
+
+def work_rates(
+    statistics: RunStatistics, names: Sequence[str], end: float, doubts: Doubts | None = None
+) -> list[Mapping[str, Any]]:
+    """Return the work rate of each face with its interval, as statistics describe it, W.
+
+    Args:
+        statistics: Statistics of a run.
+        names: Names of the faces.
+        end: End of the run, s.
+        doubts: On the statistics.
+
+    Raises:
+        UserError: The run has too few records for statistics.
+    """
+    figures = {one["name"]: one for one in statistics.describe(doubts)["figures"]}
+    if not figures:
+        raise UserError(
+            f"time.end: {end:g} s with a record every {statistics.interval:g} s are too few records for the mean of a "
+            "work rate; expected a hundred and more: a later time.end, or a shorter output.history_interval"
+        )
+    return [figures[f"face.{name}.{WORK_RATE}"] for name in names]
 
 
 @dataclass
@@ -194,3 +298,96 @@ def refuse_unworn(case: Case) -> Array:
             + "; ".join(" ".join(str(one).split()) for one in faults[:3])
         )
     return np.array([one.depth_limit or 1.0 for one in faces.values()])
+
+
+class SceneRates:
+    """Runs of a file of structures on worn pairs, one after the other; they share the structures.
+
+    Pairs of two motions wear: those of one have no sliding.
+
+    Args:
+        subject: The file.
+
+    Raises:
+        CaseError: A structure cannot be read, or parts do not fit.
+    """
+
+    def __init__(self, subject: SceneSubject) -> None:
+        self.subject, self.scene = subject, subject.scene
+        self.mine = [i for i, one in enumerate(self.scene.contacts) if one.motions == 2]
+        every = self.scene.contact_names
+        self.names = [every[i] for i in self.mine]
+
+    @property
+    def inputs(self) -> dict[str, Any]:
+        """All that decides the rates."""
+        return self.subject.tables | self.subject.contents
+
+    @cached_property
+    def limits(self) -> Array:
+        """Depth at which the life of each pair ends, (pairs,), m.
+
+        Raises:
+            UserError: The file has no depth or coefficient, no pair slides, or a region cannot grow.
+        """
+        wear = self.subject.case.wear
+        lacking = [name for name in ("coefficient", "area", "depth_limit") if wear is None or not getattr(wear, name)]
+        if lacking:
+            raise UserError(
+                f"wear: found no {' and no '.join(lacking)}; expected all three, such as coefficient = 2e-14 (1/Pa), "
+                "area = 1e-5 (m^2) and depth_limit = 0.2e-3 (m)"
+            )
+        if not self.mine:
+            raise UserError("wear: found pairs of one motion, which do not slide; expected one of two (motions = 2)")
+        assert wear is not None
+        limits = np.full(len(self.mine), wear.depth_limit or 0.0)
+        self.worn(limits)
+        return limits
+
+    def worn(self, depths: Array, number: int = 0) -> SceneSubject:
+        """Return the file with regions grown by depths.
+
+        Args:
+            depths: Depths of all pairs, (pairs,), m.
+            number: Number of the run: each has noise of its own.
+
+        Raises:
+            UserError: A region cannot grow.
+        """
+        subject = self.subject.with_other_noise(number)
+        scene = subject.scene
+        contacts = list(scene.contacts)
+        for i, depth in zip(self.mine, depths, strict=True):
+            contacts[i] = replace(contacts[i], region=contacts[i].region.grown(float(depth)))
+        return subject.in_scene(scene.with_parts(contacts, scene.loads))
+
+    def clearances(self, depths: Array) -> dict[str, float]:
+        """Return the clearance of each pair at depths, (pairs,), m."""
+        contacts = self.worn(depths).scene.contacts
+        regions = {name: contacts[i].region for name, i in zip(self.names, self.mine, strict=True)}
+        return {
+            name: float(np.asarray(one.values[one.kind.names.index("clearance")]))
+            for name, one in regions.items()
+            if "clearance" in one.kind.names
+        }
+
+    def __call__(self, depths: Array, number: int) -> DepthRates:
+        """Return the rates at given depths.
+
+        Args:
+            depths: Depths of all pairs, (pairs,), m.
+            number: Number of the run, which chooses the noise.
+
+        Raises:
+            RunFailed: The run did not pass.
+            UserError: It has too few records for statistics, or there is no seat.
+        """
+        subject, case = self.worn(depths, number), self.subject.case
+        asked, end = subject.asked, case.time.end
+        subject.asked = replace(asked, every=record_steps(case.load, end, asked.step, asked.every * asked.step))
+        response = subject.respond(subject.start(0, 0), rings=False)
+        passed(response, self.names, list(map(float, depths)))
+        assert response.statistics is not None
+        assert case.wear is not None
+        factor = float(case.wear.coefficient or 0.0) / float(case.wear.area or 1.0)
+        return depth_rates(work_rates(response.statistics, self.names, end), factor)

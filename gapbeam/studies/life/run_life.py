@@ -22,8 +22,7 @@ from gapbeam.solver.messages.errors import RangeNotCovered
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.scene_file.scene_reader import scene_file
-from gapbeam.studies.life.case_rates import CaseRates, PointRates
-from gapbeam.studies.life.scene_rates import SceneRates
+from gapbeam.studies.life.case_rates import CaseRates, PointRates, SceneRates
 from gapbeam.studies.life.worn_case import PROFILES_FILE, KeptRuns, Profiles, of_faces, time_words
 from gapbeam.studies.life.worn_march import Array, Blocks, Worn, WornState, wear_to_limits
 from gapbeam.studies.printed_results import PrintedResult

@@ -15,7 +15,7 @@ from pydantic import Field
 from rich.table import Table as RichTable
 
 from gapbeam.postprocess.figures.figure_style import COLORS, GRAY, journal_style, panels
-from gapbeam.postprocess.report.sections.optimum_section import OPTIMUM_FILE, OPTIMUM_PICTURE, optimum_tables
+from gapbeam.postprocess.report.sections.atlas_section import OPTIMUM_FILE, OPTIMUM_PICTURE, optimum_tables
 from gapbeam.solver.case.reading.case_reader import read_tables
 from gapbeam.solver.messages.errors import CaseError, Fault, NotConverged, UserError
 from gapbeam.solver.run.output.results_folder import finite, write_beside

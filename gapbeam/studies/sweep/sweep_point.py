@@ -18,10 +18,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.signals.periodicity import NO_CYCLE, NOT_SETTLED
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.postprocess.signals.steady_figures import WORD, Steady, figures_of_record, steady
+from gapbeam.postprocess.signals.steady_figures import WORD, Steady, WindowFigure, figures_of_record, steady
 from gapbeam.postprocess.study_figures.sweep_branches import RANDOM
 from gapbeam.solver.case.figure_table import Figure, figure_values
 from gapbeam.solver.diagnostics.assumption import WARNING, Finding
@@ -32,9 +33,18 @@ from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.schema.record_table import SMOOTHING_WINDOW
 from gapbeam.studies.study_folder import study_written
 from gapbeam.studies.sweep.sweep_plan import Chain, Task, point_file
-from gapbeam.studies.sweep.window_data import as_data
 from gapbeam.studies.trials.response import VERDICTS, TrialResponse
 from gapbeam.studies.trials.subject import Subject, read_subject
+
+
+def as_data(quantities: Mapping[str, WindowFigure]) -> dict[str, Any]:
+    """Return figures by name: unit, mean and scatter, SI; accelerations in g too."""
+    return {
+        name: {"unit": one.unit, "mean": one.mean, "scatter": one.scatter, "unsettled": one.unsettled}
+        | ({"mean_in_g": one.mean * shown(one.unit)[1]} if one.unit == "m/s^2" else {})
+        for name, one in quantities.items()
+    }
+
 
 GOOD, BIASED = "good", "biased"
 RMS = ("rms", "lateral_rms")

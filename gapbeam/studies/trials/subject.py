@@ -12,9 +12,8 @@ from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.case_reader import is_scene, read_case
 from gapbeam.solver.scene_file.scene_reader import scene_file
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.trials.case_subject import CaseSubject
 from gapbeam.studies.trials.response import TrialResponse
-from gapbeam.studies.trials.scene_subject import SceneSubject
+from gapbeam.studies.trials.scene_subject import CaseSubject, SceneSubject
 from gapbeam.studies.trials.starts import Start
 
 

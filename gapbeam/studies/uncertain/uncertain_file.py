@@ -23,8 +23,7 @@ from gapbeam.solver.case.reading.overrides import pairs
 from gapbeam.solver.messages.errors import CaseError, Fault, UserError
 from gapbeam.solver.messages.wording import near
 from gapbeam.solver.scene.argument_checks import finite
-from gapbeam.solver.scene.ensemble_members import ensemble_key
-from gapbeam.solver.scene.lane_figures import response_figure_faults
+from gapbeam.solver.scene.ensemble_members import ensemble_key, response_figure_faults
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.schema.table import Number, Positive, Table, Whole

@@ -12,8 +12,7 @@ from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableB
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
 from gapbeam.postprocess.report.sections.support_section import ZOOM, chart_along, end_words, is_long
 from gapbeam.postprocess.results.columns_of_run import WearMap
-from gapbeam.postprocess.signals.enlarged_part import enlarged_span
-from gapbeam.postprocess.signals.signal import Signal, face_signal
+from gapbeam.postprocess.signals.signal import Signal, enlarged_span, face_signal
 from gapbeam.solver.messages.wording import counted
 
 HEADER = ("face", "rate", "value", "unit", "95 % interval", "judged")

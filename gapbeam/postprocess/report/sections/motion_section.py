@@ -10,9 +10,8 @@ from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.blocks import Block, Cell, Level, ReportSection, TableBlock, Verdict
 from gapbeam.postprocess.report.charts import MOST, Chart, ChartCurve, envelope, thinning_words
 from gapbeam.postprocess.report.sections.support_section import ZOOM, end_words, is_long
-from gapbeam.postprocess.signals.enlarged_part import enlarged_span
 from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
-from gapbeam.postprocess.signals.signal import Signal
+from gapbeam.postprocess.signals.signal import Signal, enlarged_span
 from gapbeam.postprocess.signals.spectra import distortion
 from gapbeam.solver.messages.wording import counted
 

@@ -7,9 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import xarray as xr
+
 from gapbeam.postprocess.comparison_report import as_data
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.figures.shape_figure import shape_picture, shapes_of
+from gapbeam.postprocess.figures.curve_figures import shape_picture, shapes_of
+from gapbeam.postprocess.figures.motion_figures import farthest, moves_in_space, rooms_at_probes, shifts_at_probes
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -21,15 +25,14 @@ from gapbeam.postprocess.report.blocks import (
     TableBlock,
     Verdict,
     Words,
+    percent,
     warnings_of,
 )
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope
 from gapbeam.postprocess.report.html_page import sentence
 from gapbeam.postprocess.report.sections.contact_section import contact_section, random_loads_section, wear_section
 from gapbeam.postprocess.report.sections.curve_section import comparison_blocks, curve_section, periodic_section
-from gapbeam.postprocess.report.sections.flow_section import flow_section
 from gapbeam.postprocess.report.sections.motion_section import motion_section, periodicity_section, spectra_section
-from gapbeam.postprocess.report.sections.orbits_section import orbits_section
 from gapbeam.postprocess.report.sections.scene_section import scene_of, still_scene_of
 from gapbeam.postprocess.report.sections.statistics_section import (
     energy_section,
@@ -46,11 +49,11 @@ from gapbeam.postprocess.report.sections.verdict_section import (
     limits_section,
     opening_section,
     run_verdicts,
+    scene_table,
     summary_section,
 )
-from gapbeam.postprocess.report.sections.verdict_tables import scene_table
 from gapbeam.postprocess.report.study_json import read_object
-from gapbeam.postprocess.results.columns_of_run import impacts_of, points_of, wear_of
+from gapbeam.postprocess.results.columns_of_run import impacts_of, points_of, supports_of, wear_of
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.run_watch import is_periodic, motion_of
 from gapbeam.postprocess.results_errors import ResultsError
@@ -59,6 +62,114 @@ from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.postprocess.signals.probe_analysis import Analysis, Options, analyze
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.solver.schema.record_table import CASE_FILE, CURVE_FILE, HISTORY_FILE
+
+PARTS = {"real": "real part", "imaginary": "imaginary part"}
+REDUCED = "reduced velocity U/(f D) (1)"
+
+
+def flow_section(summary: Mapping[str, Any], command: str) -> ReportSection | None:
+    """Return the section on feedback; None for a run without any.
+
+    Args:
+        summary: `Results.summary`.
+        command: That makes the report.
+    """
+    scene = summary.get("scene")
+    forces = scene.get("feedbacks") if isinstance(scene, Mapping) else None
+    if not isinstance(forces, list) or not forces:  # a number in results of earlier releases
+        return None
+    works = (summary.get("energy") or {}).get("work_of_feedback") or {}
+    rows: list[tuple[Cell, ...]] = [
+        (
+            one["name"] or "?", one["states"], one.get("velocity"), one.get("density"), one.get("delay"),
+            works.get(one["name"]),
+        )
+        for one in forces
+    ]  # fmt: skip
+    heads = ("force", "states", "velocity (m/s)", "density (kg/m³)", "delay (s)", "work in the run (J)")
+    blocks: list[Block] = [TableBlock("Forces that follow the motion", heads, rows)]
+    for one in forces:
+        if one.get("coefficients"):
+            blocks += _coefficients(one["name"], one["coefficients"], command)
+    return ReportSection("Flow", "flow", blocks)
+
+
+def _coefficients(name: str, found: Mapping[str, Any], command: str) -> list[Block]:
+    names = [key for key in found["measured"] if key != "reduced_velocity"]
+    curves = [
+        ChartCurve(
+            f"{words}, {kind}", found[kind]["reduced_velocity"], found[kind][coefficient][part],
+            "markers" if kind == "measured" else "lines", coefficient if len(names) > 1 else None, like=words,
+        )
+        for coefficient in names
+        for part, words in PARTS.items()
+        for kind in ("measured", "fit")
+    ]  # fmt: skip
+    misfit = percent(found["misfit"], signed=False)
+    good = found["misfit"] <= found["tolerance"]
+    words = f"`{name}`: the fit of {found['states']} states misses measured coefficients by {misfit} of the largest."
+    chart = Chart(
+        f"Coefficients of `{name}`: measured, and the fit that the run used.", REDUCED, "coefficient c (1)", curves,
+        command, choices=names if len(names) > 1 else (), choice="coefficient" if len(names) > 1 else "",
+    )  # fmt: skip
+    return [Verdict("passed" if good else "warning", words), chart]
+
+
+MOST = 6000  # points of an orbit
+
+
+def orbits_section(results: Results, command: str) -> ReportSection | None:
+    """Return z over y of every probe, with what its support leaves to it; None where all stay in the bending plane.
+
+    Args:
+        results: Results of a run with a history.
+        command: That makes the figure.
+
+    Raises:
+        ResultsError: The history cannot be read.
+    """
+    history = results.history
+    if history.sizes["time"] < 2 or not moves_in_space(history):
+        return None
+    supports = supports_of(results.summary, results.case)
+    rooms = rooms_at_probes(results.case, supports, farthest(history))
+    shifts = shifts_at_probes(results.case, supports, history)
+    unit, factor = shown("m")
+    every = slice(None, None, -(-history.sizes["time"] // MOST))
+    curves, names = [], [str(name) for name in history["probe"].values]
+    for name in names:
+        path = np.stack([history["displacement"].sel(probe=name, component=axis).values for axis in "yz"], axis=1)
+        y, z = factor * (path - shifts.get(name, 0.0))[every].T
+        curves.append(ChartCurve("orbit", y, z, choice=name, times=history["time"].values[every]))
+        room = rooms.get(name)
+        if room is not None and len(room):
+            aside, up = factor * np.asarray(room).T
+            curves.append(ChartCurve("room in the support", aside, up, choice=name, dashed=True))
+    bodies = _body_orbits(history, factor, every)
+    curves += bodies
+    words = "Orbit of each probe across the beam, from the undeformed beam in the origin; the dot follows the time."
+    if rooms:
+        words += " Dashed: the region that a support leaves to a probe on the axis in it."
+    if bodies:
+        words += " Supports with a mass have orbits of their own, from where their springs are relaxed."
+    if shifts:
+        words += f" Orbits of {', '.join(shifts)} are drawn in their supports, which move."
+    choices = [*names, *(str(curve.choice) for curve in bodies)]
+    chart = Chart(words, f"y ({unit})", f"z ({unit})", curves, command, choices=choices, choice="of", equal=True)
+    return ReportSection("Orbits", "orbits", [chart])
+
+
+def _body_orbits(history: xr.Dataset, factor: float, every: slice) -> list[ChartCurve]:
+    """Return the orbits of flexible supports in space."""
+    if "support_displacement" not in history or not {"y", "z"} <= set(map(str, history["support_axis"].values)):
+        return []
+    moved, curves = factor * history["support_displacement"].isel(time=every), []
+    for name in moved["support_body"].values:
+        y, z = (moved.sel(support_body=name, support_axis=axis).values for axis in "yz")
+        if np.any(y) or np.any(z):
+            curves.append(ChartCurve("orbit", y, z, choice=f"support {name}", times=moved["time"].values))
+    return curves
+
 
 PICTURES = "pictures"
 OPEN = ("summary", "motion")  # the sections that readers need not unfold

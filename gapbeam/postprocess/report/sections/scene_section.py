@@ -21,8 +21,8 @@ from gapbeam.postprocess.report.station_motion import (
     stations_of,
     within_room,
 )
+from gapbeam.postprocess.results.columns_of_run import RunSupport, supports_of, wall_motion_series
 from gapbeam.postprocess.results.results import Results
-from gapbeam.postprocess.results.supports_of_run import RunSupport, supports_of, wall_motion_series
 from gapbeam.solver.schema.record_table import FIELDS_FILE
 
 MOST = 400  # frames

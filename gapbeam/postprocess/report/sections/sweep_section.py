@@ -38,11 +38,11 @@ from gapbeam.postprocess.study_figures.sweep_branches import (
     census,
     census_words,
     columns_of,
+    grid_of,
     key_along,
     other_values,
     start_words,
 )
-from gapbeam.postprocess.study_figures.sweep_map import grid_of
 from gapbeam.solver.messages.wording import counted
 
 

@@ -292,7 +292,7 @@ def sections_are_solids(beam: Beam, mesh: Mesh) -> Iterator[Fault]:
 
 
 def curved_cells_are_quadratic(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[Fault]:
-    """Linear displacements strain curved cells where the beam only turns (`meshes.cell_curvature`)."""
+    """Linear displacements strain curved cells where the beam only turns (`meshes.mesh_readings`)."""
     sections = [beam.section, *(one.beam(beam).section for one in segment.values())]
     curved = next((section for section in sections if section.round), None)
     if mesh.degree == 1 and mesh.dimension == 3 and mesh.file is None and curved is not None:

@@ -33,9 +33,8 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.supports.regions.around_face import AroundFace
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.circles import DOWN, Circles, unit_vectors
-from gapbeam.solver.system.operators import Array, Indices, Springs
+from gapbeam.solver.system.operators import Array, Indices, Springs, Walls
 from gapbeam.solver.system.semi_discrete import ContactOperator, spring_matrix
-from gapbeam.solver.system.wall_motion import Walls
 
 SAME_PLACE = 1.0e-9  # of the length over which points stand: at one x
 RIGID = 1.0e-8  # of the largest entry: what points of one section may move apart by round-off

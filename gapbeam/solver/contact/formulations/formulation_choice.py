@@ -1,7 +1,7 @@
 """Contact formulations: their tables, the union of them, and the traits that the rest of the code asks for.
 
 Penalty: the pressure follows a law of the penetration. Augmented Lagrangian: a penalty, and multipliers that are
-updated until nothing penetrates. Nitsche: the stress of the body is part of the pressure (`assembly.nitsche_terms`).
+updated until nothing penetrates. Nitsche: the stress of the body is part of the pressure (`assembly.contact_assembly`).
 Unilateral: the gap stays at zero, by a penalty that is rigid compared with the body, or by impulses.
 """
 

@@ -26,18 +26,20 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import (
     BATCHES,
     CONFIDENCE,
     FEWEST,
+    MOST_MISSED,
     STOPPING_RELAXATIONS,
     Interval,
     Verdict,
     batch_means,
+    correlation_time,
     interval_of_mean,
     interval_of_percentile,
     quantile,
     stopping_interval,
+    varies,
     verdict_on,
 )
-from gapbeam.solver.diagnostics.statistics.block_means import MOST_MISSED, correlation_time, varies
-from gapbeam.solver.integrators.noise_bias import NoiseBias, bias_at
+from gapbeam.solver.integrators.time_scheme import NoiseBias, bias_at
 from gapbeam.solver.schema.record_table import SLIP_MODES
 
 Doubt = Literal["not resolved", "biased"]

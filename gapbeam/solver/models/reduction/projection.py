@@ -28,8 +28,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.assembly.assembled_system import attached_rows
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.loads.places import patterned
-from gapbeam.solver.models.body import Body, ProbeRow
-from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
+from gapbeam.solver.models.body import Body, HoldingShapes, ProbeRow, ProductExpansion
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
 from gapbeam.solver.system.operators import Array, Interface, Operators, row_product

@@ -19,7 +19,7 @@ from gapbeam.solver.case.model_choice import bending_wavelength, longest_element
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, RigidModel
 from gapbeam.solver.diagnostics.assumption import PARTS, Assumption, Finding, FrequencyContent, content_of_history
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
-from gapbeam.solver.integrators.spectral_analysis import carried_error, scheme_error
+from gapbeam.solver.integrators.time_scheme import carried_error, scheme_error
 from gapbeam.solver.loads.load_choice import forcing_frequencies, load_direction
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.schema.record_table import HISTORY_FILE

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.models.body import Body
-from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
+from gapbeam.solver.models.body import Body, HoldingShapes, ProductExpansion
 from gapbeam.solver.models.reduction.projection import DenseRow
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Interface

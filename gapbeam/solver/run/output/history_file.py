@@ -22,6 +22,7 @@ import h5py
 import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure, figure_values
+from gapbeam.solver.diagnostics.contact_episodes import ImpactList
 from gapbeam.solver.diagnostics.point_contact import PointContact
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted
@@ -34,6 +35,8 @@ from gapbeam.solver.schema.record_table import (
     HISTORY,
     HISTORY_FILE,
     HISTORY_FOLDER,
+    IMPACT_COLUMNS,
+    IMPACTS_FILE,
     POINT_COLUMNS,
     POINTS_FILE,
     history_pieces,
@@ -334,3 +337,20 @@ def recorded_figures(
     except OSError:
         return {}  # a history that cannot be read is reported by what reads it
     return figure_values(figures, records, labels) if "time" in records and len(records["time"]) else {}
+
+
+IMPACT_HEAD = ",".join(["face", *(f"{name} ({unit})" if unit else name for name, unit in IMPACT_COLUMNS.items())])
+
+
+def write_impacts(folder: Path, faces: Sequence[str], impacts: Sequence[ImpactList]) -> None:
+    """Write the impacts that were kept of each face, with how many each of them stands for.
+
+    Raises:
+        NotWritten: It could not be written.
+    """
+    lines = [IMPACT_HEAD]
+    for face, kept in zip(faces, impacts, strict=True):
+        lines += [f"{face},{','.join(map(repr, row))},{kept.every}" for row in kept.rows.tolist()]
+    path = folder / IMPACTS_FILE
+    with written(path):
+        write_beside(path, "\n".join(lines) + "\n")

@@ -26,8 +26,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.run.output.atomic_files import new_file, part_of
-from gapbeam.solver.run.output.disk_errors import no_place
+from gapbeam.solver.run.output.atomic_files import new_file, no_place, part_of
 from gapbeam.solver.schema import record_table as records
 from gapbeam.solver.schema.record_table import LOCK_FILE
 

@@ -15,6 +15,7 @@ import pytest
 import gapbeam
 from gapbeam.process.terminal_text import with_options
 from gapbeam.solver.messages import errors
+from gapbeam.studies.error_estimate.closing_table import ClosingRow
 from tests.shared.command import PROJECT, alone, called, on_ranks, programmed
 
 DEMO = PROJECT / "cases" / "demo.toml"
@@ -118,7 +119,8 @@ def test_results_are_drawn_compared_and_reported(done: Any, tmp_path: Path) -> N
     assert done.history.identical(gapbeam.open_results(done).history)
     assert done.figures == []
     figures = [{"value": 1}]
-    judged = replace(done, summary={"closing": {"rows": [{"figure": "tip <a>"}]}, "errors": {"figures": figures}})
+    closing = {"part": "", "rows": [dict.fromkeys(ClosingRow._fields, "tip <a>")], "others": 0}
+    judged = replace(done, summary={"closing": closing, "errors": {"figures": figures}})
     assert judged.figures == figures
     assert "tip &lt;a&gt;" in judged._repr_html_()
     (page,) = gapbeam.report([done], output=tmp_path / "page.html", pdf=False)

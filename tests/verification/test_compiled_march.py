@@ -104,6 +104,9 @@ PAIRS = [
     *(("rubbing beam", law) for law in RUBS),
     *(("rubbing shaft", law) for law in ("rubs", "sticks around")),
 ]
+LATER = (("newmark", "shaft"), ("newmark", "rubbing shaft"), ("discrete-gradient", "rubbing beam"))
+"""Schemes and bodies whose loops take half a minute to compile: the other scheme is among the fast tests."""
+
 STEPS = 200
 TOUCHY = {
     "hunt-crossley by restitution": 1.0e-6,  # chi follows from touch speeds: slow touches magnify round-off
@@ -118,8 +121,14 @@ def close(found: np.ndarray | float, expected: np.ndarray | float, relative: flo
     return bool(np.max(np.abs(np.asarray(found) - np.asarray(expected)), initial=0.0) <= relative * scale)
 
 
-@pytest.mark.parametrize(("body", "law"), PAIRS)
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize(
+    ("scheme", "body", "law"),
+    [
+        pytest.param(scheme, *pair, marks=pytest.mark.slow(minutes=0.4) if (scheme, pair[0]) in LATER else ())
+        for scheme in SCHEMES
+        for pair in PAIRS
+    ],
+)
 def test_the_loop_agrees_with_the_march(scheme: str, body: str, law: str) -> None:
     """The shaft has sections whose points share their motions: of these, only those that may touch are looked at."""
     system, steps, relative = BODIES[body](seed=len(law)), STEPS, TOUCHY.get(law, 1.0e-9)

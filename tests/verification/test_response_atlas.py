@@ -176,7 +176,8 @@ def test_followed_responses_end_where_exact_ones_do() -> None:
     branches = gb.follow(scene, found, period=2 * np.pi / W, steps=200)
     met = [(i, k) for one in branches for i, k in zip(np.searchsorted(over, one.values), one.numbers, strict=True)]
     kept = [(i, k) for i, k in met if k is not None]
-    assert sorted(kept) == [(i, k) for i, one in enumerate(found.points) for k in range(len(one.responses))]
+    repeat = [(i, k) for i, one in enumerate(found.points) for k, each in enumerate(one.responses) if each.order >= 1]
+    assert sorted(kept) == repeat  # beyond the last doubling round-off decides whether a start is found chaotic
     step = (over[1] - over[0]) / 64.0
     free = branches[0]
     assert free.ends[0] == "end of range"

@@ -173,7 +173,7 @@ def follow(
         scheme: As of the atlas.
 
     Returns:
-        Branches in the order of their lowest value; each response of the atlas is on one.
+        Branches in the order of their lowest value; each periodic response of the atlas is on one.
 
     Raises:
         UserError: The atlas has no parameter or two, or its values do not increase.
@@ -199,7 +199,7 @@ def follow_responses(
         scheme: As of the atlas.
 
     Returns:
-        Branches in the order of their lowest value; each response of the atlas is on one.
+        Branches in the order of their lowest value; each periodic response of the atlas is on one.
 
     Raises:
         UserError: The atlas has no parameter or two, or its values do not increase.
@@ -241,9 +241,9 @@ def _way(
             return chain, there
         place, number = there, None
         for other, one in enumerate(points[j].responses):
-            x = np.hstack([one.strobes, np.tile(place.x[len(one.strobes[0]) :], (one.order, 1))])
             if one.order != follower.order:
                 continue
+            x = np.hstack([one.strobes, np.tile(place.x[len(one.strobes[0]) :], (one.order, 1))])
             if min(follower.apart(y, place.x) for y in x) <= SAME:
                 number = other
                 left.discard((j, other))

@@ -40,6 +40,7 @@ def circle(x, y, r):
     return np.sqrt(x * x + y * y + 1e-300) - r
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_an_own_spring_gives_the_duration_of_its_contact() -> None:
     """A mass meets a spring K s sinh(x / s); the time in contact is 2 int dx / v(x), by quadrature."""
     stiff, scale, speed = 1e5, 1e-4, 1.0

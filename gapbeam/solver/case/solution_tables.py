@@ -72,6 +72,7 @@ class _AnyModel(Table):
 
     Attributes:
         decided: Whether this is a model, and not the wish to have one chosen.
+        more_modes: Advice by which its basis gets modes of higher frequencies.
         reasons: Why it was chosen.
     """
 
@@ -80,6 +81,7 @@ class _AnyModel(Table):
     )
 
     decided: ClassVar[bool] = True
+    more_modes: ClassVar[str] = "more modes in [model]"
 
     @property
     def gives(self) -> frozenset[Wanted]:
@@ -189,6 +191,8 @@ BeamMotion = Literal["bending", "lateral", "axial", "torsion"]
 
 class BeamModel(_AnyModel):
     """Beam elements between the contact faces of the mesh."""
+
+    more_modes: ClassVar[str] = "a larger time.frequency"  # its spans have modes above the frequency of interest
 
     type: Literal["beam"] = Field(description="name of the model")
     elements: Whole = Field(

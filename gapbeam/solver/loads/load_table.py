@@ -289,10 +289,35 @@ LARGEST = 100.0
 """Usual acceleration, m/s^2."""
 
 
-class Gravity(LoadTable):
-    """Body force density * acceleration; part of the static seat."""
+class StaticLoad(LoadTable, ABC):
+    """A load that acts before the run and stays constant."""
 
     static: ClassVar[bool] = True
+
+    @property
+    def forcing_frequency(self) -> None:
+        """None: it is static."""
+
+    @property
+    def frequency_of_interest(self) -> None:
+        """None: it is static."""
+
+    @property
+    def rise_time(self) -> float:
+        """0: it acts before the run."""
+        return 0.0
+
+    def at_full_amplitude(self) -> Self:
+        """Return the load itself."""
+        return self
+
+    def frequency_words(self, step: float) -> None:
+        """Return None: it is static."""
+
+
+class Gravity(StaticLoad):
+    """Body force density * acceleration; part of the static seat."""
+
     alone: ClassVar[bool] = True
     default_sense: ClassVar[float] = -1.0
 
@@ -316,26 +341,6 @@ class Gravity(LoadTable):
     def peak(self) -> float:
         """The acceleration, m/s^2."""
         return self.acceleration
-
-    @property
-    def forcing_frequency(self) -> None:
-        """None: it is static."""
-
-    @property
-    def frequency_of_interest(self) -> None:
-        """None: it is static."""
-
-    @property
-    def rise_time(self) -> float:
-        """0: it acts before the run."""
-        return 0.0
-
-    def at_full_amplitude(self) -> Self:
-        """Return the load itself."""
-        return self
-
-    def frequency_words(self, step: float) -> None:
-        """Return None: it is static."""
 
     def unusual_values(self) -> Iterator[str]:
         """Yield an acceleration that looks like another unit."""

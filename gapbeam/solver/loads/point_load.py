@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import partial
 from math import pi, radians, sin
-from typing import ClassVar, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field
 
-from gapbeam.solver.loads.load_table import LoadTable
+from gapbeam.solver.loads.load_table import LoadTable, StaticLoad
 from gapbeam.solver.loads.places import Attachment, PointForce, StaticForce
 from gapbeam.solver.loads.recorded_load import RecordedLoad
 from gapbeam.solver.loads.time_function import Harmonic, TimeFunction, constant
@@ -125,10 +125,8 @@ class HarmonicForce(HarmonicPointForce):
     name: Name = Field(default="force", description="unique name")
 
 
-class ConstantForce(PointLoad):
+class ConstantForce(StaticLoad, PointLoad):
     """A constant force at a point, part of the static seat."""
-
-    static: ClassVar[bool] = True
 
     type: Literal["constant_force"] = Field(description="kind of load")
     name: Name = Field(default="force", description="unique name")
@@ -145,26 +143,6 @@ class ConstantForce(PointLoad):
     def peak(self) -> float:
         """The size of the force, N."""
         return abs(self.amplitude)
-
-    @property
-    def forcing_frequency(self) -> None:
-        """None: it is static."""
-
-    @property
-    def frequency_of_interest(self) -> None:
-        """None: it is static."""
-
-    @property
-    def rise_time(self) -> float:
-        """0: it acts before the run."""
-        return 0.0
-
-    def at_full_amplitude(self) -> Self:
-        """Return the load itself."""
-        return self
-
-    def frequency_words(self, step: float) -> None:
-        """Return None: it is static."""
 
     def unusual_values(self) -> Iterator[str]:
         """Yield a load that does nothing."""

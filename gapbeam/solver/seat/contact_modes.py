@@ -22,7 +22,6 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.elasticity import mass_of
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.time_step import compared_depth
@@ -318,10 +317,9 @@ def _of_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ..
     bending = [number for number, motion in enumerate(motions) if motion.kind == "bending"]
     highest = frequencies[bending[count - 1]]
     if highest > basis.highest_mode:
-        more = "a larger time.frequency" if isinstance(model.case.model, BeamModel) else "more model.modes"
         raise UserError(
             f"{count} bending modes reach to {highest:.4g} Hz, the modes of the reduced basis only to "
-            f"{basis.highest_mode:.4g} Hz; take {more}, or ask for fewer"
+            f"{basis.highest_mode:.4g} Hz; take {model.case.model.more_modes}, or ask for fewer"
         )
     return int(np.count_nonzero(frequencies <= basis.highest_mode))
 

@@ -16,7 +16,7 @@ from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, longest_element
-from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, RigidModel
+from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, ReducedModel, RigidModel
 from gapbeam.solver.diagnostics.assumption import PARTS, Assumption, Finding, FrequencyContent, content_of_history
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.integrators.time_scheme import carried_error, scheme_error
@@ -56,10 +56,10 @@ ON_MESH = Assumption(
     "mesh beside the wavelengths", "distance of nodes along the beam over the wavelength", "1", 0.125, None,
     "waves of these frequencies are not resolved; try a smaller mesh.size",
 )  # fmt: skip
-MORE_MODES = "more modes in [model]"
+NO_MODES = "the basis holds no modes of these frequencies; try {}"
 IN_BASIS = Assumption(
     "basis beside the frequencies", "highest frequency with energy over the highest of the basis", "1", 1.0, None,
-    f"the basis holds no modes of these frequencies; try {MORE_MODES}",
+    NO_MODES.format(ReducedModel.more_modes),
 )  # fmt: skip
 SLENDER = Assumption(
     "beam model beside the wavelengths", "thickness over the wavelength", "1", THICKNESS_OF_WAVE,
@@ -104,9 +104,7 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
     else:
         spacing, finer = node_distance(model), ON_MESH
     yield Finding(finer, spacing / wave.length, detail=wave.words)
-    basis, held = model.body.basis, IN_BASIS
-    if isinstance(case.model, BeamModel):  # modes of spans, above the frequency of interest
-        held = replace(IN_BASIS, meaning=IN_BASIS.meaning.replace(MORE_MODES, "a larger time.frequency"))
+    basis, held = model.body.basis, replace(IN_BASIS, meaning=NO_MODES.format(case.model.more_modes))
     if basis is not None and basis.highest_mode > 0.0:
         yield Finding(held, highest / basis.highest_mode, detail=f"{highest:.4g} Hz, {basis.highest_mode:.4g} Hz")
 

@@ -332,6 +332,9 @@ class StepRecords(NamedTuple):
     works: Array
 
 
+WINDOW = 8  # steps whose harmonics are summed by one product
+
+
 class StepSums(NamedTuple):
     """Sums over the steps of a march; it gathers none where no motion is watched and no contact is listed.
 
@@ -346,8 +349,8 @@ class StepSums(NamedTuple):
         first: First motion of each contact, and their number, (contacts + 1,).
         waves: Sums of displacements times turns, (watched, rows, lanes).
         turns: Cosines and sines of each step of a period, (rows, period).
-        window: Displacements of the last steps that are not in `waves` yet, (watched, 8, lanes).
-        turned: Their turns, (rows, 8).
+        window: Displacements of the last steps that are not in `waves` yet, (watched, WINDOW, lanes).
+        turned: Their turns, (rows, WINDOW).
         at: Next step within the period, and the next place in the window, (2,).
     """
 
@@ -370,9 +373,9 @@ def step_sums(watched: int, first: Any, lanes: int, turns: Array, settled: int) 
     """Return sums of no step, of the watched motions and of contacts with these first motions, from a step on."""
     rows, contacts = len(turns), len(first) - 1
     parts = (np.zeros((count, lanes)) for count in (watched, watched, *5 * [contacts]))
-    waves, window = np.zeros((watched, rows, lanes)), np.zeros((watched, 8, lanes))
+    waves, window = np.zeros((watched, rows, lanes)), np.zeros((watched, WINDOW, lanes))
     at = np.array([settled % max(turns.shape[1], 1), 0])
-    whole: tuple[Any, ...] = (*parts, first, waves, np.ascontiguousarray(turns), window, np.zeros((rows, 8)), at)
+    whole: tuple[Any, ...] = (*parts, first, waves, np.ascontiguousarray(turns), window, np.zeros((rows, WINDOW)), at)
     return StepSums(*whole)
 
 

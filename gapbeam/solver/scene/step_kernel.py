@@ -117,7 +117,7 @@ def sum_up(sums, place, F, size):
             sums.turned[i, slot] = turns[i, at]
         sums.at[0] = at + 1 if at + 1 < turns.shape[1] else 0
         sums.at[1] = slot + 1
-        if slot == 7:
+        if slot + 1 == window.shape[1]:
             for j in range(len(place)):
                 add(sums.turned, window[j], sums.waves[j], 1.0)
             sums.at[1] = 0

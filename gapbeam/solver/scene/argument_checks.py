@@ -162,6 +162,11 @@ def positive(value: Any, where: str, zero: bool = False) -> Array:
     return found
 
 
+def positives(where: str, zero: bool = False, **values: Any) -> list[float]:
+    """Return numbers above zero, or from zero on, given by their names, and refuse others by these; see `positive`."""
+    return [float(positive(value, f"{where}: {name}", zero)) for name, value in values.items()]
+
+
 def matrix(value: Any, where: str) -> Any:
     """Return a square matrix of floats, dense or in compressed rows.
 

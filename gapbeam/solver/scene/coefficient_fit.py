@@ -81,17 +81,13 @@ class CoefficientFit:
         """Return data and fit in the form of a summary: parts over the reduced velocity by name of a coefficient."""
         fine = np.linspace(self.reduced[0], self.reduced[-1], DRAWN)
 
-        def parts(values: Any) -> dict[str, Any]:
-            found = zip(self.names, values.T, strict=True)
-            return {name: {"real": one.real.tolist(), "imaginary": one.imag.tolist()} for name, one in found}
+        def curves(reduced: Array, values: Any) -> dict[str, Any]:
+            named = zip(self.names, values.T, strict=True)
+            parts = {name: {"real": one.real.tolist(), "imaginary": one.imag.tolist()} for name, one in named}
+            return {"reduced_velocity": reduced.tolist(), **parts}
 
-        return {
-            "misfit": self.misfit,
-            "tolerance": self.tolerance,
-            "states": len(self.rates),
-            "measured": {"reduced_velocity": self.reduced.tolist(), **parts(self.measured)},
-            "fit": {"reduced_velocity": fine.tolist(), **parts(self.fitted(fine))},
-        }
+        numbers = {"misfit": self.misfit, "tolerance": self.tolerance, "states": len(self.rates)}
+        return numbers | {"measured": curves(self.reduced, self.measured), "fit": curves(fine, self.fitted(fine))}
 
 
 def _columns(k: Any, rates: Array) -> Any:
@@ -100,13 +96,7 @@ def _columns(k: Any, rates: Array) -> Any:
 
 
 def fit(rows: Array, states: int, tolerance: float = TOLERANCE) -> CoefficientFit:
-    """Return the fit of least squares; coefficients are linear for given rates, which a search finds.
-
-    Args:
-        rows: As of `table_rows`.
-        states: Exponentials.
-        tolerance: See `CoefficientFit`.
-    """
+    """Return the least-squares fit to `table_rows`; coefficients are linear for given rates, which a search finds."""
     reduced, c = rows[:, 0], rows[:, 1::2] + 1j * rows[:, 2::2]
     k, right = 2.0 * pi / reduced, np.vstack([c.real, c.imag])
 
@@ -156,10 +146,8 @@ def table_rows(table: ArrayLike | PathLike[str] | str, states: int, where: str) 
 
     for number, line in enumerate(lines, start=1):
         text = line.partition("#")[0].replace('"', "")
-        if not text.strip(" ,"):
-            continue
-        row = np.genfromtxt([text], delimiter=",", ndmin=1)  # NaN where a cell is no number
-        if not rows and np.isnan(row).all():  # a line of names
+        row = np.genfromtxt([text], delimiter=",", ndmin=1) if text.strip(" ,") else np.zeros(0)  # NaN: no number
+        if not len(row) or (not rows and np.isnan(row).all()):  # a line of names
             continue
         if not np.isfinite(row).all():
             raise fault(f"{line!r} in line {number}", "finite numbers with commas between")

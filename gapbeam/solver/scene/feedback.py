@@ -10,7 +10,8 @@ other. Forces of a flow are in `flow_force`.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
+from contextlib import suppress
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ import scipy.linalg as sl
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import ARTICLES, ArgumentError, checked, finite, positive, shown
+from gapbeam.solver.scene.argument_checks import ARTICLES, ArgumentError, checked, finite, positives, shown
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.system.operators import Array
 
@@ -27,23 +28,19 @@ Place = One | list[One]
 UNSEEN = 1e-9  # of the norms of A and C: what round-off leaves of a state that no output shows
 
 
-def parts_of(place: Place) -> list[One]:
-    """Return the points and pairs of a place.
-
-    Raises:
-        UserError: It holds something else.
-    """
-    parts = place if isinstance(place, list) else [place]
-    for part in parts:
-        for one in part if isinstance(part, tuple) else (part,):
-            if not isinstance(one, StructurePoint):
-                raise UserError(f"feedback: found {shown(one)} as a place, expected {ARTICLES['StructurePoint']}")
+def parts_of(place: Place) -> list[tuple[StructurePoint, ...]]:
+    """Return the points of a place, each alone or with the second of its pair; refuse anything else."""
+    given = place if isinstance(place, list) else [place]
+    parts: list[tuple[StructurePoint, ...]] = [one if isinstance(one, tuple) else (one,) for one in given]
+    for one in chain(*parts):
+        if not isinstance(one, StructurePoint):
+            raise UserError(f"feedback: found {shown(one)} as a place, expected {ARTICLES['StructurePoint']}")
     return parts
 
 
 def motions_of(place: Place) -> int:
     """Return the number of motions of a place."""
-    return sum(len((one[0] if isinstance(one, tuple) else one).rows) for one in parts_of(place))
+    return sum(len(first.rows) for first, *_ in parts_of(place))
 
 
 def outputs_of(feedbacks: Sequence[Feedback]) -> list[slice]:
@@ -94,20 +91,21 @@ class Feedback:
         inputs, outputs, where = 2 * motions_of(sense), motions_of(act), f"feedback {name or '?'}"
         for one in self.points:
             one.refuse_moving(where, "points that stay, or a contact")
-        self.A: Array = np.atleast_2d(finite(A, where)) if np.size(np.asarray(A)) else np.zeros((0, 0))
-        n = len(self.A)
-        shapes = {"A": (self.A, (n, n)), "B": (B, (n, inputs)), "C": (C, (outputs, n))}
-        shapes |= {} if D is None else {"D": (D, (outputs, inputs))}
-        for key, (value, shape) in shapes.items():
+        square = np.atleast_2d(finite(A, where)) if np.size(np.asarray(A)) else np.zeros((0, 0))
+        n, direct = len(square), np.zeros((outputs, inputs)) if D is None else D
+
+        def shaped(key: str, value: Any, *shape: int) -> Array:
             if np.size(np.asarray(value)) != shape[0] * shape[1]:
                 raise ArgumentError(f"{where}: found {key} of shape {np.shape(value)}, expected {shape}", key)
-        self.B: Array = finite(B, where).reshape(n, inputs)
-        self.C: Array = finite(C, where).reshape(outputs, n)
-        self.D: Array = np.zeros((outputs, inputs)) if D is None else finite(D, where).reshape(outputs, inputs)
+            return finite(value, where).reshape(shape)
+
+        self.A, self.B = shaped("A", square, n, n), shaped("B", B, n, inputs)
+        self.C, self.D = shaped("C", C, outputs, n), shaped("D", direct, outputs, inputs)
+        size, shows = np.linalg.norm(self.A), self.C / (np.linalg.norm(self.C) or 1.0)
         for value in np.linalg.eigvals(self.A):
-            if value.real > UNSEEN * np.linalg.norm(self.A):
-                shown = np.vstack([self.A - value * np.eye(n), self.C * _ratio(self.A, self.C)])
-                if np.linalg.svd(shown, compute_uv=False)[-1] <= UNSEEN * np.linalg.norm(self.A):
+            if value.real > UNSEEN * size:
+                seen = np.vstack([(self.A - value * np.eye(n)) / size, shows])
+                if np.linalg.svd(seen, compute_uv=False)[-1] <= UNSEEN:
                     raise ArgumentError(
                         f"{where}: a state grows as exp({value.real:.4g} t) and no output shows it; remove that state, "
                         "or show it by C",
@@ -117,8 +115,7 @@ class Feedback:
     @property
     def points(self) -> tuple[StructurePoint, ...]:
         """All points that it reads or acts on."""
-        parts = [*parts_of(self.sense), *parts_of(self.act)]
-        return tuple(point for one in parts for point in (one if isinstance(one, tuple) else (one,)))
+        return tuple(chain(*parts_of(self.sense), *parts_of(self.act)))
 
     @property
     def resting(self) -> Array:
@@ -127,31 +124,18 @@ class Feedback:
         Raises:
             UserError: A state has no rest, as that of an integrator.
         """
-        try:
-            with np.errstate(all="ignore"):
-                found: Any = -np.linalg.solve(self.A, self.B[:, : self.B.shape[1] // 2])
-        except np.linalg.LinAlgError:
-            found = np.full((len(self.A), 1), np.inf)
-        if not np.isfinite(found).all():
-            raise UserError(f"feedback {self.name or '?'}: a state has no rest; march from rest instead")
-        return np.asarray(found, dtype=float)
+        with suppress(np.linalg.LinAlgError), np.errstate(all="ignore"):
+            found: Any = -np.linalg.solve(self.A, self.B[:, : self.B.shape[1] // 2])
+            if np.isfinite(found).all():
+                return np.asarray(found, dtype=float)
+        raise UserError(f"feedback {self.name or '?'}: a state has no rest; march from rest instead")
 
     def check(self, *frequencies: float) -> None:
         """Raise UserError if the law does not hold at angular frequencies, rad/s; without any, at those of interest."""
 
     def replaced(self, name: str, value: Any) -> Feedback:  # noqa: ARG002
-        """Return the feedback with another value of that name.
-
-        Raises:
-            UserError: It has no such value.
-        """
+        """Return the feedback with another value of that name; refuse a name that it has not."""
         raise UserError(f"feedback {self.name or '?'} has no value {name!r}; forces of a flow have a velocity")
-
-
-def _ratio(A: Array, C: Array) -> float:
-    """Return the factor that makes C as large as A."""
-    size = float(np.linalg.norm(C))
-    return float(np.linalg.norm(A)) / size if size > 0.0 else 1.0
 
 
 class Joint(Feedback):
@@ -169,7 +153,6 @@ class Joint(Feedback):
 
     @checked
     def __init__(self, between: Place, stiffness: float, damping: float = 0.0, name: str = "") -> None:
-        for value, key in ((stiffness, "stiffness"), (damping, "damping")):
-            positive(value, f"joint {name or '?'}: {key}", zero=True)
+        k, c = positives(f"joint {name or '?'}", zero=True, stiffness=stiffness, damping=damping)
         unit = np.eye(motions_of(between))
-        super().__init__(between, between, [], [], [], np.hstack([-stiffness * unit, -damping * unit]), name)
+        super().__init__(between, between, [], [], [], np.hstack([-k * unit, -c * unit]), name)

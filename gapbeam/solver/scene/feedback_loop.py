@@ -29,15 +29,9 @@ FEW, FOURS = 4, 4
 
 
 class MotionBlocks(NamedTuple):
-    """A matrix that is 0 but for blocks, each kept column after column.
+    """A matrix that is 0 but for blocks, whose columns follow each other in `value` from `at` on.
 
-    Attributes:
-        value: Entries, block after block.
-        row: (blocks,) of the first entry.
-        column: (blocks,) of the first entry.
-        rows: (blocks,) in each.
-        columns: (blocks,) in each.
-        at: (blocks,) where each begins in `value`.
+    The others are of (blocks,): row and column of the first entry, and the numbers of rows and columns.
     """
 
     value: Array
@@ -46,13 +40,6 @@ class MotionBlocks(NamedTuple):
     rows: Any
     columns: Any
     at: Any
-
-    def part(self, b: int) -> tuple[slice, slice, Array]:
-        """Return rows, columns and entries of a block."""
-        rows, columns, at = int(self.rows[b]), int(self.columns[b]), int(self.at[b])
-        row, column = int(self.row[b]), int(self.column[b])
-        kept = self.value[at : at + rows * columns].reshape(columns, rows).T
-        return slice(row, row + rows), slice(column, column + columns), kept
 
 
 def extents(rows: Array) -> Array:
@@ -86,13 +73,9 @@ def blocks(rows: Array, answers: Array) -> tuple[MotionBlocks, int]:
 
 
 class Diagonals(NamedTuple):
-    """A matrix whose diagonals are kept from their first entry to their last.
+    """A matrix whose diagonals are kept in `value` from their first entry, at row and column, to their last.
 
-    Attributes:
-        value: Entries, diagonal after diagonal.
-        row: (diagonals,) of the first entry.
-        column: (diagonals,) of the first entry.
-        at: (diagonals + 1,) where each diagonal begins in `value`.
+    `row` and `column` are of (diagonals,); `at` says where each begins in `value`, and where the last ends.
     """
 
     value: Array
@@ -153,9 +136,9 @@ class FeedbackLoop(NamedTuple):
             line = law.value[law.at[k] : law.at[k + 1]]
             (R if k < self.forces else S)[np.arange(len(line)) + int(row), np.arange(len(line)) + int(column)] = line
         read, pushed = np.zeros((self.motions, n)), np.zeros((n, outputs))
-        for b in range(len(self.rows.row)):
-            rows, columns, kept = self.rows.part(b)
-            (read if b < self.sensed else pushed)[rows, columns] = kept
+        for b, (row, column, rows, columns, at) in enumerate(np.column_stack(self.rows[1:]).astype(int)):
+            part = self.rows.value[at : at + rows * columns].reshape(columns, rows).T
+            (read if b < self.sensed else pushed)[row : row + rows, column : column + columns] = part
         return R, S, read, pushed.T
 
 

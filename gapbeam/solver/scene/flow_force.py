@@ -4,13 +4,9 @@ A law gives, for a velocity U and unit density, states and force per length of o
 
     z' = A z + B (y, y'),     f = C z + D (y, y').
 
-It is integrated over the span with the profiles of velocity and density. The force is a `Feedback`: its states follow
-the time scheme, and stability boundaries of the linear system hold at any step.
-
-Quasi-steady forces of a cross flow on a tube lag behind the motion by a delay.
-
-The delay exp(-s tau) is a Pade approximant of order p, a quotient of polynomials Q(-s tau) / Q(s tau); its states are
-the partial fractions of this quotient.
+It is integrated over the span with the profiles of velocity and density; the force is a `Feedback`. Quasi-steady forces
+of a cross flow on a tube lag behind the motion by a delay: exp(-s tau) is a Pade approximant of order p, a quotient of
+polynomials Q(-s tau) / Q(s tau), whose partial fractions are its states.
 """
 
 from __future__ import annotations
@@ -26,7 +22,7 @@ import scipy
 import scipy.linalg as sl
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, matrix, positive
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, matrix, positive, positives
 from gapbeam.solver.scene.coefficient_fit import CoefficientFit
 from gapbeam.solver.scene.feedback import Feedback, Place, motions_of, side_by_side
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
@@ -59,13 +55,10 @@ class FlowSpan:
         return self.points[0].structure
 
     def directions(self, modes: int | None = None) -> list[tuple[StructurePoint, float]]:
-        """Return the fewest points that feel the same forces, each with its velocity over the reference velocity.
+        """Return the fewest points that feel the same forces in the lowest modes, each with its share of the velocity.
 
         Points with one velocity are joined: sum_k w_k b_k b_k^T with weights w of length and density is kept exactly,
         by the singular vectors of sqrt(w_k) b_k.
-
-        Args:
-            modes: The force acts on so many modes of the structure, from the lowest; default all.
         """
         rows = np.stack([point.rows for point in self.points])
         if modes is not None:
@@ -132,8 +125,7 @@ def in_fluid(dry: Structure, places: Mapping[str, float], mass: float) -> Struct
     Raises:
         UserError: As `span`; or the mass is negative.
     """
-    where = f"fluid around {dry.name or '?'}"
-    per_length, along = float(positive(mass, f"{where}: mass", zero=True)), span(dry, places)
+    (per_length,), along = positives(f"fluid around {dry.name or '?'}", zero=True, mass=mass), span(dry, places)
     M = dense(dry.M).copy()
     for point, length in zip(along.points, along.lengths, strict=True):
         M += per_length * length * point.rows.T @ point.rows
@@ -146,15 +138,9 @@ MOTIONS = "motions"
 
 
 class SectionForce(NamedTuple):
-    """Force per length on d motions of a section, at unit density.
+    """Force per length on motions of a section at unit density, A to D as of `Feedback`.
 
-    Attributes:
-        A: (n, n), 1/s.
-        B: (n, 2 d): displacements first.
-        C: (d, n).
-        D: (d, 2 d).
-        delay: Time that the force lags behind the motion, s.
-        error: Largest relative error of the transfer function that states stand for.
+    Also the delay of the force, s, and the largest relative error of the transfer function that states stand for.
     """
 
     A: Array
@@ -221,17 +207,16 @@ class Flow(Feedback):
         self, law: FlowLaw, where: FlowSpan | Place, velocity: float, density: float, modes: int | None = None,
         name: str = "",
     ) -> None:  # fmt: skip
-        text = f"flow {name or '?'}"
-        self.law, self.parts = law, [] if not isinstance(where, FlowSpan) else where.directions(modes)
-        self.velocity = float(positive(velocity, f"{text}: velocity"))
-        self.density = float(positive(density, f"{text}: density"))
+        text, self.law = f"flow {name or '?'}", law
         if isinstance(where, FlowSpan):
-            place: Place = [point for point, _ in self.parts]
-            self.sections = [(share, len(point.rows)) for point, share in self.parts]
-        else:
-            if modes is not None:
-                raise ArgumentError(f"{text}: found modes = {modes} at points, expected them for a span only", "modes")
+            parts = where.directions(modes)
+            place: Place = [point for point, _ in parts]
+            self.sections = [(share, len(point.rows)) for point, share in parts]
+        elif modes is None:
             place, self.sections = where, [(1.0, motions_of(where))]
+        else:
+            raise ArgumentError(f"{text}: found modes = {modes} at points, expected them for a span only", "modes")
+        self.velocity, self.density = positives(text, velocity=velocity, density=density)
         super().__init__(place, place, *self._matrices(text), name)
 
     def _matrices(self, where: str) -> tuple[Array, Array, Array, Array]:
@@ -253,19 +238,14 @@ class Flow(Feedback):
                 self.law.check(self.velocity * share, frequency, f"flow {self.name or '?'}")
 
     def replaced(self, name: str, value: Any) -> Flow:
-        """Return the flow at another "velocity" or "density".
-
-        Raises:
-            UserError: It has no such value, or several values are given.
-        """
+        """Return the flow at another "velocity" or "density", one number; refuse another name."""
         where = f"flow {self.name or '?'}"
         if name not in ("velocity", "density"):
             raise UserError(f"{where} has no value {name!r}; it has velocity, density")
         if finite(value, where).ndim:
             raise UserError(f"{where}: found several values of {name}; a flow has one {name}")
         other: Flow = object.__new__(type(self))
-        other.__dict__.update(self.__dict__)
-        setattr(other, name, float(positive(value, f"{where}: {name}")))
+        other.__dict__ |= self.__dict__ | {name: positives(where, **{name: value})[0]}
         other.A, other.B, other.C, other.D = other._matrices(where)
         return other
 
@@ -274,30 +254,6 @@ def fit_doubts(feedbacks: Iterable[Feedback]) -> list[str]:
     """Return a sentence for each fit of measured coefficients that misses them by more than its tolerance."""
     fits = [(one.name, one.law.fit) for one in feedbacks if isinstance(one, Flow)]
     return [f"{name or 'flow'}: {fit.doubt}" for name, fit in fits if fit is not None and fit.doubt]
-
-
-def lagging(
-    stiffness: Array, damping: Array, amplitudes: Array, rates: Array, size: float
-) -> Callable[[float], SectionForce]:
-    """Return f = U^2/2 [K y + (D/U) C y' + sum_i A_i z_i] with z_i' = y' - d_i (U/D) z_i.
-
-    Args:
-        stiffness: K, (d, d).
-        damping: C, (d, d).
-        amplitudes: A_i, (states, d, d).
-        rates: d_i, (states,).
-        size: D, m.
-    """
-    d, count = len(stiffness), len(rates)
-
-    def section(velocity: float) -> SectionForce:
-        q, unit = 0.5 * velocity**2, np.eye(d)
-        B = np.hstack([np.zeros((count * d, d)), np.tile(unit, (count, 1))])
-        C = q * np.hstack([np.zeros((d, 0)), *amplitudes])
-        D = q * np.hstack([stiffness, size / velocity * damping])
-        return SectionForce(-velocity / size * np.kron(np.diag(rates), unit), B, C, D)
-
-    return section
 
 
 HIGHEST = 12
@@ -311,11 +267,7 @@ def pade_error(order: int, angle: float) -> float:
 
 
 def pade_order(angle: float, tolerance: float) -> int:
-    """Return the least order whose error is within a tolerance up to an angle omega tau.
-
-    Raises:
-        UserError: Even the highest order has a larger error.
-    """
+    """Return the least order whose error is within a tolerance up to an angle omega tau; refuse too large an angle."""
     for order in range(angle > 0.0, HIGHEST + 1):
         if pade_error(order, angle) <= tolerance:
             return order
@@ -339,13 +291,13 @@ def pade_states(order: int) -> tuple[Array, Array, Array, float]:
     Source: Baker and Graves-Morris (1996), Pade Approximants, sec. 1.2, for the polynomials.
     """
     Q = _polynomial(order)
-    P = Q * (-1.0) ** np.arange(order, -1, -1)
+    P, slope = Q * (-1.0) ** np.arange(order, -1, -1), np.polyder(Q)
     A, b, c = list[Array](), list[float](), list[float]()
     for pole in np.roots(Q):
         if pole.imag < 0.0:
             continue
-        pole -= np.polyval(Q, pole) / np.polyval(np.polyder(Q), pole)
-        residue = np.polyval(P, pole) / np.polyval(np.polyder(Q), pole)
+        pole -= np.polyval(Q, pole) / np.polyval(slope, pole)
+        residue = np.polyval(P, pole) / np.polyval(slope, pole)
         if abs(pole.imag) < 1e-9 * abs(pole):
             A, b, c = [*A, np.array([[pole.real]])], [*b, 1.0], [*c, float(residue.real)]
         else:
@@ -391,10 +343,9 @@ def quasi_steady(
     Source: Price and Paidoussis (1984), J. Sound Vib. 97, 615; (1986), J. Sound Vib. 107, 1.
     """
     text = f"flow {name or '?'}"
-    D, highest = float(positive(diameter, f"{text}: diameter")), float(positive(frequency, f"{text}: frequency"))
-    mu = float(positive(delay, f"{text}: delay", zero=True))
-    steady, tilt = float(positive(drag, f"{text}: drag", zero=True)), float(finite(lift, f"{text}: lift"))
-    gradient = matrix(slope, f"{text}: slope")
+    D, highest = positives(text, diameter=diameter, frequency=frequency)
+    mu, steady = positives(text, zero=True, delay=delay, drag=drag)
+    tilt, gradient = float(finite(lift, f"{text}: lift")), matrix(slope, f"{text}: slope")
     d = len(gradient)
     if d > 2:
         raise UserError(f"{text}: found a slope of shape {gradient.shape}, expected a number or a matrix (2, 2)")

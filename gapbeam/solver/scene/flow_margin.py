@@ -1,12 +1,9 @@
-"""Margins of a scene in a flow: the factor on all velocities at which it turns unstable, and Connors' formula.
-
-The formula is linear and knows no gaps; it stands beside eigenvalues.
-
-Linear stability of scenes: eigenvalues with feedback, with chosen contacts closed and all others idle.
+"""Linear stability of scenes: eigenvalues, critical velocities and idle supports, and margins in a flow.
 
     x' = S x,     x = (coordinates, velocities, states of the feedback).
 
 A closed contact is a spring and damper to its place at rest in all of its motions; an idle contact does nothing.
+Connors' formula, which knows no gaps, stands beside.
 """
 
 from __future__ import annotations
@@ -14,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from math import comb, inf, pi, sqrt
+from math import comb, inf, nan, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -22,8 +19,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked, finite, positive, shown
-from gapbeam.solver.scene.contact_pair import Contact
+from gapbeam.solver.scene.argument_checks import checked, finite, positive, positives, shown
 from gapbeam.solver.scene.feedback import Feedback, Joint, side_by_side
 from gapbeam.solver.scene.flow_force import Flow, FlowSpan
 from gapbeam.solver.scene.scene import Scene
@@ -56,7 +52,7 @@ def state_matrix(scene: Scene, closed: Closed = ()) -> Array:
     """Return S of x' = S x, x = (q, v, z); see `eigenvalues`."""
     if scene.is_large:
         raise UserError("eigenvalues: a structure is too large; reduce it: gapbeam.reduced_at_points")
-    feedbacks, damping = [*scene.feedbacks, *closed_joints(scene, closed)], scene.damping
+    feedbacks, damping = [*scene.feedbacks, *_closed_joints(scene, closed)], scene.damping
     sense, act = scene.rows([one.sense for one in feedbacks]), scene.rows([one.act for one in feedbacks])
     A, B, C, D = side_by_side(feedbacks)
     (Bd, Bv), (Dd, Dv), n = np.split(B, 2, axis=1), np.split(D, 2, axis=1), scene.size
@@ -66,7 +62,7 @@ def state_matrix(scene: Scene, closed: Closed = ()) -> Array:
     return np.block([*rows])
 
 
-def closed_joints(scene: Scene, closed: Closed) -> list[Feedback]:
+def _closed_joints(scene: Scene, closed: Closed) -> list[Feedback]:
     """Return closed contacts as springs and dampers."""
     if isinstance(closed, str) or not isinstance(closed, Sequence | Mapping):
         raise UserError(f"closed: found {shown(closed)}, expected a list of names of contacts, or a mapping of them")
@@ -75,23 +71,21 @@ def closed_joints(scene: Scene, closed: Closed) -> list[Feedback]:
         if name not in known:
             names = ", ".join(known) or "none"
             raise UserError(f"closed: no contact is called {name!r}; contacts with a name: {names}")
-        given = closed[name] if isinstance(closed, Mapping) else _linear(known[name])
+        law = known[name].law
+        if isinstance(closed, Mapping):
+            given: Any = closed[name]
+        elif law.kind is KelvinVoigt and not any(np.ndim(value) for value in law.values):
+            given = law.values
+        else:
+            raise UserError(
+                f"closed: the law of contact {name} has no stiffness that is one number; give it: "
+                f"closed={{{name!r}: 1e6}}"
+            )
         values = np.atleast_1d(positive(given, f"closed: {name}", zero=True))
         if values.size > 2:
             raise UserError(f"closed: {name}: found {given!r}, expected a stiffness, or (stiffness, damping)")
         found.append(Joint(known[name].between, float(values[0]), float(values[1:].sum())))
     return found
-
-
-def _linear(contact: Contact) -> tuple[float, float]:
-    """Return stiffness and damping of a linear law."""
-    if contact.law.kind is not KelvinVoigt or any(np.ndim(value) for value in contact.law.values):
-        raise UserError(
-            f"closed: the law of contact {contact.name} has no stiffness that is one number; give it: "
-            f"closed={{{contact.name!r}: 1e6}}"
-        )
-    stiffness, damping = contact.law.values
-    return float(stiffness), float(damping)
 
 
 @checked
@@ -111,17 +105,14 @@ def root_locus(scene: Scene, path: str, values: ArrayLike, closed: Closed = (), 
     Raises:
         UserError: As `eigenvalues` and `scene.with_`.
     """
-    bare = scene.with_parts(scene.contacts, scene.loads, [])
-    known = eigenvalues(bare, closed)
+    known = eigenvalues(scene.with_parts(scene.contacts, scene.loads, []), closed)
     known = known[known.imag > 0.0]
-    known = known[np.argsort(known.imag)][: modes or len(known)]
-    rows, last = [], known
+    rows = [known[np.argsort(known.imag)][: modes or len(known)]]
     for value in np.atleast_1d(finite(values, path)):
         found = eigenvalues(scene.with_({path: float(value)}), closed)
-        distance = np.abs(last[:, None] - found[None])
-        last = found[scipy.optimize.linear_sum_assignment(distance)[1]]
-        rows.append(last)
-    return np.array(rows)
+        distance = np.abs(rows[-1][:, None] - found[None])
+        rows.append(found[scipy.optimize.linear_sum_assignment(distance)[1]])
+    return np.array(rows[1:])
 
 
 @dataclass(frozen=True)
@@ -171,10 +162,15 @@ def critical_velocity(scene: Scene, path: str, low: float, high: float, closed: 
     value = float(scipy.optimize.brentq(growth, low, high, xtol=SAME * low, rtol=SAME))
     at = scene.with_({path: value})
     found = eigenvalues(at, closed)[0]
-    frequency = abs(float(found.imag))
-    for one in at.feedbacks if frequency > 0.0 else ():
+    return CriticalVelocity(value, _held_at(at, found), complex(found), float(abs(found.real) / abs(found)))
+
+
+def _held_at(scene: Scene, eigenvalue: Any) -> float:
+    """Return the angular frequency of an eigenvalue, after a check that laws hold there."""
+    frequency = abs(float(eigenvalue.imag))
+    for one in scene.feedbacks if frequency > 0.0 else ():
         one.check(frequency)
-    return CriticalVelocity(value, frequency, complex(found), float(abs(found.real) / abs(found)))
+    return frequency
 
 
 @dataclass(frozen=True)
@@ -212,12 +208,13 @@ def idle_supports(scene: Scene, supports: Sequence[str] | Mapping[str, float | t
     for count in range(len(names) + 1):
         if comb(len(names), count) > MOST:
             raise UserError(f"idle supports: {comb(len(names), count)} sets of {count} supports; name fewer of them")
-        for idle in combinations(names, count):
+        for idle in map(frozenset, combinations(names, count)):
             left = [name for name in names if name not in idle]
             closed: Closed = {name: supports[name] for name in left} if isinstance(supports, Mapping) else left
-            growth[frozenset(idle)] = float(eigenvalues(scene, closed)[0].real)
-        if not all(rate < 0.0 for idle, rate in growth.items() if len(idle) == count):
-            return IdleSupports(count - 1, growth)
+            growth[idle] = float(eigenvalues(scene, closed)[0].real)
+        found = IdleSupports(count - 1, growth)
+        if found.unstable:
+            return found
     return IdleSupports(len(names), growth)
 
 
@@ -267,14 +264,13 @@ def connors(
     Source: Connors (1970), ASME Flow-Induced Vibration in Heat Exchangers, 42; Pettigrew and Taylor (2003), J. Fluids
     Struct. 18, 61.
     """
-    given: dict[str, Any] = {
-        "K": K, "frequency": frequency, "mass": mass, "decrement": decrement, "diameter": diameter, "density": density,
-    }  # fmt: skip
-    k, w, m, delta, D, rho = (float(positive(value, f"connors: {name}")) for name, value in given.items())
+    k, w, m, delta, D, rho = positives(
+        "connors", K=K, frequency=frequency, mass=mass, decrement=decrement, diameter=diameter, density=density
+    )
     critical = k * w / (2.0 * pi) * D * sqrt(m * delta / (rho * D * D))
     if velocity is None:
-        return ConnorsMargin(critical, float("nan"), float("nan"))
-    effective = float(positive(velocity, "connors: velocity"))
+        return ConnorsMargin(critical, nan, nan)
+    (effective,) = positives("connors", velocity=velocity)
     if span is not None:
         phi = np.ones(len(span.points)) if shape is None else finite(shape, "connors: shape")
         if phi.shape != (len(span.points),):
@@ -298,7 +294,7 @@ class FlowMargin:
 
     Attributes:
         factor: Critical over present velocity; infinite: stable up to `highest`; 0: unstable from `lowest` on.
-        frequency: Frequency of the mode that turns unstable, rad/s; 0 for divergence, NaN where none does.
+        frequency: Angular frequency of the mode that turns unstable, rad/s; 0 for divergence, NaN where none does.
         lowest: Least factor that was looked at: the laws hold from there on.
         highest: Largest factor that was looked at.
     """
@@ -314,71 +310,51 @@ def flows_of(scene: Scene) -> list[Flow]:
     return [one for one in scene.feedbacks if isinstance(one, Flow)]
 
 
-def at_factor(scene: Scene, factor: float) -> Scene:
-    """Return the scene with all flows faster by a factor.
-
-    Raises:
-        UserError: A law does not hold at that velocity.
-    """
-    feedbacks = [one.replaced("velocity", factor * one.velocity) if isinstance(one, Flow) else one
-                 for one in scene.feedbacks]  # fmt: skip
-    return scene.with_parts(scene.contacts, scene.loads, feedbacks)
-
-
 def leading(scene: Scene, closed: Closed = ()) -> complex:
-    """Return the eigenvalue of largest growth, 1/s, motions that nothing holds left out; 0 where nothing moves.
-
-    Args:
-        scene: See `eigenvalues`.
-        closed: See `eigenvalues`.
-
-    Raises:
-        UserError: As `eigenvalues`.
-    """
+    """Return the eigenvalue of largest growth, 1/s, motions that nothing holds left out; 0 where nothing moves."""
     values = eigenvalues(scene, closed)
     moving = np.abs(values) > FREE * np.abs(values).max(initial=0.0)
     return complex(values[moving][0]) if moving.any() else 0j
 
 
 def flow_margin(scene: Scene, closed: Closed = ()) -> FlowMargin:
-    """Return the first velocity at which a scene turns unstable, within three octaves of the present one.
-
-    Args:
-        scene: With flows.
-        closed: As of `eigenvalues`.
+    """Return the first velocity at which a scene with flows turns unstable, within three octaves of the present one.
 
     Raises:
         UserError: The scene has no flow, or a law does not hold at the present velocity or at the boundary.
     """
     if not flows_of(scene):
         raise UserError("flow margin: the scene has no force of a flow")
-    at_factor(scene, 1.0)
+
+    def faster(factor: float) -> Scene:
+        feedbacks = [
+            one.replaced("velocity", factor * one.velocity) if isinstance(one, Flow) else one for one in scene.feedbacks
+        ]
+        return scene.with_parts(scene.contacts, scene.loads, feedbacks)
 
     def growth(factor: float) -> float:
-        value = leading(at_factor(scene, factor), closed)
+        value = leading(faster(factor), closed)
         return value.real - UNDECIDED * abs(value)
 
-    lowest, last, factor = 0.0, -inf, 1.0
-    for factor in 2.0 ** (np.arange(-OCTAVES * PARTS, OCTAVES * PARTS + 1) / PARTS):
+    growth(1.0)
+    rates = dict[float, float]()
+    for factor in map(float, 2.0 ** (np.arange(-OCTAVES * PARTS, OCTAVES * PARTS + 1) / PARTS)):
         try:
-            now = growth(float(factor))
+            rates[factor] = growth(factor)
         except UserError:
-            if lowest > 0.0:
-                factor *= 2.0 ** (-1.0 / PARTS)
+            if rates:
                 break
             continue
-        if not lowest:
-            lowest, last = float(factor), now
-            if now > 0.0:
-                return FlowMargin(0.0, float("nan"), lowest, lowest)
-        if last <= 0.0 < now:
-            found = float(scipy.optimize.brentq(growth, factor * 2.0 ** (-1.0 / PARTS), factor, rtol=1e-12))
-            frequency = abs(leading(at_factor(scene, found), closed).imag)
-            for one in flows_of(at_factor(scene, found)) if frequency > 0.0 else ():
-                one.check(frequency)
-            return FlowMargin(found, frequency, lowest, float(factor))
-        last = now
-    return FlowMargin(inf, float("nan"), lowest, float(factor))
+        if rates[factor] > 0.0:
+            break
+    tried = list(rates)
+    if not rates[tried[-1]] > 0.0:
+        return FlowMargin(inf, nan, tried[0], tried[-1])
+    if len(tried) == 1:
+        return FlowMargin(0.0, nan, tried[0], tried[0])
+    found = float(scipy.optimize.brentq(growth, *tried[-2:], rtol=1e-12))
+    at = faster(found)
+    return FlowMargin(found, _held_at(at, leading(at, closed)), tried[0], tried[-1])
 
 
 def connors_of_modes(
@@ -386,32 +362,18 @@ def connors_of_modes(
 ) -> tuple[ConnorsMargin, float]:
     """Return the largest ratio by Connors' formula of the lowest modes without flow, and the frequency of that mode.
 
-    Args:
-        scene: See `eigenvalues`.
-        span: Where the flow is.
-        closed: Supports that are closed.
-        velocity: Velocity of the flow, m/s.
-        figures: K, mass, decrement, diameter, density of `connors`.
-
-    Raises:
-        UserError: As `eigenvalues`.
+    Modes are those with the closed supports; `figures` are K, mass, decrement, diameter and density of `connors`.
     """
     stiffness = np.diag(scene.squares)
-    for one in [*(one for one in scene.feedbacks if isinstance(one, Joint)), *closed_joints(scene, closed)]:
+    for one in [*(one for one in scene.feedbacks if isinstance(one, Joint)), *_closed_joints(scene, closed)]:
         rows = scene.rows([one.sense])
         stiffness -= rows.T @ one.D[:, : len(rows)] @ rows
     squares, shapes = np.linalg.eigh(stiffness)
     elastic = np.flatnonzero(squares > 1e-9 * squares[-1])[:MODES]
-    found = list[tuple[ConnorsMargin, float]]()
-    largest: Any = max(np.linalg.norm(_on_span(scene, span, shapes[:, i])) for i in elastic)
-    for i in elastic:
-        shape, w = _on_span(scene, span, shapes[:, i]), float(np.sqrt(squares[i]))
-        if np.linalg.norm(shape) > 1e-3 * largest:
-            found.append((connors(frequency=w, velocity=velocity, span=span, shape=shape, **figures), w))
+    moving = (scene.rows_of(span.structure, one.rows) @ shapes[:, elastic] for one in span.points)
+    moved = [np.linalg.norm(one, axis=0) for one in moving]
+    sizes, found = np.linalg.norm(moved, axis=0), list[tuple[ConnorsMargin, float]]()
+    for shape, size, w in zip(np.transpose(moved), sizes, np.sqrt(squares[elastic]), strict=True):
+        if size > 1e-3 * sizes.max():
+            found.append((connors(frequency=float(w), velocity=velocity, span=span, shape=shape, **figures), float(w)))
     return max(found, key=lambda one: one[0].ratio)
-
-
-def _on_span(scene: Scene, span: FlowSpan, shape: Array) -> Array:
-    """Return the motions of the points of a span in a mode, (points,)."""
-    moved = [scene.rows_of(span.structure, point.rows) @ shape for point in span.points]
-    return np.asarray(np.linalg.norm(np.array(moved), axis=1), dtype=float)

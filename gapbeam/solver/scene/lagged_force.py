@@ -9,10 +9,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, matrix, positive
+from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, matrix, positive, positives
 from gapbeam.solver.scene.coefficient_fit import TOLERANCE, fit, table_rows
 from gapbeam.solver.scene.feedback import Place
-from gapbeam.solver.scene.flow_force import Flow, FlowLaw, FlowSpan, lagging
+from gapbeam.solver.scene.flow_force import Flow, FlowLaw, FlowSpan, SectionForce
+from gapbeam.solver.system.operators import Array
+
+
+def _law(stiffness: Array, damping: Array, amplitudes: Array, rates: Array, size: float, **known: Any) -> FlowLaw:
+    """Return f = U^2/2 [K y + (D/U) C y' + sum_i A_i z_i] with z_i' = y' - d_i (U/D) z_i, A_i of (states, d, d)."""
+    d, count = len(stiffness), len(rates)
+
+    def section(velocity: float) -> SectionForce:
+        q, unit = 0.5 * velocity**2, np.eye(d)
+        B = np.hstack([np.zeros((count * d, d)), np.tile(unit, (count, 1))])
+        C = q * np.hstack([np.zeros((d, 0)), *amplitudes])
+        D = q * np.hstack([stiffness, size / velocity * damping])
+        return SectionForce(-velocity / size * np.kron(np.diag(rates), unit), B, C, D)
+
+    return FlowLaw(section, size, **known)
 
 
 @checked
@@ -43,7 +58,7 @@ def unsteady(
     Source: Granger and Paidoussis (1996), J. Fluid Mech. 320, 163.
     """
     text = f"flow {name or '?'}"
-    D = float(positive(diameter, f"{text}: diameter"))
+    (D,) = positives(text, diameter=diameter)
     K, C = matrix(stiffness, f"{text}: stiffness"), matrix(damping, f"{text}: damping")
     a = np.atleast_1d(finite(amplitudes, f"{text}: amplitudes"))
     d = np.atleast_1d(positive(rates, f"{text}: rates"))
@@ -52,7 +67,7 @@ def unsteady(
     if a.shape != d.shape or a.ndim != 1:
         found = f"{text}: found {counted(d.size, 'rate')}"
         raise ArgumentError(f"{found}, expected a rate for each of {counted(a.size, 'amplitude')}", "rates")
-    return Flow(FlowLaw(lagging(K, -C, -a[:, None, None] * K, d, D), D), where, velocity, density, modes, name)
+    return Flow(_law(K, -C, -a[:, None, None] * K, d, D), where, velocity, density, modes, name)
 
 
 @checked
@@ -85,21 +100,20 @@ def measured(
     for fits with common rates.
     """
     text = f"flow {name or '?'}"
-    D = float(positive(diameter, f"{text}: diameter"))
+    (D,) = positives(text, diameter=diameter)
     if states < 0:
         raise ArgumentError(f"{text}: found {counted(states, 'state')}, expected 0 or more", "states")
     if not 0.0 < tolerance < 1.0:
         raise ArgumentError(f"{text}: found tolerance {tolerance!r}, expected a number between 0 and 1", "tolerance")
-    found_fit = fit(table_rows(table, states, text), states, tolerance)
-    d = 1 if len(found_fit.names) == 1 else 2
-    K, C, *lags = (one.reshape(d, d) for one in found_fit.values)
-    section = lagging(K, C, np.array(lags).reshape(states, d, d), found_fit.rates, D)
-    reduced = float(found_fit.reduced[0]), float(found_fit.reduced[-1])
+    found = fit(table_rows(table, states, text), states, tolerance)
+    d = 1 if len(found.names) == 1 else 2
+    K, C, *lags = found.values.reshape(-1, d, d)
     interest = tuple(map(float, np.atleast_1d(positive(frequencies, f"{text}: frequencies"))))
-    law = FlowLaw(section, D, reduced, fit=found_fit, frequencies=interest)
-    found = Flow(law, where, velocity, density, modes, name)
-    found.check()
-    return found
+    reduced = float(found.reduced[0]), float(found.reduced[-1])
+    law = _law(K, C, np.reshape(lags, (states, d, d)), found.rates, D, reduced=reduced, fit=found, frequencies=interest)
+    flow = Flow(law, where, velocity, density, modes, name)
+    flow.check()
+    return flow
 
 
 @checked
@@ -132,7 +146,7 @@ def aerodynamic_lag(
     Source: Roger (1977), AGARD CP-228, paper 4.
     """
     text = f"flow {name or '?'}"
-    b = float(positive(half_chord, f"{text}: half_chord"))
+    (b,) = positives(text, half_chord=half_chord)
     A0, A1 = matrix(steady, f"{text}: steady"), matrix(damping, f"{text}: damping")
     rates = np.atleast_1d(positive(lags, f"{text}: lags"))
     lagged = finite(matrices, f"{text}: matrices").reshape(-1)
@@ -141,5 +155,4 @@ def aerodynamic_lag(
     if lagged.size != len(rates) * A0.size:
         found = f"{text}: found {counted(lagged.size, 'number')} in matrices"
         raise ArgumentError(f"{found}, expected {len(rates)} matrices {A0.shape}, one for each lag", "matrices")
-    shaped = lagged.reshape(len(rates), *A0.shape)
-    return Flow(FlowLaw(lagging(A0, A1, shaped, rates, b), b), where, velocity, density, None, name)
+    return Flow(_law(A0, A1, lagged.reshape(len(rates), *A0.shape), rates, b), where, velocity, density, None, name)

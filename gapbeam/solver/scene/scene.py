@@ -287,8 +287,7 @@ class Scene:
     def rows(self, places: Iterable[Place]) -> Array:
         """Return the rows of points; those of a pair are of the motion of the first relative to the second."""
         found: list[Array] = [np.zeros((0, self.size))]
-        for part in (part for place in places for part in parts_of(place)):
-            first, *others = part if isinstance(part, tuple) else (part,)
+        for first, *others in (part for place in places for part in parts_of(place)):
             found.append(self.rows_at(first) - sum(self.rows_at(one) for one in others))
         return np.vstack(found)
 

@@ -15,6 +15,7 @@ import re
 import sys
 import time
 from collections.abc import Mapping
+from copy import copy
 from itertools import pairwise
 from pathlib import Path
 from shutil import get_terminal_size
@@ -243,7 +244,7 @@ def _dispatch(arguments: list[str] | None, talks: bool) -> int:
     try:
         _refuse_empty(arguments or [])
         refuse_cramped()
-        return abort_together(lambda: app(arguments, standalone_mode=False) or 0)
+        return abort_together(lambda: _application(arguments or [])(arguments, standalone_mode=False) or 0)
     except typer.Exit as leaving:
         return int(leaving.exit_code)
     except ClickException as fault:
@@ -262,6 +263,16 @@ def _dispatch(arguments: list[str] | None, talks: bool) -> int:
         if talks:
             print(f"gapbeam: {harmless(with_options(error))}", file=sys.stderr)
         return int(status)
+
+
+def _application(arguments: list[str]) -> typer.Typer:
+    """Return the application with the command of the first word alone, if there is one: to make all takes 0.04 s."""
+    alone = copy(app)
+    asked = [
+        one for one in app.registered_commands if arguments[:1] == [one.name or getattr(one.callback, "__name__", "")]
+    ]
+    alone.registered_commands = asked or app.registered_commands
+    return alone
 
 
 def _of_full_disk(error: Exception) -> Exception:

@@ -169,7 +169,7 @@ def test_a_disk_is_reported_whoever_meets_it(number: int) -> None:
         raise OSError(number, os.strerror(number), "/some/file")
 
     def first() -> None:
-        command_line.app = failing  # type: ignore[assignment]
+        command_line._application = lambda _: failing  # type: ignore[assignment,return-value]
 
     status, words = said_by(command("schema", first=first))
     assert status == 6

@@ -23,8 +23,8 @@ from gapbeam.solver.case.checks import (
 from gapbeam.solver.case.reading.known_keys import numbered
 from gapbeam.solver.messages.errors import Fault, Key
 
-CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = tuple(
-    function
+CHECKS: dict[Callable[..., Iterator[Fault]], frozenset[str]] = {
+    function: frozenset(inspect.signature(function).parameters)
     for module in (
         support_checks, attachment_checks, circle_checks, place_checks, beam_checks, run_checks, contact_checks,
         periodic_checks,
@@ -34,7 +34,8 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = tuple(
     and inspect.isgeneratorfunction(function)
     and function.__module__ == module.__name__
     and function.__annotations__["return"] == "Iterator[Fault]"
-)  # fmt: skip
+}  # fmt: skip
+"""The names of the tables that each check takes."""
 
 
 def contradictions(tables: Mapping[str, object], incomplete: frozenset[str] = frozenset()) -> list[Fault]:
@@ -46,10 +47,9 @@ def contradictions(tables: Mapping[str, object], incomplete: frozenset[str] = fr
             as a whole, or of another table for the sake of it, may be the lack of that entry, and is left out.
     """
     faults: dict[tuple[Key, str], Fault] = {}  # a key that clashes with several others is reported once
-    for check in CHECKS:
-        names = inspect.signature(check).parameters
-        if set(names) <= set(tables):
-            partial = incomplete & set(names)
+    for check, names in CHECKS.items():
+        if names <= tables.keys():
+            partial = incomplete & names
             for fault in check(**{name: tables[name] for name in names}):
                 of_an_entry = len(fault.key) > 1 and fault.key[0] in partial
                 if (of_an_entry or not partial) and not incomplete & set(fault.lacks):

@@ -438,3 +438,36 @@ def test_damaged_machine_code_is_compiled_anew(monkeypatch: pytest.MonkeyPatch, 
 def _halves(h, count, workspace):
     for i in range(count):
         workspace[i] = 0.5 * h
+
+
+def test_a_notebook_shows_what_a_scene_was_made_of() -> None:
+    """Each value under the name that `with_` takes; one row for the points of a face; names are escaped."""
+    body = gb.mass(2.0, stiffness=800.0, name="a <b>")
+    at = body["at"]
+    stops = [
+        gb.Contact(at, gb.HalfPlane(clearance), gb.KelvinVoigt(stiffness=7e5), name=f"stop {number}")
+        for number, clearance in enumerate((0.25e-3, 0.75e-3), 1)
+    ]
+    slot = gb.Contact(at, gb.Slot(np.array([1e-3, 3e-3])), gb.KelvinVoigt(stiffness=5e4, damping=2.0), offset=1e-5)
+    loads = [
+        gb.Force(at, gb.sine, amplitude=3.0, frequency=20.0, name="shaker"),
+        gb.Force(at, 4.5, name="pull"),
+        gb.Force(at, ([0.0, 2.0], [1.0, 5.0]), name="recorded"),
+    ]
+    scene = gb.Scene(body, contacts=[*stops, slot], loads=loads, joints=[gb.Joint(at, 10.0, 0.1, name="j")])
+    shown = scene._repr_html_()
+    rows = [re.findall("<t[dh]>(.*?)</t[dh]>", line) for line in shown.splitlines() if line.startswith("<tr>")]
+    assert rows[1:] == [
+        ["structure", "a &lt;b&gt;", "at", "1 DOF"],
+        ["contact", "stop 1 to stop 2", "a &lt;b&gt;.at", rows[2][3]],
+        ["contact", "contact 3", "a &lt;b&gt;.at", rows[3][3]],
+        ["load", "shaker", "a &lt;b&gt;", "sine: amplitude 3, frequency 20"],
+        ["load", "pull", "a &lt;b&gt;", "4.5 N"],
+        ["load", "recorded", "a &lt;b&gt;", "table from 0 to 2 s"],
+        ["joint", "j", "a &lt;b&gt;.at, by a &lt;b&gt;.at", ""],
+    ]
+    assert {"clearance 0.00025 to 0.00075", "KelvinVoigt: stiffness 700000"} <= set(re.split("[,;] ", rows[2][3]))
+    assert (
+        rows[3][3] == "Slot: clearance 0.001 to 0.003, center 0; KelvinVoigt: stiffness 50000, damping 2; offset 1e-05"
+    )
+    assert "3 contacts, 3 loads, 1 DOF&gt;" in shown

@@ -18,6 +18,7 @@ from gapbeam.solver.scene.feedback import Feedback, Place, parts_of
 from gapbeam.solver.scene.feedback_loop import aligned, extents, feedback_loop, joined, without_noise
 from gapbeam.solver.scene.linear_scheme import Linear, LinearScheme, Slabs, exact_modes
 from gapbeam.solver.scene.scene_load import Load
+from gapbeam.solver.scene.scene_table import scene_html, scene_words
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.scene.touch_kernel import ROWS, STICKING, VALUES, WIDTH
 from gapbeam.solver.system.operators import Array
@@ -109,10 +110,7 @@ class Scene:
         self.is_large = any(one.is_large for one in structures)
         self._rows: dict[StructurePoint, Array] = {}
 
-    def __repr__(self) -> str:
-        counts = ((len(self.structures), "structure"), (len(self.contacts), "contact"), (len(self.loads), "load"))
-        words = ", ".join(f"{count} {what}{'s' * (count != 1)}" for count, what in counts)
-        return f"<scene of {words}, {self.size} DOFs>"
+    __repr__, _repr_html_ = scene_words, scene_html
 
     def _loaded(self, masses: Sequence[tuple[StructurePoint, float]]) -> tuple[Structure, ...]:
         """Return the structures with their point masses."""
@@ -217,8 +215,7 @@ class Scene:
         other.__dict__.update(self.__dict__)
         other.contacts, other.loads = contacts, loads
         other.feedbacks = self.feedbacks if feedbacks is None else feedbacks
-        for name in ("offsets",):
-            other.__dict__.pop(name, None)
+        other.__dict__.pop("offsets", None)
         return other
 
     def point(self, key: StructurePoint | str) -> StructurePoint:

@@ -53,7 +53,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
     lost_in_steps,
     spans_of,
 )
-from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
+from gapbeam.studies.error_estimate.motion_record import MotionRecord, impact_rates, window_means
 from gapbeam.studies.error_estimate.run_errors import (
     RunErrors,
     beyond_resolution,
@@ -459,6 +459,17 @@ def pulses(shape: Array, scale: float = 1.0, base: float = 0.0) -> MotionRecord:
     impulse = np.cumsum(force * interval, axis=0)
     times, still = np.arange(1001) * interval, np.zeros((1001, 0))
     return MotionRecord(times, (), still, still, ("base",), force, impulse)
+
+
+def test_impacts_range_over_a_run_and_its_companions() -> None:
+    """Faces that close every so many records, over a part that begins late; records without closings have no range."""
+    run = pulses(np.ones(1))
+    count = np.arange(1001.0)[:, None]
+    every = [replace(run, closings=np.floor(count / records)) for records in (50, 20, 25)]
+    parts = [one.between(200 * INTERVAL, 1000 * INTERVAL) for one in every]
+    low, high = impact_rates(parts[0], parts[1:])["base"]
+    assert (low, high) == pytest.approx((1.0 / (50 * INTERVAL), 1.0 / (20 * INTERVAL)))
+    assert impact_rates(parts[0], [run]) == {}
 
 
 @given(

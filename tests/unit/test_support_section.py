@@ -41,6 +41,15 @@ def test_each_face_has_its_loads_with_intervals() -> None:
         ("gland", "300 ± 30 % *", "0.250 ± 0.40", "10.0 (3 counted)", "rough"),
     ]
     assert "largest mean force" in table.notes[0]
+    assert "without an interval" in table.notes[1]
+    ranged = support_table(summary(errors=summary()["errors"] | {"impact_rates": {"base": [41.0, 60.0]}}))
+    assert ranged is not None
+    assert [row[3] for row in ranged.rows] == ["40.0 (40.0 to 60.0) †", "10.0 (3 counted)"]
+    assert "comparison runs" in ranged.notes[1]
+    counted = {"name": "face.base.impact_rate", "value": 40.0, "low": 30.0, "high": 50.0, "relative": 0.2}
+    among = support_table(summary(statistics={"figures": [counted]}))
+    assert among is not None
+    assert among.rows[0][3] == "40.0 (30 to 50)"
     rate = {"value": 2e-9, "low": 1e-9, "high": 4e-9}
     worn = support_table(summary(wear={"faces": {"base": {"depth_rate": rate, "work_rate": rate}}}))
     assert worn is not None

@@ -49,7 +49,7 @@ def _contacts(scene: Any) -> Iterator[tuple[str, str, str]]:
     groups: dict[tuple[Any, ...], list[tuple[str, Contact]]] = {}
     for name, one in zip(scene.contact_names, scene.contacts, strict=True):
         face = name.rstrip("0123456789") if one.name else name
-        key = face, _place(one.between), one.region.kind, one.law.kind, one.wall is not None
+        key = face, _place(one.points), one.region.kind, one.law.kind, one.wall is not None
         groups.setdefault(key, []).append((name, one))
     for (_, at, *_), some in groups.items():
         first, last = some[0][0], some[-1][0]
@@ -60,10 +60,9 @@ def _places(place: Any) -> str:
     return ", ".join(map(_place, parts_of(place)))
 
 
-def _place(place: StructurePoint | tuple[StructurePoint, StructurePoint]) -> str:
+def _place(points: Sequence[StructurePoint]) -> str:
     """Return a point as `structure.point`, or both of a pair."""
-    pair = place if isinstance(place, tuple) else (place,)
-    return " and ".join(f"{one.structure.name or '?'}.{one.name or '?'}" for one in pair)
+    return " and ".join(f"{one.structure.name or '?'}.{one.name or '?'}" for one in points)
 
 
 def _of_contacts(some: Sequence[Contact]) -> str:

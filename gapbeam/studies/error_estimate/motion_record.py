@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
@@ -31,6 +31,7 @@ class MotionRecord:
         gauges: Names of the probes whose stress is recorded.
         stress: Axial and von Mises stress, (n, 2, gauges), Pa.
         active: Contact points under pressure, (n, faces); without columns where that was not recorded.
+        closings: How often each face has closed, (n, faces); without columns where that was not recorded.
         farthest: Largest displacement of a probe along any axis, m; None: that of `displacement`.
         figures: Figures of one's own.
         own: Quantities of those figures, (n, figures), SI; not a number where the motion has no such record.
@@ -47,6 +48,7 @@ class MotionRecord:
     gauges: tuple[str, ...] = ()
     stress: Array = field(default_factory=lambda: np.zeros((0, 2, 0)))
     active: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    closings: Array = field(default_factory=lambda: np.zeros((0, 0)))
     farthest: float | None = None
     figures: tuple[Figure, ...] = ()
     own: Array = field(default_factory=lambda: np.zeros((0, 0)))
@@ -89,10 +91,13 @@ class MotionRecord:
             force, impulse = (records[name].reshape(count, -1) for name in ("contact_force", "impulse"))
         gauges = tuple(labels.get("gauge", ()))
         stress = np.stack([records[name] for name in STRESSES], axis=1) if gauges else np.zeros((count, 2, 0))
-        active = np.asarray(records.get("active_points", still), dtype=float)
+        active, closings = (
+            np.asarray(records.get(name, still), dtype=float).reshape(count, -1)
+            for name in ("active_points", "closings")
+        )
         return cls(
             times[:even], probes, displacement[:even], gained[:even], faces, force[:even], impulse[:even], in_space,
-            gauges, stress[:even], active.reshape(count, -1)[:even],
+            gauges, stress[:even], active[:even], closings[:even],
             farthest, tuple(figures), _own(records, labels, figures)[:even],
         )  # fmt: skip
 
@@ -136,7 +141,7 @@ class MotionRecord:
         return self if factor == 1 else self._records(slice(None, None, factor))
 
     def _records(self, part: slice) -> MotionRecord:
-        series = ("times", "displacement", "velocity_gained", "force", "impulse", "stress", "active", "own")
+        series = ("times", "displacement", "velocity_gained", "force", "impulse", "stress", "active", "closings", "own")
         return replace(self, **{name: getattr(self, name)[part] for name in series})
 
 
@@ -148,6 +153,19 @@ def _own(records: Mapping[str, Array], labels: Mapping[str, Sequence[str]], figu
             with suppress(UserError):  # a companion in the plane has no motion across it
                 found[:, number] = figure.series({figure.quantity: records[figure.quantity]}, labels)
     return found
+
+
+def impact_rates(run: MotionRecord, companions: Iterable[MotionRecord]) -> dict[str, tuple[float, float]]:
+    """Return the least and the largest number of impacts a second, by face, among a run and its companions.
+
+    No companion says how far a number of impacts is off: light touches come and go with step and mesh.
+    """
+    every = [run, *companions]
+    if not all(one.closings.size for one in every):
+        return {}
+    rates = np.array([(one.closings[-1] - one.closings[0]) / (one.end - float(one.times[0])) for one in every])
+    ranges = zip(rates.min(axis=0).tolist(), rates.max(axis=0).tolist(), strict=True)
+    return dict(zip(run.faces, ranges, strict=True))
 
 
 def _acceleration_in(records: Mapping[str, Array]) -> str:

@@ -51,7 +51,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
     peak_forces,
     spans_of,
 )
-from gapbeam.studies.error_estimate.motion_record import MotionRecord
+from gapbeam.studies.error_estimate.motion_record import MotionRecord, impact_rates
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -83,6 +83,7 @@ class RunErrors:
         repeats: Whether the second half is periodic: settled.
         failed: Companions without a motion, and why.
         spans: The parts of the run.
+        impact_rates: Least and largest number of impacts a second among run and companions, by face.
     """
 
     figures: tuple[FigureError, ...]
@@ -95,6 +96,7 @@ class RunErrors:
     repeats: bool = False
     failed: Mapping[str, str] = field(default_factory=dict)
     spans: tuple[Span, ...] = ()
+    impact_rates: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
@@ -330,7 +332,10 @@ def errors_of(
         for name, one in found.items()
         if one.steps
     }
-    return RunErrors(tuple(figures), horizon, reached, plan, marched, whole, later, settled, failed, tuple(spans))
+    return RunErrors(
+        tuple(figures), horizon, reached, plan, marched, whole, later, settled, failed, tuple(spans),
+        impact_rates(part, motions.values()),
+    )  # fmt: skip
 
 
 def _predictability(
@@ -379,6 +384,7 @@ def describe(found: RunErrors) -> dict[str, Any]:
         "reference": found.plan.reference,
         "companions": dict(found.marched),
         "figures": [one.as_data() for one in found.figures],
+        "impact_rates": dict(found.impact_rates),
     }
 
 

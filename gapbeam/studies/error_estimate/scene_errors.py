@@ -53,7 +53,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
     lost_in_steps,
     spans_between,
 )
-from gapbeam.studies.error_estimate.motion_record import MotionRecord
+from gapbeam.studies.error_estimate.motion_record import MotionRecord, impact_rates
 
 LOG = logging.getLogger("gapbeam")
 FIRST_ORDER = {**FACTORS, HALF_STEP: 2.0}
@@ -184,5 +184,6 @@ def _errors(
         "force_peaks": peaks,
         "companions": {name: {"step": asked.step * (0.5 if name == HALF_STEP else 1.0)} for name in motions},
         "figures": [one.as_data() for one in figures],
+        "impact_rates": impact_rates(run, motions.values()),
     }
     return described, warnings, closing_table(figures, run.end, whole=True, statistics=statistics)

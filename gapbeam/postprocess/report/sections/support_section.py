@@ -22,12 +22,17 @@ MOST_TO_DO = 3
 LEAST = 1.0e-4  # of a figure: a smaller error is not written
 ADVICE = ("try ", "use ", "make it ", "add ")  # words of warnings that say what to do
 SAID = (RESOLVED, f"the {LARGEST_FORCE} on ", "can be predicted up to")  # warnings that advice of ours stands for
+RANGE, COUNTED = " †", " counted"  # behind a number of impacts
 FINE = ("good", "rough", "no contact")  # verdicts of figures that may be used
 Summary = Mapping[str, Any]
 
 
 def support_table(summary: Summary) -> TableBlock | None:
     """Return peak force, impulse, impacts a second and wear of each face, each with its interval; None without faces.
+
+    Impacts have the 95 % interval of the statistics. Without statistics the interval is the range over the run and its
+    comparison runs, which have another step, mesh or contact stiffness: it says what these change, not what another
+    start would. Impacts of a run without either have none.
 
     Args:
         summary: Summary of a run.
@@ -59,6 +64,10 @@ def support_table(summary: Summary) -> TableBlock | None:
         if any("*" in str(row[1]) for row in rows)
         else []
     )
+    if any(RANGE in str(row[3]) for row in rows):
+        notes.append("†: of the whole run, with the range over it and its comparison runs; light touches count.")
+    if any(COUNTED in str(row[3]) for row in rows):
+        notes.append("Impacts without an interval: no comparison run counted them.")
     return TableBlock(f"Loads on the supports{part}", heads, rows, notes, digits=3)
 
 
@@ -94,14 +103,18 @@ def _figure(one: Summary | None) -> str:
 
 
 def _impacts(summary: Summary, face: str) -> str:
-    """Return the impacts of a face a second: with the interval of the statistics, else with their number."""
+    """Return the impacts of a face a second: with the interval of the statistics, else that of `support_table`."""
     for one in (summary.get("statistics") or {}).get("figures") or ():
         if one["name"] == f"face.{face}.impact_rate" and one.get("relative") is not None:
             return _rate(one)
     for name, one in (summary.get("impacts") or {}).items():  # of supports with faces, or of contacts of a scene
         found = ((one.get("faces") or {}).get(face) or (name == face and one)) if isinstance(one, Mapping) else None
         if found and found.get("rate") is not None:
-            return f"{number(float(found['rate']), 3)} ({found['count']} counted)"
+            rate, ranges = float(found["rate"]), (summary.get("errors") or {}).get("impact_rates") or {}
+            if face not in ranges:
+                return f"{number(rate, 3)} ({found['count']}{COUNTED})"
+            low, high = ranges[face]  # an impact that has not ended has closed the face, and is not counted
+            return f"{number(rate, 3)} ({number(min(low, rate), 3)} to {number(max(high, rate), 3)}){RANGE}"
     return ""
 
 

@@ -227,7 +227,7 @@ def compiled(function: Function) -> Function:
 
 def compiled_apart(function: Function) -> Function:
     """Compile like `compiled`, but as a called function: for long ones called from several places, or rarely."""
-    return part(function, _OPTIONS)
+    return part(function, _OPTIONS | {"forceinline": False})  # False is written: otherwise the caller's holds
 
 
 def allocating(function: Function) -> Function:

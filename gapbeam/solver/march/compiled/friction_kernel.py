@@ -34,7 +34,7 @@ from gapbeam.solver.march.compiled.rubbing_points import aim, nothing_rubs, open
 from gapbeam.solver.system.operators import Array
 
 
-@compiled_apart
+@compiled
 def solve_with_friction(
     friction: Rubbing, around: AroundPoints | None, balance: Balance, step: StepPoints, law: LawTable, rubbed: Array,
     velocity: Array, weight: float, found: Solution, most: int, again: bool,

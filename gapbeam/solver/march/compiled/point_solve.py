@@ -285,7 +285,7 @@ class Slip(NamedTuple):
     weight: float
 
 
-@compiled_apart
+@compiled
 def solve_points(
     around: AroundPoints | None, friction: Rubbing | None, initial_gap: Array, balance: Balance, step: StepPoints,
     law: LawTable, touch: Touch, slip: Slip, found: Solution, most: int,

@@ -82,6 +82,7 @@ if TYPE_CHECKING:
     from gapbeam.studies.atlas.followed_responses import follow
     from gapbeam.studies.atlas.response_atlas import atlas, drawn_starts, gridded_starts
     from gapbeam.studies.library.estimate import EstimatedValues, estimate, series
+    from gapbeam.studies.library.posterior import posterior
     from gapbeam.studies.library.recording import Recording, read_recording
     from gapbeam.studies.library.recording_library import Library, library, read_library
     from gapbeam.studies.uncertain.uncertain_file import uncertain
@@ -128,6 +129,7 @@ _MODULES = {
     "studies.atlas.followed_responses": ("follow",),
     "studies.atlas.response_atlas": ("atlas", "drawn_starts", "gridded_starts"),
     "studies.library.estimate": ("EstimatedValues", "estimate", "series"),
+    "studies.library.posterior": ("posterior",),
     "studies.library.recording": ("Recording", "read_recording"),
     "studies.library.recording_library": ("Library", "library", "read_library"),
     "studies.uncertain.uncertain_file": ("uncertain",),
@@ -233,6 +235,7 @@ __all__ = [
     "orthotropic",
     "periodic",
     "plot",
+    "posterior",
     "quasi_steady",
     "read_case",
     "read_library",

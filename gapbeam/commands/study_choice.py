@@ -69,15 +69,19 @@ def estimate(
         list[str] | None, typer.Option(metavar="PATH=VALUE", help="a limit of a value; may be repeated")
     ] = None,
     output: Annotated[Path | None, typer.Option(help="a CSV file for all estimates")] = None,
+    samples: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="a CSV file for samples of the values that fit each recording")
+    ] = None,
 ) -> int:
     """Estimate the values of a library from recordings, with 95 % intervals; of several, rates and times to limits.
 
-    Exit status: 0 done, 5 a recording lies outside of the library, 2 a fault of the input, 6 the file could not be
-    written.
+    Exit status: 0 done, 5 a recording lies outside of the library, 2 a fault of the input, 4 samples did not settle, 6
+    a file could not be written.
     """
     from gapbeam.solver.messages.errors import UserError
     from gapbeam.studies.library.estimate import estimate as estimated
     from gapbeam.studies.library.estimate import series
+    from gapbeam.studies.library.posterior import posterior, sample_rows
     from gapbeam.studies.library.recording import read_recording
     from gapbeam.studies.library.recording_library import read_library
     from gapbeam.studies.study_folder import write_table
@@ -103,17 +107,22 @@ def estimate(
         if not equals:
             raise UserError(f"--limit: found {text!r}, expected PATH=VALUE, such as {found.paths[0]}=1e-3")
         limits[path] = number(value, f"--limit {path}")
-    estimates = [
-        estimated(found, read_recording(
-            path, unit, column=place(column), time_column=place(time_column), channel=channel, full_scale=full_scale,
-        ), period)
+    recorded = [
+        read_recording(
+            path, unit, column=place(column), time_column=place(time_column), channel=channel, full_scale=full_scale
+        )
         for path in recordings
-    ]  # fmt: skip
+    ]
+    estimates = [estimated(found, one, period) for one in recorded]
     result = series(estimates, times, limits)
     print_study(result.tables(), [])
     if output is not None:
         write_table(output, *result.rows())
     print_study([], [one.headline() for one in [*estimates, *([result] if len(estimates) > 2 else [])]])
+    if samples is not None:
+        drawn = [posterior(found, one, period) for one in recorded]
+        write_table(samples, *sample_rows(drawn))
+        print_study([table for one in drawn for table in one.tables()], [one.headline() for one in drawn])
     return result.exit_status
 
 

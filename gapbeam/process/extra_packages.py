@@ -14,6 +14,7 @@ EXTRAS = (
     | dict.fromkeys(("matplotlib", "mpl_toolkits", "PIL", "xarray", "h5netcdf"), "analysis")
     | dict.fromkeys(("pyvista", "vtkmodules", "plotly"), "pictures")
     | dict.fromkeys(("distributed", "dask_jobqueue"), "workers")
+    | {"emcee": "samples"}
 )
 """Extra of each package that gapbeam runs without, where nothing needs it."""
 PART_OF = {"basix": "dolfinx", "ufl": "dolfinx", "mpl_toolkits": "matplotlib", "PIL": "pillow"}

@@ -401,11 +401,11 @@ def test_faults_of_the_file_are_at_their_keys(tmp_path: Path, text: str, says: s
 @pytest.mark.slow(minutes=0.5)
 def test_commands(tmp_path: Path) -> None:
     """A library of a case, and an estimate from a run of the case with another clearance."""
-    study = (PROJECT / "cases" / "studies" / "library-stop.toml").read_text().replace("members = 512", "members = 256")
+    study = (PROJECT / "cases" / "studies" / "library-stop.toml").read_text()
     (tmp_path / "study.toml").write_text(study.replace("../", f"{PROJECT / 'cases'}/").replace("= 60", "= 20"))
     done = called_anew("library", tmp_path / "study.toml", "--output", tmp_path / "found")
     assert done.returncode == 0, done.stderr
-    assert "256 members; median relative error" in done.stdout
+    assert "512 members; median relative error" in done.stdout
     read = read_library_study(tmp_path / "study.toml")
     one = repeating_scene(Path(read.case), settings_of_study(tmp_path, read.set, []))
     step = one.period / 256
@@ -425,11 +425,23 @@ def test_commands(tmp_path: Path) -> None:
     assert float(table[0]["estimate"]) == pytest.approx(7e-4, rel=0.03)
     assert float(table[0]["from"]) <= 7e-4 <= float(table[0]["to"])
     by_file = {row["recording"]: float(row["estimate"]) for row in table if row["value"] == "stop*.clearance"}
+    by_value = {row["value"]: row for row in table}
     assert by_file["tip.uff"] == pytest.approx(by_file["tip.csv"], rel=1e-3)
     assert "no change seen" in done.stdout
+    done = called_anew(*given[:3], "--unit", "mm/s", "--samples", tmp_path / "samples.csv")
+    assert done.returncode == 0, done.stdout + done.stderr
+    rows = list(csv.DictReader((tmp_path / "samples.csv").open()))
+    assert [len(rows), list(rows[0])] == [4000, ["recording", *by_value]]
+    low, high = np.quantile([float(row["stop*.clearance"]) for row in rows], [0.005, 0.995])
+    assert low < 7e-4 < high < 1.3 * low
+    assert "independent: stop*.clearance" in " ".join(done.stdout.split())
     outside = called_anew(*given[:3], "--unit", "m/s")
     assert outside.returncode == 5
     assert "outside of the library" in outside.stdout
+    refused = called_anew(*given[:3], "--unit", "m/s", "--samples", tmp_path / "no.csv")
+    assert refused.returncode == 2
+    assert "so that there are no samples" in " ".join(refused.stderr.split())
+    assert not (tmp_path / "no.csv").exists()
     for wrong, says in (
         (("--unit", "mm"), "expected velocity"), (("--unit", "mm/s", "--limit", "x"), "PATH=VALUE"),
         (("--unit", "mm/s", "--frequency", "25"), "half a line"),

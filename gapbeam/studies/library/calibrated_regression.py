@@ -82,7 +82,7 @@ class Regression:
     def _estimated(self, features: Array) -> tuple[Array, Array, Array]:
         z = (features - self.center) / self.spread
         D = cdist(z, self.members)
-        u = _kernel(D / self.width) @ self.weights + self.values.mean(axis=0)
+        u = kernel(D / self.width) @ self.weights + self.values.mean(axis=0)
         return self._scored(z, D, u)
 
     def _scored(self, z: Array, D: Array, u: Array) -> tuple[Array, Array, Array]:
@@ -132,13 +132,7 @@ def regression(features: Array, values: Array, held_features: Array, held: Array
     center, spread, u = features.mean(axis=0), features.std(axis=0), values
     spread = np.where(spread > 1e-9 * (1.0 + np.abs(center)), spread, 1.0)
     z = (features - center) / spread
-    some = slice(None, None, -(-len(z) // TUNED))
-    D = cdist(z[some], z[some])
-    middle = float(np.median(D))
-    trials = [(w * middle, s) for w in WIDTHS for s in SMOOTHING]
-    costs = [np.log(np.abs(_fitted(D / w, s, u[some])[1]).mean(axis=0)).mean() for w, s in trials]
-    width, smoothing = trials[int(np.argmin(costs))]
-    weights, errors = _fitted(cdist(z, z) / width, smoothing, u)
+    width, weights, errors = fitted(z, u)
     none = np.zeros(u.shape[1])
     whole = Regression(
         center, spread, z, u, weights, np.abs(errors), np.array(width), np.zeros((len(none) + 1, len(none))), none,
@@ -161,12 +155,27 @@ def regression(features: Array, values: Array, held_features: Array, held: Array
     )
 
 
+def fitted(z: Array, u: Array) -> tuple[float, Array, Array]:
+    """Return the width of a kernel regression of u on z, its weights, and u - u(z) of members without themselves.
+
+    Width and smoothing make these errors least, among every k-th member.
+    """
+    some = slice(None, None, -(-len(z) // TUNED))
+    D = cdist(z[some], z[some])
+    middle = float(np.median(D))
+    trials = [(w * middle, s) for w in WIDTHS for s in SMOOTHING]
+    costs = [np.log(np.abs(_fitted(D / w, s, u[some])[1]).mean(axis=0)).mean() for w, s in trials]
+    width, smoothing = trials[int(np.argmin(costs))]
+    return width, *_fitted(cdist(z, z) / width, smoothing, u)
+
+
 def _affine(u: Array) -> Array:
     """Return (1, u)."""
     return np.column_stack([np.ones(len(u)), u])
 
 
-def _kernel(r: Array) -> Array:
+def kernel(r: Array) -> Array:
+    """Return the Matern kernel (1 + sqrt(3) r) exp(-sqrt(3) r)."""
     r = np.sqrt(3.0) * r
     found: Array = (1.0 + r) * np.exp(-r)
     return found
@@ -174,7 +183,7 @@ def _kernel(r: Array) -> Array:
 
 def _fitted(r: Array, smoothing: float, u: Array) -> tuple[Array, Array]:
     """Return weights, and errors of each member without itself."""
-    K = _kernel(r)
+    K = kernel(r)
     K[np.diag_indices_from(K)] += smoothing
     factor = cho_factor(K, lower=True, overwrite_a=True)
     weights = cho_solve(factor, u - u.mean(axis=0))

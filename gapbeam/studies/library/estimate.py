@@ -64,7 +64,7 @@ class EstimatedValues(PrintedResult):
 
 
 def estimate(found: Library, recording: Recording, period: float | None = None) -> EstimatedValues:
-    """EstimatedValues the values of a scene from a recording of its motion, in milliseconds.
+    """Estimate the values of a scene from a recording of its motion, in milliseconds.
 
     Args:
         found: Of `library` or `read_library`.
@@ -75,6 +75,20 @@ def estimate(found: Library, recording: Recording, period: float | None = None) 
         UserError: The recording has another quantity, is too short or sampled too slowly, does not move, or its period
             is another one.
     """
+    features = features_of(found, recording, period)
+    u, half, rarity = found.regression(features.mean(axis=0, keepdims=True))
+    low, high = (np.clip(u[0] + sign * half[0], 0.0, 1.0) for sign in (-1.0, 1.0))
+    table = found.values_at(np.array([np.clip(u[0], 0.0, 1.0), low, high]))
+    ends = tuple(path for path, a, b in zip(found.paths, low, high, strict=True) if a <= 0.0 or b >= 1.0)
+    values = {
+        path: IntervalEstimate(float(middle), float(a), float(b), len(features))
+        for path, (middle, a, b) in zip(found.paths, table.T, strict=True)
+    }
+    return EstimatedValues(recording.name, values, float(rarity[0]), ends)
+
+
+def features_of(found: Library, recording: Recording, period: float | None) -> Array:
+    """Return the features of each window of a recording, (windows, features); arguments as of `estimate`."""
     if recording.quantity != found.quantity:
         raise UserError(
             f"{recording.name}: unit: found a recording of {recording.quantity}, expected {found.quantity} of the "
@@ -90,15 +104,7 @@ def estimate(found: Library, recording: Recording, period: float | None = None) 
     c = recording.spectra(T, found.kind.periods, found.kind.harmonics)
     if not np.all(np.abs(c).max(axis=1) > 0.0):
         raise UserError(f"{recording.name}: the values do not change; is it the right column?")
-    u, half, rarity = found.regression(found.kind.of(c).mean(axis=0, keepdims=True))
-    low, high = (np.clip(u[0] + sign * half[0], 0.0, 1.0) for sign in (-1.0, 1.0))
-    table = found.values_at(np.array([np.clip(u[0], 0.0, 1.0), low, high]))
-    ends = tuple(path for path, a, b in zip(found.paths, low, high, strict=True) if a <= 0.0 or b >= 1.0)
-    values = {
-        path: IntervalEstimate(float(middle), float(a), float(b), len(c))
-        for path, (middle, a, b) in zip(found.paths, table.T, strict=True)
-    }
-    return EstimatedValues(recording.name, values, float(rarity[0]), ends)
+    return found.kind.of(c)
 
 
 @dataclass(frozen=True)

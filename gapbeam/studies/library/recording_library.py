@@ -69,9 +69,9 @@ class Library(PrintedResult):
     regression: Regression
 
     def values_at(self, u: Array) -> Array:
-        """Return values at positions in their ranges, (..., paths)."""
+        """Return values at positions in their ranges, (..., paths), of all paths or the first."""
         p = np.linspace(0.0, 1.0, self.grid.shape[1])
-        return np.stack([np.interp(u[..., i], p, row) for i, row in enumerate(self.grid)], axis=-1)
+        return np.stack([np.interp(u[..., i], p, self.grid[i]) for i in range(u.shape[-1])], axis=-1)
 
     def rows(self) -> list[tuple[str, float, float, float, float]]:
         """Return path, range and relative errors of members held out: the median, and the largest of 19 in 20."""

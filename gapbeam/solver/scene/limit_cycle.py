@@ -3,9 +3,8 @@
     P(x, T) = x,     f . (x - x_0) = 0,     f = dP/dT,
 
 where P is the march over one period in a fixed number of steps: the step is T / steps, and f points along the cycle.
-Multipliers are those of the map of the section across f onto itself, (1 - f f^T) dP/dx for a unit f.
-
-The period of a response to loads is known; disturbed members of one ensemble give the derivative of its map.
+Multipliers are those of the map of the section across f onto itself, (1 - f f^T) dP/dx for a unit f. Disturbed members
+of one ensemble give dP/dx. The period of a response to loads is known.
 """
 
 from __future__ import annotations
@@ -59,8 +58,7 @@ def periodic(
 ) -> PeriodicOrbit:  # fmt: skip
     """Return a response that repeats after a period, from a start that is near it.
 
-    Solves P(x) = x for the state x after a period of so many steps. The Jacobian of P is taken from members that are
-    disturbed by 1e-6 of the size of the motion, all marched in one ensemble.
+    Newton's method solves P(x) = x; members are disturbed by 1e-6 of the size of the motion.
 
     Args:
         scene: Its loads repeat after the period.
@@ -90,11 +88,7 @@ def periodic(
 def repeating_orbit(
     scene: Scene, x: Any, t: float, h: float, steps: int, scheme: LinearScheme, passes: int
 ) -> tuple[PeriodicOrbit, Any]:  # fmt: skip
-    """Return the orbit of a period near a state x, and the derivative of the map over its period.
-
-    Raises:
-        NotConverged: As of `periodic`.
-    """
+    """Return the orbit of a period near a state x, and the derivative of the map over its period; see `periodic`."""
     best = np.inf
     for count in range(1, passes + 1):
         miss, P, size = returned(scene, x, t, h, steps, scheme)
@@ -115,11 +109,7 @@ def state_of(scene: Scene, x: Array, t: float) -> SceneState:
 
 
 def returned(scene: Scene, x: Array, t: float, h: float, steps: int, scheme: LinearScheme) -> tuple[Any, Any, Array]:
-    """Return P(x) - x after so many steps, the Jacobian of P by disturbed members, and the sizes of x that scale both.
-
-    Raises:
-        NotConverged: The contact forces of a step failed.
-    """
+    """Return P(x) - x after so many steps, dP/dx by disturbed members, and the sizes of x that scale both."""
     n = scene.size
     size: Array = np.concatenate([np.full(len(one), np.abs(one).max(initial=0.0)) for one in np.split(x, [n, 2 * n])])
     if not size.max() > 0.0:
@@ -146,14 +136,16 @@ def change_of_orbit(P: Any, miss: Array) -> Any:
     return np.linalg.lstsq(np.eye(len(P)) - P, miss, rcond=None)[0]
 
 
-SETTLED = 1e-4
-"""Change of period and amplitude from cycle to cycle, over each, at which shooting begins."""
+LOOKED, SHORTEST = 5, 0.2
+"""Periods in which a motion is looked at, and the least lag over a period."""
+NEARLY, SETTLED = 2.0, 1e-4
+"""The first lag whose difference is below so much of the least one, or as small as half a step leaves, is the period;
+and the difference over the size of the motion at which shooting begins."""
 VANISHED, UNBOUND = 1e-6, 1e6
 """Amplitude over that at the start at which a motion has decayed, or grows without limit."""
-ACCEPTED = 1e-6
-"""Largest change of the motion over a period, where contacts that open or close keep Newton's method from 1e-10."""
-STALLED = 8
-"""Passes of Newton's method without a smaller change of the motion over a period after which it will not converge."""
+ACCEPTED, STALLED = 1e-6, 8
+"""Largest change of the motion over a period, where contacts that open or close keep Newton's method from 1e-10, and
+its passes without a smaller one after which it will not converge."""
 DOUBLINGS = 120
 FREE = 1e-12
 """Square of a frequency over the largest one below which a motion is free, but for round-off."""
@@ -164,11 +156,7 @@ MOST_PARTS, PART = 8, 0.01  # of the motion: what a part of a cycle that is a pe
 class LimitCycle(PeriodicOrbit):
     """A motion that repeats by itself: `history(scene, period / steps, period, state)` is one cycle.
 
-    Attributes:
-        state: On the cycle.
-        multipliers: Of small disturbances across the cycle over a period, complex.
-        residual: Change over a period, over the size of the motion.
-        passes: Of Newton's method.
+    Attributes beside those of `PeriodicOrbit`, whose multipliers are of disturbances across the cycle:
         period: s.
         steps: In a period.
         along: Multiplier of a shift along the cycle: 1, but for what the step leaves where contacts open and close.
@@ -302,46 +290,52 @@ def _slowest(scene: Scene) -> float:
     return 2.0 * pi / float(np.sqrt(elastic.min()))
 
 
+def repetition(seen: Array, period: int) -> tuple[Any, Any]:
+    """Return the distance of motions from repeating, over their size, and the lags after which they do, (members,).
+
+    Lags lie between times, where a parabola through the differences is least.
+
+    Args:
+        seen: Displacements, (times, motions, members).
+        period: Times over which motions are compared with themselves a lag earlier; lags are a part of it or longer.
+    """
+    last, first, least = seen[-period:], len(seen) - period, max(2, round(SHORTEST * period))
+    size = np.maximum(np.sqrt(last.var(axis=0).sum(axis=0)), np.finfo(float).tiny)
+    lags = np.arange(least - 1, first + 1)
+    apart = np.array([((last - seen[first - lag :][:period]) ** 2).mean(axis=0).sum(axis=0) for lag in lags])
+    apart = np.sqrt(apart) / size
+    low = (apart[1:-1] <= apart[:-2]) & (apart[1:-1] <= apart[2:])
+    inner = np.where(low, apart[1:-1], np.inf)
+    changed = inner.min(axis=0)
+    where = 1 + np.argmax(inner <= np.maximum(NEARLY * changed, 2.0 * pi / period), axis=0)
+    before, here, after = (apart[where + k, np.arange(len(where))] ** 2 for k in (-1, 0, 1))
+    bent = np.maximum(before - 2.0 * here + after, np.finfo(float).tiny)
+    return changed, lags[where] + np.clip(0.5 * (before - after) / bent, -0.5, 0.5)
+
+
 def _settled(
     scene: Scene, start: SceneState, around: float, steps: int, cycles: int
 ) -> tuple[SceneState, float]:  # fmt: skip
-    """March until period and amplitude repeat; return a state of the motion, and its period."""
-    h = around / steps
+    """March until the motion repeats; return a state of it, and its period."""
+    h, size, changed, lag = around / steps, 0.0, np.array([np.inf]), np.zeros(1)
     way = start.q[:, 0] if start.q.any() else start.v[:, 0]
     marcher = Marcher(scene, h, start, linear=scene.condensed(h, MIDPOINT)._replace(watch=aligned(way[None])))
-    size, high, low, middle, t = 0.0, -np.inf, np.inf, 0.0, marcher.t
-    seen, last, crossings, amplitudes = t, float(way @ marcher.q[:, 0]), list[float](), list[float]()
-    for _ in range(cycles):
-        for now in map(float, marcher.advance(steps, record=True).seen[:, 0, 0]):
-            t += h
-            high, low = max(high, now), min(low, now)
-            if last <= middle < now and (not crossings or t - crossings[-1] > 0.2 * around):
-                crossings.append(t - h * (now - middle) / (now - last))
-                amplitudes.append(0.5 * (high - low))
-                size, middle = amplitudes[1] if len(amplitudes) == 2 else size, 0.5 * (high + low)
-                high, low, seen = now, now, t
-                _check_bounds(amplitudes[-1], size)
-            elif t - seen > 2.0 * around:  # the middle lies beside a motion that decays or drifts
-                size, middle = size or 0.5 * (high - low), 0.5 * (high + low)
-                _check_bounds(0.5 * (high - low), size)
-                high, low, seen = now, now, t
-            last = now
-        spans = np.diff(crossings[-4:])
-        if len(amplitudes) > 4 and _alike(spans) and _alike(np.array(amplitudes[-3:])):
-            return marcher.state, float(spans[-1])
-    if len(crossings) < 4:
+    for _ in range(0, cycles, LOOKED):
+        seen = marcher.advance(LOOKED * steps, record=True).seen
+        amplitude = 0.5 * float(np.ptp(seen[-2 * steps :]))
+        if amplitude < VANISHED * size:
+            raise NotConverged("limit cycle: the motion decays to rest; start from a larger one")
+        if size and amplitude > UNBOUND * size:
+            raise NotConverged("limit cycle: the motion grows without limit; no contact stops it")
+        size = size or amplitude
+        changed, lag = repetition(seen, steps)
+        if changed[0] <= SETTLED:
+            break
+    if not np.isfinite(changed[0]):
         raise NotConverged(
             f"limit cycle: no oscillation in {cycles} periods of {around:.4g} s; give a period or a start"
         )
-    return marcher.state, float(np.diff(crossings[-4:]).mean())
-
-
-def _check_bounds(amplitude: float, size: float) -> None:
-    """Refuse motions that vanish or grow beyond all limits, over the size that they had; 0 is none yet."""
-    if amplitude < VANISHED * size:
-        raise NotConverged("limit cycle: the motion decays to rest; start from a larger one")
-    if size and amplitude > UNBOUND * size:
-        raise NotConverged("limit cycle: the motion grows without limit; no contact stops it")
+    return marcher.state, float(lag[0] * h)
 
 
 def _parts(scene: Scene, found: LimitCycle) -> list[int]:
@@ -359,16 +353,11 @@ def _parts(scene: Scene, found: LimitCycle) -> list[int]:
     return parts
 
 
-def _alike(values: Array) -> bool:
-    return bool(np.ptp(values) <= SETTLED * np.abs(values).max())
-
-
 def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: int) -> LimitCycle:
     """Solve for the state and the period by Newton's method."""
     t, T = start.t, period
     x: Any = start.x[:, 0]
     first = np.linalg.norm(x)
-
     least, found, growth = np.inf, None, float(np.linalg.eigvals(state_matrix(scene)).real.max())
     for count in range(1, passes + 1):
         miss, P, size = returned(scene, x, t, T / steps, steps, MIDPOINT)

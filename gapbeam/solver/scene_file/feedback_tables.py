@@ -1,23 +1,29 @@
-"""[[feedback]]: linear forces that follow the motion, of flows and controllers, on spans or at points."""
+"""[[feedback]]: linear forces that follow the motion, of flows and controllers, on spans or at points.
+
+Contradictions are found before anything is read or computed.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import chain, pairwise
 from math import pi
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, create_model
 
-from gapbeam.solver.messages.errors import Key, UserError
+from gapbeam.solver.messages.errors import Fault, Key, UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.beam_structure import ELEMENTS
 from gapbeam.solver.scene.coefficient_fit import TOLERANCE
 from gapbeam.solver.scene.feedback import Feedback
 from gapbeam.solver.scene.flow_force import MOTIONS, FlowSpan, quasi_steady, span
 from gapbeam.solver.scene.lagged_force import aerodynamic_lag, measured, unsteady
 from gapbeam.solver.scene.structure import Structure, StructurePoint
-from gapbeam.solver.scene_file.structure_tables import BodyTable, ElementBeam, FileName, RigidBar
+from gapbeam.solver.scene_file.structure_tables import BodyTable, ElementBeam, FileName, LumpedMass, RigidBar
 from gapbeam.solver.schema.table import Name, NonNegative, Number, PointName, Positive, Table, Whole
 from gapbeam.solver.system.operators import Array
 
@@ -43,6 +49,10 @@ class _Span(Table):
         examples=[[[0.0, 1.0], [2.0, 1.4]]],
     )
     density: Profile | None = Field(default=None, description="profile of the density, likewise; default 1")
+
+    def ends(self, length: float) -> tuple[float, float]:
+        """Return where the flow begins and ends along a beam of that length, m."""
+        return vars(self)["from"] or 0.0, vars(self)["to"] or length
 
 
 _ENDS: dict[str, Any] = {
@@ -170,6 +180,13 @@ KINDS: dict[str, Callable[..., Feedback]] = {
 LAW_OF = {"quasi-steady": "slope", "unsteady": "stiffness", "measured": "file", "aerodynamic-lag": "steady"}
 """The key that says of how many motions a law is, by kind of force."""
 CALLED = re.compile(r"(?:flow|feedback) [^:]*: (?:found )?(\w+)")
+Exists = Callable[[Key, str], Iterable[Fault]]
+
+
+def places_of(table: AnyFeedback) -> dict[str, list[str]]:
+    """Return the names of the points of a table by key."""
+    given = {name: getattr(table, name, None) or [] for name in ("point", "points", "sense", "act")}
+    return {name: [one] if isinstance(one, str) else list(one) for name, one in given.items()}
 
 
 def stations(number: int, table: AnyFeedback, body: BodyTable) -> dict[str, float]:
@@ -177,18 +194,14 @@ def stations(number: int, table: AnyFeedback, body: BodyTable) -> dict[str, floa
     along, model = getattr(table, "span", None), body.model
     if along is None or along.structure != body.name or not isinstance(model, ElementBeam | RigidBar):
         return {}
-    low, high = vars(along)["from"] or 0.0, vars(along)["to"] or model.length
+    low, high = along.ends(model.length)
     elements = (model.elements if isinstance(model, ElementBeam) else None) or ELEMENTS
     count = max(FEWEST, round(elements * (high - low) / model.length) + 1)
     return {f"feedback {number}: {i}": float(x) for i, x in enumerate(np.linspace(low, high, count))}
 
 
 def flow_span(number: int, table: AnyFeedback, structure: Structure, body: BodyTable) -> FlowSpan:
-    """Return the span of a table that has one.
-
-    Raises:
-        UserError: Its points do not fit.
-    """
+    """Return the span of a table that has one."""
     along: Any = getattr(table, "span")  # noqa: B009 - of most tables
     places = stations(number, table, body) or dict(zip(along.points, along.at, strict=True))
     return span(structure, places, _profile(along.velocity), _profile(along.density))
@@ -206,13 +219,7 @@ def made_feedback(
 ) -> Feedback | None:
     """Return the force of a table, whose keys are the arguments of its kind in Python; None: it makes none.
 
-    Args:
-        table: The table; its frequencies are in Hz.
-        where: Its span.
-        points: Its points by key.
-
-    Raises:
-        UserError: A value does not fit.
+    `where` is its span, and `points` are its points by key; frequencies of the table are in Hz.
     """
     if table.type not in KINDS:
         return None
@@ -235,3 +242,104 @@ def faulty_key(number: int, table: AnyFeedback, error: UserError) -> Key:
         if name in type(table).model_fields:
             return (*key, str(name))
     return (*key, "span") if getattr(table, "span", None) is not None else key
+
+
+def feedback_faults(
+    tables: Mapping[str, Any], by_name: Mapping[str, BodyTable], point: Exists, structure: Exists
+) -> Iterator[Fault]:
+    """Yield the contradictions in [[feedback]].
+
+    Args:
+        tables: Those that are intact, arrays of tables as {number: entry}.
+        by_name: The structures.
+        point: Yields a fault where a point does not exist.
+        structure: Yields a fault where a structure does not exist.
+    """
+    time = tables.get("time")
+    for number, one in tables.get("feedback", {}).items():
+        key: Key = ("feedback", number)
+        for name, places in places_of(one).items():
+            yield from chain(*(point((*key, name), place) for place in places))
+        if isinstance(one, MeasuredFlow) and not Path(one.file).is_file():
+            yield Fault((*key, "file"), f'"{one.file}", which is no file', "a file that is there")
+        yield from _rows(key, one)
+        if isinstance(one, _Tube) and (one.span is None) == (one.point is None):
+            found = "neither" if one.span is None else "both"
+            yield Fault((*key, "span"), f"{found} of span and point", "one of them: where the flow acts",
+                        'span = { structure = "tube" }', ((*key, "point"),))  # fmt: skip
+        along, slowest = getattr(one, "span", None), 1.0
+        unknown = [] if along is None else list(structure((*key, "span", "structure"), along.structure))
+        yield from unknown
+        if along is not None and not unknown and along.structure in by_name:
+            body = by_name[along.structure]
+            faults = list(_span_faults((*key, "span"), along, body, point))
+            yield from faults
+            if isinstance(one, ConnorsCheck) and one.decrement is None and not body.damping:
+                yield Fault((*key, "decrement"), f'nothing, and no damping ratio of "{along.structure}"',
+                            "a decrement, or a structure with ratio or two_phase")  # fmt: skip
+            slowest = min((row[1] for row in along.velocity or ()), default=1.0) if not faults else 1.0
+        if isinstance(one, QuasiSteadyFlow) and time is not None:
+            lag = one.delay * one.diameter / (one.velocity * slowest)
+            if lag > time.end:
+                yield Fault((*key, "delay"), f"a delay of {lag:.4g} s, longer than the run of {time.end:g} s",
+                            "a delay within the run: its force would never begin", "a larger time.end",
+                            (("time", "end"),))  # fmt: skip
+
+
+def _rows(key: Key, table: AnyFeedback) -> Iterator[Fault]:
+    """Rows of one matrix have one length."""
+    for name in ("steady", "damping", "matrices", "A", "B", "C", "D"):
+        rows = getattr(table, name, ())
+        rows = chain(*rows) if name == "matrices" else rows if isinstance(rows, tuple) else ()
+        lengths = sorted({len(row) for row in rows})
+        if len(lengths) > 1:
+            yield Fault((*key, name), f"rows of {' and '.join(map(str, lengths))} numbers", "rows of one length")
+
+
+def _span_faults(key: Key, along: Any, body: BodyTable, point: Exists) -> Iterator[Fault]:
+    """Yield the faults of a span of a structure that exists."""
+    model, ends = body.model, {name: vars(along)[name] for name in ("from", "to")}
+    stations = {name: getattr(along, name) for name in ("points", "at")}
+    if isinstance(model, LumpedMass):
+        yield Fault((*key, "structure"), f'"{body.name}", a mass', "a structure with a length",
+                    f'point = "{body.name}.at"')  # fmt: skip
+        return
+    if body.place is not None:
+        yield Fault((*key, "structure"), f'"{body.name}", which has a place in space', "a structure without place",
+                    "leave its place out; motions = 2 lets a beam bend along and across the flow")  # fmt: skip
+        return
+    if isinstance(model, ElementBeam | RigidBar):
+        low, high = along.ends(model.length)
+        for name in (name for name, value in stations.items() if value is not None):
+            yield Fault((*key, name), f"{name} of a model {model.type}", "from and to: places along it, m")
+            return
+        if high > model.length:
+            yield Fault((*key, "to"), f"{high:g} m, beyond the end", f"at most {model.length:g} m")
+            return
+        if not low < high:
+            yield Fault((*key, "from"), f"{low:g} m, not before the end of the span", f"less than {high:g} m")
+            return
+    else:
+        for name in (name for name, value in stations.items() if value is None):
+            yield Fault((*key, name), "nothing: the key is missing",
+                        f"points of a model {model.type} along the tube, and `at`, their places, m")  # fmt: skip
+            return
+        yield from chain(*(point((*key, "points"), f"{body.name}.{name}") for name in along.points))
+        for name, value in ends.items():
+            if value is not None:
+                yield Fault((*key, name), f"{value:g} m of a model {model.type}", "points and at", f"leave {name} out")
+        if len(along.at) != len(along.points) or not all(a < b for a, b in pairwise(along.at)):
+            yield Fault((*key, "at"), f"{counted(len(along.at), 'place')} for {counted(len(along.points), 'point')}",
+                        "a place for each point, one after the other along the tube")  # fmt: skip
+            return
+        low, high = along.at[0], along.at[-1]
+    for name in ("velocity", "density"):
+        places, shares = zip(*(getattr(along, name) or [(low, 1.0), (high, 1.0)]), strict=True)
+        if not all(a < b for a, b in pairwise(places)):
+            yield Fault((*key, name), "places that do not increase", "rows one after the other along the tube")
+        elif places[0] > low or places[-1] < high:
+            yield Fault((*key, name), f"a profile from {places[0]:g} to {places[-1]:g} m",
+                        f"one that covers the span, {low:g} to {high:g} m")  # fmt: skip
+        elif not min(shares) > 0.0:
+            yield Fault((*key, name), f"a share of {min(shares):g}", "shares above 0",
+                        "end the span where the flow ends")  # fmt: skip

@@ -37,7 +37,14 @@ from gapbeam.solver.scene_file.contact_builder import (
     point_contact,
     snubber_of,
 )
-from gapbeam.solver.scene_file.feedback_tables import AnyFeedback, faulty_key, flow_span, made_feedback, stations
+from gapbeam.solver.scene_file.feedback_tables import (
+    AnyFeedback,
+    faulty_key,
+    flow_span,
+    made_feedback,
+    places_of,
+    stations,
+)
 from gapbeam.solver.scene_file.frame_builder import direction_of, extent_of, framed, stations_of
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, in_space, line_of
 from gapbeam.solver.scene_file.scene_case import SceneCase
@@ -323,9 +330,7 @@ def _moving(site: Site, table: BodyTable) -> dict[str, MovingPoint]:
 def _feedback(site: Site, number: int, table: AnyFeedback) -> Feedback | None:
     """Return the force of a table; None where it makes none, or, with a fault, where it is wrong."""
     along, points = getattr(table, "span", None), dict[str, list[StructurePoint]]()
-    for name in ("point", "points", "sense", "act"):
-        given = getattr(table, name, None)
-        places = [given] if isinstance(given, str) else given or []
+    for name, places in places_of(table).items():
         known = [site.point(("feedback", number, name), place) for place in places]
         points[name] = [one for one in known if one is not None]
         if len(points[name]) < len(places):

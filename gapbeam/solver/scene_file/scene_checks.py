@@ -12,7 +12,7 @@ from gapbeam.solver.case.figure_table import figure_faults
 from gapbeam.solver.loads.scene_load_choice import LineLoad, is_along_beam, point_of, structure_of, support_of
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import near
-from gapbeam.solver.scene_file.feedback_checks import feedback_faults
+from gapbeam.solver.scene_file.feedback_tables import feedback_faults
 from gapbeam.solver.scene_file.pair_tables import PairContact, faces_faults, nearest_faults
 from gapbeam.solver.scene_file.structure_tables import (
     NODAL,

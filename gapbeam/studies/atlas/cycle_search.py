@@ -21,7 +21,16 @@ from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, journal_style,
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene.flow_margin import state_matrix
 from gapbeam.solver.scene.lane_ensemble import ensemble
-from gapbeam.solver.scene.limit_cycle import VANISHED, LimitCycle, check_autonomous, limit_cycle, state_of, touching
+from gapbeam.solver.scene.limit_cycle import (
+    LOOKED,
+    VANISHED,
+    LimitCycle,
+    check_autonomous,
+    limit_cycle,
+    repetition,
+    state_of,
+    touching,
+)
 from gapbeam.solver.scene.linear_scheme import MIDPOINT
 from gapbeam.solver.scene.linear_scheme import rest as touched
 from gapbeam.solver.scene.marcher import Marcher
@@ -37,11 +46,8 @@ LOST = 0.1
 """Frequency over decay below which a motion is no oscillation."""
 NEAR = 1e-2
 """Distance from a cycle over its size at which a start has come to it, and two cycles are one."""
-LOOKED, SHORTEST = 5, 0.2
-"""Periods in which a motion is looked at, and the least lag over a period."""
-REPEATED, NEARLY = 0.1, 2.0
-"""Difference of a motion from itself a lag earlier, over its size, up to which it nearly repeats; the first lag whose
-difference is below so much of the least one, or as small as half a step leaves, is the period."""
+REPEATED = 0.1
+"""Difference of a motion from itself a lag earlier, over its size, up to which it nearly repeats."""
 RECORDED, SAMPLED = 128, 20
 """Periods of a record in which two frequencies are looked for, and its samples in a period at most."""
 TRIES = 3
@@ -80,29 +86,6 @@ def cycle_starts(scene: Scene, rest: SceneState, count: int, reach: float, seed:
     shares *= reach * draw.random(count) / np.linalg.norm(shares, axis=0)
     x = rest.x + np.real(np.column_stack(mixed) @ (shares * turns))
     return state_of(scene, x, rest.t), periods[0]
-
-
-def repetition(seen: Array, period: int) -> tuple[Any, Any]:
-    """Return the distance of motions from repeating, over their size, and the lags after which they do, (members,).
-
-    Lags lie between times, where a parabola through the differences is least.
-
-    Args:
-        seen: Displacements, (times, motions, members).
-        period: Times over which motions are compared with themselves a lag earlier; lags are a part of it or longer.
-    """
-    last, first, least = seen[-period:], len(seen) - period, max(2, round(SHORTEST * period))
-    size = np.maximum(np.sqrt(last.var(axis=0).sum(axis=0)), np.finfo(float).tiny)
-    lags = np.arange(least - 1, first + 1)
-    apart = np.array([((last - seen[first - lag :][:period]) ** 2).mean(axis=0).sum(axis=0) for lag in lags])
-    apart = np.sqrt(apart) / size
-    low = (apart[1:-1] <= apart[:-2]) & (apart[1:-1] <= apart[2:])
-    inner = np.where(low, apart[1:-1], np.inf)
-    changed = inner.min(axis=0)
-    where = 1 + np.argmax(inner <= np.maximum(NEARLY * changed, 2.0 * pi / period), axis=0)
-    before, here, after = (apart[where + k, np.arange(len(where))] ** 2 for k in (-1, 0, 1))
-    bent = np.maximum(before - 2.0 * here + after, np.finfo(float).tiny)
-    return changed, lags[where] + np.clip(0.5 * (before - after) / bent, -0.5, 0.5)
 
 
 class CycleSearch:

@@ -27,10 +27,8 @@ from gapbeam.solver.system.operators import Array
 
 NAMES = {3: ("c",), 9: ("c_xx", "c_xy", "c_yx", "c_yy")}
 """Coefficients by the number of columns of a table."""
-DRAWN = 121
-"""Points of the line that stands for a fit."""
-TOLERANCE = 0.05
-"""Misfit above which a fit is doubted, of the largest coefficient."""
+DRAWN = 121  # points of the line that stands for a fit
+TOLERANCE = 0.05  # misfit above which a fit is doubted, of the largest coefficient
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,16 +118,13 @@ def fit(rows: Array, states: int, tolerance: float = TOLERANCE) -> CoefficientFi
 
 
 def table_rows(table: ArrayLike | PathLike[str] | str, states: int, where: str) -> Array:
-    """Return the rows of a table, (rows, 3 or 9): reduced velocity, then real and imaginary parts.
+    """Return the rows of a table or CSV file, (rows, 3 or 9): reduced velocity, then real and imaginary parts.
 
-    Args:
-        table: Rows, or a CSV file of them with or without a line of names; # begins a comment.
-        states: States of the fit: two rows more are needed, so that the misfit shows something.
-        where: For messages.
+    A file may have a line of names, and # begins a comment. Two rows more than states of the fit are needed, so that
+    the misfit shows something.
 
     Raises:
-        UserError: The file cannot be read, or has too few rows, other columns, values that are not finite, or reduced
-            velocities that do not increase.
+        UserError: The file cannot be read, or rows, columns, values or the order of reduced velocities are wrong.
     """
     where, rows = f"{where}: table", dict[str, Array]()
     if isinstance(table, str | PathLike):

@@ -18,14 +18,9 @@ import numpy as np
 from gapbeam.solver.scene.feedback import Feedback, side_by_side
 from gapbeam.solver.system.operators import Array
 
-NOISE = 1e-12
-"""Entry of a row over the largest one: what round-off leaves of modes on which a force does not act."""
-
-LINE = 64
-"""Bytes of a line of the cache."""
-
-FEW, FOURS = 4, 4
-"""Motions on the same modes from which their reading is a block, and ports are padded to a multiple of."""
+NOISE = 1e-12  # entry of a row over the largest one: round-off of modes on which a force does not act
+LINE = 64  # bytes of a line of the cache
+FEW, FOURS = 4, 4  # motions on the same modes from which their reading is a block; ports are padded to a multiple
 
 
 class MotionBlocks(NamedTuple):
@@ -171,13 +166,9 @@ def feedback_loop(
 ) -> tuple[FeedbackLoop, Array]:
     """Return the arrays of the feedback, and velocities of the ports, then feedback forces, for unit contact forces.
 
-    Args:
-        states: Of `joined`.
-        force: Of `joined`.
-        rows: Motions that feedback senses or acts on, (motions, n).
-        answers: Velocities of unit forces, (outputs, n).
-        G: Velocities of the ports for unit forces at contacts, then of the feedback, (ports, m + outputs).
-        port: Port of each input and output.
+    Given are states and force of `joined`, the rows of motions that feedback senses or acts on, (motions, n), and
+    velocities of unit forces, (outputs, n); G, (ports, m + outputs), velocities of the ports for unit forces at
+    contacts, then of the feedback; and the port of each input and output.
     """
     inputs, outputs = len(port) - len(answers), len(answers)
     m, by_speed = G.shape[1] - outputs, force[:, force.shape[1] - inputs :]

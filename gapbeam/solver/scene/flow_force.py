@@ -14,7 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from math import factorial, pi
+from itertools import product
+from math import factorial, inf, pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +31,7 @@ from gapbeam.solver.system.operators import Array
 
 Profile = float | Callable[[Array], Any]
 KEPT = 1e-9  # of the largest: directions below are round-off of the quadrature
-DEGREE = 5
+SAME, DEGREE = 1e-9, 5  # relative, of two velocities or frequencies; of the spline along a span
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,8 +134,7 @@ def in_fluid(dry: Structure, places: Mapping[str, float], mass: float) -> Struct
     return Structure(M, dry.K, dry.C, rows, dry.rigid, dry.name, dry.inertia, dry.frame or None)
 
 
-MOTIONS = "motions"
-"""The argument of a fault where a law is of other motions than its points."""
+MOTIONS = "motions"  # the argument of a fault where a law is of other motions than its points
 
 
 class SectionForce(NamedTuple):
@@ -166,26 +166,10 @@ class FlowLaw:
 
     section: Callable[[float], SectionForce]
     diameter: float
-    reduced: tuple[float, float] | None = None
-    highest: float | None = None
+    reduced: tuple[float, float] = (0.0, inf)
+    highest: float = inf
     fit: CoefficientFit | None = None
     frequencies: tuple[float, ...] = ()
-
-    def check(self, velocity: float, frequency: float, where: str) -> None:
-        """Raise UserError if the law does not hold for a velocity, m/s, and an angular frequency, rad/s."""
-        if self.reduced is not None:
-            found, (low, high) = 2.0 * pi * velocity / (frequency * self.diameter), self.reduced
-            if not low * (1.0 - 1e-9) <= found <= high * (1.0 + 1e-9):
-                raise ArgumentError(
-                    f"{where}: reduced velocity U/(f D) = {found:.4g} at {velocity:.4g} m/s and {frequency:.4g} rad/s "
-                    f"is outside of the table, {low:.4g} to {high:.4g}; measure there, or take another velocity",
-                    "velocity",
-                )
-        if self.highest is not None and frequency > self.highest * (1.0 + 1e-9):
-            raise UserError(
-                f"{where}: the motion has {frequency:.4g} rad/s, but states of its delay cover {self.highest:.4g} "
-                "rad/s; give a larger `frequency`"
-            )
 
 
 class Flow(Feedback):
@@ -233,9 +217,21 @@ class Flow(Feedback):
 
     def check(self, *frequencies: float) -> None:
         """See `Feedback.check`."""
-        for share in {share for share, _ in self.sections}:
-            for frequency in frequencies or self.law.frequencies:
-                self.law.check(self.velocity * share, frequency, f"flow {self.name or '?'}")
+        law, where = self.law, f"flow {self.name or '?'}"
+        shares = {share for share, _ in self.sections}
+        for U, w in product((self.velocity * share for share in shares), frequencies or law.frequencies):
+            found, (low, high) = 2.0 * pi * U / (w * law.diameter), law.reduced
+            if not low * (1.0 - SAME) <= found <= high * (1.0 + SAME):
+                raise ArgumentError(
+                    f"{where}: reduced velocity U/(f D) = {found:.4g} at {U:.4g} m/s and {w:.4g} rad/s is outside of "
+                    f"the table, {low:.4g} to {high:.4g}; measure there, or take another velocity",
+                    "velocity",
+                )
+            if w > law.highest * (1.0 + SAME):
+                raise UserError(
+                    f"{where}: the motion has {w:.4g} rad/s, but states of its delay cover {law.highest:.4g} rad/s; "
+                    "give a larger `frequency`"
+                )
 
     def replaced(self, name: str, value: Any) -> Flow:
         """Return the flow at another "velocity" or "density", one number; refuse another name."""
@@ -256,8 +252,7 @@ def fit_doubts(feedbacks: Iterable[Feedback]) -> list[str]:
     return [f"{name or 'flow'}: {fit.doubt}" for name, fit in fits if fit is not None and fit.doubt]
 
 
-HIGHEST = 12
-"""Order beyond which round-off of the partial fractions is larger than what another order gains."""
+HIGHEST = 12  # order beyond which round-off of the partial fractions is larger than what another order gains
 
 
 def pade_error(order: int, angle: float) -> float:

@@ -28,8 +28,7 @@ from gapbeam.solver.system.operators import Array
 
 Closed = Iterable[str] | Mapping[str, float | tuple[float, float]]
 SAME = 4.0 * float(np.finfo(float).eps)
-MOST = 4096
-"""Sets of idle supports that are tried at most."""
+MOST = 4096  # sets of idle supports that are tried
 
 
 @checked
@@ -280,12 +279,10 @@ def connors(
     return ConnorsMargin(critical, effective, effective / critical)
 
 
-OCTAVES, PARTS = 3, 4
-"""Octaves above and below the present velocity that are looked at, and velocities in each."""
+OCTAVES, PARTS = 3, 4  # above and below the present velocity that are looked at, and velocities in each
 UNDECIDED = 1e-10  # of an eigenvalue: growth that round-off makes
 FREE = 1e-12  # of the largest eigenvalue: round-off in one of a motion that nothing holds
-MODES = 12
-"""Modes that Connors' formula is asked for."""
+MODES = 12  # that Connors' formula is asked for
 
 
 @dataclass(frozen=True)

@@ -40,29 +40,15 @@ from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, sh
 from gapbeam.studies.atlas.response_search import BATCHES, CHAOTIC, FAILED, NEVER, UNSETTLED, StrobeMap, growth
 from gapbeam.studies.atlas.two_frequencies import TwoFrequencies, two_frequencies
 
-MIXED = 4
-"""Oscillations of which starts are mixtures."""
-LOST = 0.1
-"""Frequency over decay below which a motion is no oscillation."""
-NEAR = 1e-2
-"""Distance from a cycle over its size at which a start has come to it, and two cycles are one."""
-REPEATED = 0.1
-"""Difference of a motion from itself a lag earlier, over its size, up to which it nearly repeats."""
-RECORDED, SAMPLED = 128, 20
-"""Periods of a record in which two frequencies are looked for, and its samples in a period at most."""
-TRIES = 3
-"""Starts in a row from which shooting comes to nothing, after which the others march on."""
+MIXED, LOST = 4, 0.1  # oscillations in a start, and the frequency over decay below which a motion is none
+NEAR = 1e-2  # distance from a cycle over its size at which a start has come to it, and two cycles are one
+REPEATED = 0.1  # difference of a motion from itself a lag earlier, over its size, up to which it nearly repeats
+RECORDED, SAMPLED = 128, 20  # periods of a record in which two frequencies are looked for, and its samples in one
+TRIES = 3  # starts in a row from which shooting comes to nothing, after which the others march on
 
 
 def cycle_starts(scene: Scene, rest: SceneState, count: int, reach: float, seed: int) -> tuple[SceneState, float]:
-    """Return drawn starts, and the period of the fastest growing oscillation, s.
-
-    Args:
-        scene: Without loads that vary.
-        rest: State at rest.
-        count: Starts.
-        reach: Largest start over the motion that first touches a contact.
-        seed: Seed of the draws.
+    """Return drawn starts, and the period of the fastest growing oscillation, s; see the module.
 
     Raises:
         UserError: No oscillation touches a contact, or the reach is not above 0.
@@ -89,16 +75,7 @@ def cycle_starts(scene: Scene, rest: SceneState, count: int, reach: float, seed:
 
 
 class CycleSearch:
-    """Starts of one scene, and the cycles that they came to.
-
-    Args:
-        scene: Without loads that vary.
-        rest: State at rest.
-        starts: The starts.
-        period: Period of the motion, as an estimate, s.
-        steps: In a period.
-        settle: Periods of a march.
-    """
+    """Starts of one scene, and the cycles that they came to; arguments are of `cycle_atlas`."""
 
     def __init__(
         self, scene: Scene, rest: SceneState, starts: SceneState, period: float, steps: int, settle: int
@@ -111,9 +88,8 @@ class CycleSearch:
         self.which = np.full(self.X.shape[1], UNSETTLED)
         self.tried = np.zeros(self.X.shape[1], dtype=int)
         self.values = np.linalg.eigvals(state_matrix(scene))
-        self.rests = bool(
-            self.values.real.max() < 0.0 or np.any(touched(scene.slabs(), scene.places(rest.q, rest.t))[0])
-        )
+        held = touched(scene.slabs(), scene.places(rest.q, rest.t))[0]
+        self.rests = bool(self.values.real.max() < 0.0 or np.any(held))
         self.found: list[tuple[LimitCycle | TwoFrequencies | None, Array]] = []
         self.exponent = float("nan")
 
@@ -201,15 +177,19 @@ class CycleSearch:
             found[k] = np.linalg.norm(one - line - part * way, axis=0).min() / size
         return found
 
+    def stable(self, steps: int, start: SceneState, period: float) -> LimitCycle | None:
+        """Return the stable cycle that shooting from a start comes to; None where it comes to none."""
+        try:
+            found = limit_cycle(self.scene, steps, start, period, cycles=self.settle)
+        except (NotConverged, UserError):
+            return None
+        return found if found.is_stable else None
+
     def shoot(self, i: int, period: float) -> bool:
         """Look for a stable cycle from a start, given its period, s; return whether there is one."""
-        start = state_of(self.scene, self.X[:, i : i + 1].copy(), self.strobe.t)
-        try:
-            steps = round(period * self.steps / float(self.strobe.period[0]))  # as long as those of the starts
-            cycle = limit_cycle(self.scene, steps, start, period, cycles=self.settle)
-        except (NotConverged, UserError):
-            return False
-        if not (cycle.is_stable and cycle.is_decided):
+        steps = round(period * self.steps / float(self.strobe.period[0]))  # as long as those of the starts
+        cycle = self.stable(steps, state_of(self.scene, self.X[:, i : i + 1].copy(), self.strobe.t), period)
+        if cycle is None or not cycle.is_decided:
             return False
         marcher, states = Marcher(self.scene, cycle.period / cycle.steps, cycle.state), list[Array]()
         for _ in range(cycle.steps):
@@ -219,17 +199,11 @@ class CycleSearch:
                  if isinstance(one, LimitCycle) and self.apart(states[0][:, None], line)[0] <= NEAR)  # fmt: skip
         self.which[i] = next(known, len(self.found))
         if self.which[i] == len(self.found):
-            self.found.append((self.finer(cycle), np.column_stack(states)))
+            finer = self.stable(self.steps, cycle.state, cycle.period)
+            near = finer is not None and abs(finer.period - cycle.period) <= NEAR * cycle.period
+            self.found.append((finer if near else cycle, np.column_stack(states)))
             self.assign()
         return True
-
-    def finer(self, cycle: LimitCycle) -> LimitCycle:
-        """Return a cycle in as many steps as a period has, where shooting converges to it."""
-        try:
-            found = limit_cycle(self.scene, self.steps, cycle.state, cycle.period, cycles=self.settle)
-        except (NotConverged, UserError):
-            return cycle
-        return found if found.is_stable and abs(found.period - cycle.period) <= NEAR * cycle.period else cycle
 
     def point(self, values: dict[str, float]) -> tuple[AtlasPoint, Any]:
         """Return everything that was found, and the response of each start."""
@@ -274,8 +248,8 @@ def cycle_atlas(
         scene: Without loads that vary.
         rest: State at rest.
         starts: Number of starts.
-        reach: See `cycle_starts`.
-        seed: See `cycle_starts`.
+        reach: Largest start over the motion that first touches a contact.
+        seed: Seed of the draws.
         steps: In a period of the fastest growing oscillation.
         settle: Periods of a march; `rounds` of these at most.
         rounds: See settle.

@@ -24,7 +24,6 @@ import scipy.linalg as sl
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, matrix, positive, positives
-from gapbeam.solver.scene.coefficient_fit import CoefficientFit
 from gapbeam.solver.scene.feedback import Feedback, Place, motions_of, side_by_side
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.system.operators import Array
@@ -160,7 +159,7 @@ class FlowLaw:
         diameter: D, m.
         reduced: Range of U/(f D) that was measured; default any.
         highest: Angular frequency up to which a delay keeps its error, rad/s; default any.
-        fit: Of measured coefficients, where there are such.
+        fit: `CoefficientFit` of measured coefficients; default none.
         frequencies: Angular frequencies of interest, rad/s, at which the law must hold where a scene marches.
     """
 
@@ -168,7 +167,7 @@ class FlowLaw:
     diameter: float
     reduced: tuple[float, float] = (0.0, inf)
     highest: float = inf
-    fit: CoefficientFit | None = None
+    fit: Any = None
     frequencies: tuple[float, ...] = ()
 
 

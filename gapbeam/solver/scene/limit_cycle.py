@@ -17,7 +17,7 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.feedback_loop import aligned
+from gapbeam.solver.scene.feedback import aligned
 from gapbeam.solver.scene.flow_margin import state_matrix
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest

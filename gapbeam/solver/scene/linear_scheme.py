@@ -23,7 +23,7 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.feedback_loop import FeedbackLoop, aligned
+from gapbeam.solver.scene.feedback import FeedbackLoop, aligned
 from gapbeam.solver.scene.touch_kernel import FORCE, LAST, NEW, POTENTIAL, SLOPE
 from gapbeam.solver.system.operators import Array
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene import force_solve
-from gapbeam.solver.scene.feedback import outputs_of
-from gapbeam.solver.scene.feedback_loop import aligned
+from gapbeam.solver.scene.feedback import aligned, outputs_of
 from gapbeam.solver.scene.lane_code import kernels
 from gapbeam.solver.scene.linear_scheme import (
     MIDPOINT,

@@ -14,8 +14,7 @@ import scipy.linalg as sl
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.contact_pair import Contact
-from gapbeam.solver.scene.feedback import Feedback, Place, parts_of
-from gapbeam.solver.scene.feedback_loop import aligned, extents, feedback_loop, joined, without_noise
+from gapbeam.solver.scene.feedback import Feedback, Place, aligned, feedback_loop, joined, motions_once, parts_of
 from gapbeam.solver.scene.linear_scheme import Linear, LinearScheme, Slabs, exact_modes
 from gapbeam.solver.scene.scene_load import Load
 from gapbeam.solver.scene.scene_table import scene_html, scene_words
@@ -363,13 +362,12 @@ class Scene:
         """Eliminate feedback and contact, given what solves with the effective operator."""
         B, patterns, m = self.contact_rows, self.load_columns.T, self.motions
         sense, act = self.rows([one.sense for one in self.feedbacks]), self.rows([one.act for one in self.feedbacks])
-        fed, port = np.unique(without_noise(np.vstack([sense, act])), axis=0, return_inverse=True)
-        order = np.lexsort(extents(fed).T)  # motions on the same modes side by side
-        fed, port = fed[order], (m + len(patterns) + np.argsort(order)[port.reshape(-1)]).astype(np.uint64)
+        fed, places = motions_once(np.vstack([sense, act]))
+        port = (m + len(patterns) + places).astype(np.uint64)
         ports = np.vstack([B, patterns, fed])
         X = solve(np.vstack([B, ports[port[len(sense) :]]]).T)
         G = ports @ X
-        feed, met = feedback_loop(*joined(self.feedbacks, h, scheme.level), fed, X.T[m:], G, port)
+        feed, met = feedback_loop(joined(self.feedbacks, h, scheme.level), fed, X.T[m:], G, port)
         numbers = np.array([scheme.inertia, scheme.drag, scheme.velocity, scheme.acceleration])
         watch = self.rows(self.point_names.values())
         arrays = (

@@ -18,10 +18,9 @@ from pydantic import Field, create_model
 from gapbeam.solver.messages.errors import Fault, Key, UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.beam_structure import ELEMENTS
-from gapbeam.solver.scene.coefficient_fit import TOLERANCE
 from gapbeam.solver.scene.feedback import Feedback
 from gapbeam.solver.scene.flow_force import MOTIONS, FlowSpan, quasi_steady, span
-from gapbeam.solver.scene.lagged_force import aerodynamic_lag, measured, unsteady
+from gapbeam.solver.scene.lagged_force import TOLERANCE, aerodynamic_lag, measured, unsteady
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene_file.structure_tables import BodyTable, ElementBeam, FileName, LumpedMass, RigidBar
 from gapbeam.solver.schema.table import Name, NonNegative, Number, PointName, Positive, Table, Whole

@@ -12,7 +12,6 @@ from rich.text import Text
 
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.scene.coefficient_fit import CoefficientFit
 from gapbeam.solver.scene.feedback import Joint
 from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.flow_margin import (
@@ -24,6 +23,7 @@ from gapbeam.solver.scene.flow_margin import (
     idle_supports,
     leading,
 )
+from gapbeam.solver.scene.lagged_force import CoefficientFit
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt

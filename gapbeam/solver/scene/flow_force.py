@@ -157,8 +157,8 @@ class FlowLaw:
     Attributes:
         section: The force of a velocity, m/s.
         diameter: D, m.
-        reduced: Range of U/(f D) that was measured; default any.
-        highest: Angular frequency up to which a delay keeps its error, rad/s; default any.
+        reduced: Range of U/(f D) that was measured.
+        highest: Angular frequency up to which a delay keeps its error, rad/s.
         fit: `CoefficientFit` of measured coefficients; default none.
         frequencies: Angular frequencies of interest, rad/s, at which the law must hold where a scene marches.
     """

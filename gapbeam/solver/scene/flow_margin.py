@@ -289,11 +289,8 @@ MODES = 12  # that Connors' formula is asked for
 class FlowMargin:
     """The first velocity at which a scene turns unstable, with all flows faster or slower by one factor.
 
-    Attributes:
-        factor: Critical over present velocity; infinite: stable up to `highest`; 0: unstable from `lowest` on.
-        frequency: Angular frequency of the mode that turns unstable, rad/s; 0 for divergence, NaN where none does.
-        lowest: Least factor that was looked at: the laws hold from there on.
-        highest: Largest factor that was looked at.
+    The factor is infinite where it is stable up to the highest one, and 0 where it is unstable from the lowest one on,
+    from which the laws hold. The angular frequency, rad/s, is 0 for divergence, and NaN where no mode turns unstable.
     """
 
     factor: float

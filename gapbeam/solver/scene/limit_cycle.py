@@ -136,19 +136,13 @@ def change_of_orbit(P: Any, miss: Array) -> Any:
     return np.linalg.lstsq(np.eye(len(P)) - P, miss, rcond=None)[0]
 
 
-LOOKED, SHORTEST = 5, 0.2
-"""Periods in which a motion is looked at, and the least lag over a period."""
-NEARLY, SETTLED = 2.0, 1e-4
-"""The first lag whose difference is below so much of the least one, or as small as half a step leaves, is the period;
-and the difference over the size of the motion at which shooting begins."""
-VANISHED, UNBOUND = 1e-6, 1e6
-"""Amplitude over that at the start at which a motion has decayed, or grows without limit."""
-ACCEPTED, STALLED = 1e-6, 8
-"""Largest change of the motion over a period, where contacts that open or close keep Newton's method from 1e-10, and
-its passes without a smaller one after which it will not converge."""
+LOOKED, SHORTEST = 5, 0.2  # periods in which a motion is looked at, and the least lag over a period
+NEARLY = 2.0  # the first lag whose difference is below so much of the least one, or half a step, is the period
+SETTLED = 1e-4  # difference over the size of the motion at which shooting begins
+VANISHED, UNBOUND = 1e-6, 1e6  # amplitude over the first one at which a motion has decayed, or grows without limit
+ACCEPTED, STALLED = 1e-6, 8  # change over a period where contacts open or close, and passes without a smaller one
 DOUBLINGS = 120
-FREE = 1e-12
-"""Square of a frequency over the largest one below which a motion is free, but for round-off."""
+FREE = 1e-12  # square of a frequency over the largest one below which a motion is free, but for round-off
 MOST_PARTS, PART = 8, 0.01  # of the motion: what a part of a cycle that is a period leaves at most
 
 
@@ -199,7 +193,7 @@ def limit_cycle(
         scene: With feedback that makes it unstable, and contacts that limit the motion.
         steps: In a period.
         start: Where to begin.
-        period: Estimate of the period, s; default: from crossings of a march.
+        period: Estimate of the period, s; default: from a march.
         cycles: That the march may take to settle.
         passes: Of Newton's method at most.
 
@@ -293,11 +287,8 @@ def _slowest(scene: Scene) -> float:
 def repetition(seen: Array, period: int) -> tuple[Any, Any]:
     """Return the distance of motions from repeating, over their size, and the lags after which they do, (members,).
 
-    Lags lie between times, where a parabola through the differences is least.
-
-    Args:
-        seen: Displacements, (times, motions, members).
-        period: Times over which motions are compared with themselves a lag earlier; lags are a part of it or longer.
+    Displacements, (times, motions, members), of the last times of a period are compared with those a lag earlier. Lags
+    lie between times, where a parabola through the differences is least.
     """
     last, first, least = seen[-period:], len(seen) - period, max(2, round(SHORTEST * period))
     size = np.maximum(np.sqrt(last.var(axis=0).sum(axis=0)), np.finfo(float).tiny)

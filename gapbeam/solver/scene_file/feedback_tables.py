@@ -50,7 +50,7 @@ class _Span(Table):
     density: Profile | None = Field(default=None, description="profile of the density, likewise; default 1")
 
     def ends(self, length: float) -> tuple[float, float]:
-        """Return where the flow begins and ends along a beam of that length, m."""
+        """Return both ends of the flow along a beam of that length, m."""
         return vars(self)["from"] or 0.0, vars(self)["to"] or length
 
 
@@ -170,8 +170,7 @@ AnyFeedback = QuasiSteadyFlow | UnsteadyFlow | MeasuredFlow | LaggedForces | Con
 FeedbackTable = Annotated[AnyFeedback, Field(discriminator="type")]
 
 
-FEWEST = 11
-"""Stations of a span at least."""
+FEWEST = 11  # stations of a span
 KINDS: dict[str, Callable[..., Feedback]] = {
     "quasi-steady": quasi_steady, "unsteady": unsteady, "measured": measured, "aerodynamic-lag": aerodynamic_lag,
     "controller": Feedback,
@@ -246,13 +245,9 @@ def faulty_key(number: int, table: AnyFeedback, error: UserError) -> Key:
 def feedback_faults(
     tables: Mapping[str, Any], by_name: Mapping[str, BodyTable], point: Exists, structure: Exists
 ) -> Iterator[Fault]:
-    """Yield the contradictions in [[feedback]].
+    """Yield the contradictions in [[feedback]], given all tables that are intact, and the structures by name.
 
-    Args:
-        tables: Those that are intact, arrays of tables as {number: entry}.
-        by_name: The structures.
-        point: Yields a fault where a point does not exist.
-        structure: Yields a fault where a structure does not exist.
+    Arrays of tables are {number: entry}; `point` and `structure` yield a fault where such a one does not exist.
     """
     time = tables.get("time")
     for number, one in tables.get("feedback", {}).items():
@@ -297,8 +292,7 @@ def _rows(key: Key, table: AnyFeedback) -> Iterator[Fault]:
 
 def _span_faults(key: Key, along: Any, body: BodyTable, point: Exists) -> Iterator[Fault]:
     """Yield the faults of a span of a structure that exists."""
-    model, ends = body.model, {name: vars(along)[name] for name in ("from", "to")}
-    stations = {name: getattr(along, name) for name in ("points", "at")}
+    model, given = body.model, {name for name, value in along if value is not None}
     if isinstance(model, LumpedMass):
         yield Fault((*key, "structure"), f'"{body.name}", a mass', "a structure with a length",
                     f'point = "{body.name}.at"')  # fmt: skip
@@ -309,7 +303,8 @@ def _span_faults(key: Key, along: Any, body: BodyTable, point: Exists) -> Iterat
         return
     if isinstance(model, ElementBeam | RigidBar):
         low, high = along.ends(model.length)
-        for name in (name for name, value in stations.items() if value is not None):
+        if given & {"points", "at"}:
+            name = "points" if "points" in given else "at"
             yield Fault((*key, name), f"{name} of a model {model.type}", "from and to: places along it, m")
             return
         if high > model.length:
@@ -319,14 +314,14 @@ def _span_faults(key: Key, along: Any, body: BodyTable, point: Exists) -> Iterat
             yield Fault((*key, "from"), f"{low:g} m, not before the end of the span", f"less than {high:g} m")
             return
     else:
-        for name in (name for name, value in stations.items() if value is None):
-            yield Fault((*key, name), "nothing: the key is missing",
+        if not given >= {"points", "at"}:
+            yield Fault((*key, "at" if "points" in given else "points"), "nothing: the key is missing",
                         f"points of a model {model.type} along the tube, and `at`, their places, m")  # fmt: skip
             return
         yield from chain(*(point((*key, "points"), f"{body.name}.{name}") for name in along.points))
-        for name, value in ends.items():
-            if value is not None:
-                yield Fault((*key, name), f"{value:g} m of a model {model.type}", "points and at", f"leave {name} out")
+        for name in sorted(given & {"from", "to"}):
+            found = f"{vars(along)[name]:g} m of a model {model.type}"
+            yield Fault((*key, name), found, "points and at", f"leave {name} out")
         if len(along.at) != len(along.points) or not all(a < b for a, b in pairwise(along.at)):
             yield Fault((*key, "at"), f"{counted(len(along.at), 'place')} for {counted(len(along.points), 'point')}",
                         "a place for each point, one after the other along the tube")  # fmt: skip

@@ -47,51 +47,47 @@ RECORDED, SAMPLED = 128, 20  # periods of a record in which two frequencies are 
 TRIES = 3  # starts in a row from which shooting comes to nothing, after which the others march on
 
 
-def cycle_starts(scene: Scene, rest: SceneState, count: int, reach: float, seed: int) -> tuple[SceneState, float]:
-    """Return drawn starts, and the period of the fastest growing oscillation, s; see the module.
-
-    Raises:
-        UserError: No oscillation touches a contact, or the reach is not above 0.
-    """
-    if not reach > 0.0:
-        raise UserError(f"found a reach of {reach:g}, expected one above 0")
-    draw, mixed, periods = np.random.default_rng(seed), list[Any](), list[float]()
-    values, vectors = np.linalg.eig(state_matrix(scene))
-    swings = [int(k) for k in np.flatnonzero(values.imag > LOST * np.abs(values.real))]
-    fastest = max(swings, key=lambda k: values[k].real, default=None)
-    for k in sorted(swings, key=lambda k: (k != fastest, values[k].imag)):
-        if len(mixed) < MIXED:
-            motion = touching(scene, rest, vectors[:, k])
-            if motion is not None:
-                mixed.append(motion)
-                periods.append(2.0 * pi / float(values[k].imag))
-    if not mixed:
-        raise UserError("atlas: no oscillation of the scene touches a contact, so that nothing limits one that grows")
-    turns = np.exp(2j * pi * draw.random((len(mixed), count)))
-    shares = draw.standard_normal((len(mixed), count))
-    shares *= reach * draw.random(count) / np.linalg.norm(shares, axis=0)
-    x = rest.x + np.real(np.column_stack(mixed) @ (shares * turns))
-    return state_of(scene, x, rest.t), periods[0]
-
-
 class CycleSearch:
     """Starts of one scene, and the cycles that they came to; arguments are of `cycle_atlas`."""
 
     def __init__(
-        self, scene: Scene, rest: SceneState, starts: SceneState, period: float, steps: int, settle: int
+        self, scene: Scene, rest: SceneState, starts: int, reach: float, seed: int, steps: int, settle: int
     ) -> None:
         self.scene, self.rest, self.steps, self.settle = scene, rest, steps, settle
-        self.strobe = StrobeMap(scene, {}, np.array([period]), steps, MIDPOINT, starts.t)
-        self.still: Any = rest.x
-        self.X: Any = starts.x
+        self.values, vectors = np.linalg.eig(state_matrix(scene))
+        self.start, period = self.draw(vectors, starts, reach, seed)
+        check_autonomous(scene, rest.t, period, "atlas: ")
+        self.strobe = StrobeMap(scene, {}, np.array([period]), steps, MIDPOINT, rest.t)
+        self.still, self.X = rest.x, self.start.x.copy()
         self.floor = VANISHED * float(self.strobe.size(self.X - self.still).max())
-        self.which = np.full(self.X.shape[1], UNSETTLED)
-        self.tried = np.zeros(self.X.shape[1], dtype=int)
-        self.values = np.linalg.eigvals(state_matrix(scene))
+        self.which, self.tried = np.full(starts, UNSETTLED), np.zeros(starts, dtype=int)
         held = touched(scene.slabs(), scene.places(rest.q, rest.t))[0]
         self.rests = bool(self.values.real.max() < 0.0 or np.any(held))
         self.found: list[tuple[LimitCycle | TwoFrequencies | None, Array]] = []
         self.exponent = float("nan")
+
+    def draw(self, vectors: Any, count: int, reach: float, seed: int) -> tuple[SceneState, float]:
+        """Return drawn starts, and the period of the fastest growing oscillation, s; see the module."""
+        if not reach > 0.0:
+            raise UserError(f"found a reach of {reach:g}, expected one above 0")
+        draw, mixed, periods = np.random.default_rng(seed), list[Any](), list[float]()
+        values, rest = self.values, self.rest
+        swings = [int(k) for k in np.flatnonzero(values.imag > LOST * np.abs(values.real))]
+        fastest = max(swings, key=lambda k: values[k].real, default=None)
+        for k in sorted(swings, key=lambda k: (k != fastest, values[k].imag)):
+            motion = touching(self.scene, rest, vectors[:, k]) if len(mixed) < MIXED else None
+            if motion is not None:
+                mixed.append(motion)
+                periods.append(2.0 * pi / float(values[k].imag))
+        if not mixed:
+            raise UserError(
+                "atlas: no oscillation of the scene touches a contact, so that nothing limits one that grows"
+            )
+        turns = np.exp(2j * pi * draw.random((len(mixed), count)))
+        shares = draw.standard_normal((len(mixed), count))
+        shares *= reach * draw.random(count) / np.linalg.norm(shares, axis=0)
+        x = rest.x + np.real(np.column_stack(mixed) @ (shares * turns))
+        return state_of(self.scene, x, rest.t), periods[0]
 
     def run(self, rounds: int) -> None:
         """March starts, and shoot from those that come to nothing known; judge by exponents what is left."""
@@ -258,12 +254,10 @@ def cycle_atlas(
         UserError: A load or wall varies, a contact remembers, or no oscillation touches a contact.
     """
     scene.refuse_memory("atlas")
-    begin, period = cycle_starts(scene, rest, starts, reach, seed)
-    check_autonomous(scene, rest.t, period, "atlas: ")
-    search = CycleSearch(scene, rest, begin, period, steps, settle)
+    search = CycleSearch(scene, rest, starts, reach, seed, steps, settle)
     search.run(rounds)
     point, which = search.point({})
-    return Atlas({}, [point], which[None], begin, {})
+    return Atlas({}, [point], which[None], search.start, {})
 
 
 @journal_style()

@@ -148,7 +148,7 @@ def run_atlas(
     """Find all responses of a case at each combination of values, and write tables and pictures.
 
     Starts are the seat with velocities of the probes drawn evenly, up to `reach` times those of the motion that
-    follows from the seat; without loads that vary those of `cycle_starts`.
+    follows from the seat; without loads that vary those of `CycleSearch`.
 
     Args:
         scene_at: Returns the scene with these overrides, KEY=VALUE.

@@ -101,8 +101,8 @@ def _change(values: np.ndarray) -> float:
 LOG = logging.getLogger("gapbeam")
 NAME = "report.html"
 LIVE = (
-    "Marched in your browser with the reduced model of {modes} modes in steps of {step:.3g} s; not the certified run: "
-    "no gates, no error estimates. Sliders act at once, and the motion continues from its present state."
+    "Marched in your browser with the reduced model of {modes} modes in steps of {step:.3g} ms; not the certified run: "
+    "no gates, no error estimates."
 )
 HEAVY = 8e6  # bytes; a page that is larger opens slowly on a phone
 
@@ -130,7 +130,7 @@ def write_report(
             made = report_on(results, shell_command(*words), kinds)
             data = live(results[0]) if len(results) == 1 and (results[0] / HISTORY_FILE).is_file() else None
             if data is not None:
-                words_of_it = LIVE.format(modes=data["modes"], step=data["step"])
+                words_of_it = LIVE.format(modes=data["modes"], step=1e3 * data["step"])
                 section = ReportSection("Try other values", "live", [LiveModel(data, words_of_it)])
                 made = replace(made, sections=[*made.sections[:1], section, *made.sections[1:]])
         else:

@@ -12,6 +12,7 @@ import pytest
 from playwright.sync_api import Browser, Page, Playwright, Position, expect, sync_playwright
 from pypdf import PdfReader
 
+import gapbeam as gb
 from gapbeam.postprocess.report import html_page
 from gapbeam.postprocess.report.blocks import (
     Block,
@@ -19,6 +20,7 @@ from gapbeam.postprocess.report.blocks import (
     Compared,
     ComparisonBlock,
     Listing,
+    LiveModel,
     Picture,
     Report,
     ReportSection,
@@ -30,6 +32,7 @@ from gapbeam.postprocess.report.charts import Chart, ChartCurve, Surface
 from gapbeam.postprocess.report.html_page import html_of, write_html
 from gapbeam.postprocess.report.pdf_page import OPTIONS, BrowserError, find_browser, write_pdf
 from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.solver.kernel.kernel_data import kernel_data
 from tests.shared.command import alone
 from tests.shared.processes import LONGEST, until
 
@@ -334,3 +337,25 @@ def test_a_link_unfolds_its_section(browser: Browser, tmp_path: Path) -> None:
     expect(page.get_by_text("Deep words")).to_be_visible()
     page.get_by_role("heading", name="Margins").click()
     expect(page.get_by_text("Deep words")).to_be_hidden()
+
+
+@pytest.mark.slow(minutes=0.1)
+def test_a_live_model_is_printed_with_the_whole_of_its_picture(browser: Browser, tmp_path: Path) -> None:
+    """Eight periods of the load, in a browser that draws no frame, so that only what paper asks for is marched."""
+    body = gb.mass(1.0, stiffness=1e4, name="body")
+    stop = gb.Contact(body["at"], gb.HalfPlane(1e-4), gb.KelvinVoigt(stiffness=1e6), name="stop")
+    push = gb.Force(body["at"], gb.sine, amplitude=5.0, frequency=4.0, name="push")
+    step, periods = 5e-5, 8 / 4.0
+    model = LiveModel(kernel_data(gb.Scene(body, contacts=[stop], loads=[push]), step).as_json(), "A model.")
+    path = write_html(Report("A", "", [ReportSection("Try", "live", [model])]), tmp_path / "page.html")
+    now = "document.querySelector('figure.live [data-part=now]').textContent"
+    for way in ("#print", ""):
+        page = browser.new_context().new_page()
+        page.add_init_script("window.requestAnimationFrame = () => 0")
+        page.goto(path.as_uri() + way)
+        page.wait_for_function(f"{now}.startsWith('t =')")
+        if not way:
+            assert page.evaluate(now) != f"t = {periods:.3f} s"
+            page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+        assert page.evaluate(now) == f"t = {periods:.3f} s"
+        page.context.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import json
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
@@ -237,6 +238,7 @@ SCRIPTS = (
     "live.js",
 )
 """Scripts of a page, in this order."""
+UNIT, NO_BREAK = re.compile(r"\([^()]{1,9}\)"), "\N{NO-BREAK SPACE}"
 SENTENCE = 40  # letters
 NARROW = 4  # columns that fit a phone
 NAME = 18  # letters of a first column that leaves room for others
@@ -278,6 +280,7 @@ def html_of(report: Report) -> str:
         "paragraphs": paragraphs,
         "cell": cell,
         "percent": percent,
+        "unbroken": lambda head: UNIT.sub(lambda unit: unit[0].replace(" ", NO_BREAK), head),
         "kind": lambda block: type(block).__name__,
         "unknown": _unknown,
         "numeric": _is_numeric,
@@ -374,7 +377,7 @@ def _is_wordy(table: TableBlock, column: int) -> bool:
 
 def _flows(table: Block) -> bool:
     """Return whether rows become paragraphs on a phone, for lack of room: many columns, and words in more than one."""
-    if not isinstance(table, TableBlock) or len(table.columns) <= NARROW:
+    if not isinstance(table, TableBlock) or len(table.columns) < NARROW:
         return False
     words = [column for column in range(len(table.columns)) if not _is_numeric(table, column)]
     return len(words) > 1 or any(isinstance(row[0], str) and len(row[0]) > NAME for row in table.rows)

@@ -1,7 +1,7 @@
 "use strict";
 // Contact pressures at the time of a scene: colors over x and the angle around the beam, lines over x on planes.
 (() => {
-  const { numbersOf } = window.gapbeam;
+  const { numbersOf, ticks } = window.gapbeam;
   const MILLI = 1e3, MEGA = 1e-6;  // mm in a meter, MPa in a pascal
   const COARSE = [160, 96];  // pixels of a map, which the canvas smooths
   const COLORS = {  // of pressures from 0 to the largest
@@ -15,15 +15,6 @@
       const place = (k / 255) * (colors.length - 1), low = Math.min(Math.floor(place), colors.length - 2);
       return colors[low].map((value, c) => Math.round(value + (colors[low + 1][c] - value) * (place - low)));
     });
-  }
-
-  // Round numbers between two ends, and the digits behind the point that they need.
-  function ticks(low, high, most) {
-    const rough = (high - low) / most || 1, decade = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10].find((one) => one * decade >= rough * (1 - 1e-9)) * decade, found = [];
-    for (let k = Math.ceil(low / step - 1e-3); k * step <= high + 1e-3 * step; k += 1) found.push(k * step);
-    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    return found.map((value) => [value, value.toFixed(digits).replace("-", "−")]);
   }
 
   // A face: places in the units of its axes, and the pressures of a frame, MPa, which are 0 where none are packed.

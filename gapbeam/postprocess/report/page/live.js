@@ -3,6 +3,7 @@
 (() => {
   const KEPT = 4000, CHUNK = 6, PERIODS = 8, SECONDS = 8;  // samples of a picture; ms of marching a frame; shown; until a picture is new
   const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const { ticks } = window.gapbeam;
   const shown = (value) => Number(value.toPrecision(3)).toString().replace("-", "−");
 
   for (const figure of document.querySelectorAll("figure.live")) start(figure);
@@ -52,7 +53,7 @@
       samples.length = 0;
       broken = false;
       set();
-      advance(1, Infinity);
+      advance(location.hash === "#print" ? KEPT : 1, Infinity);  // paper has the whole picture, whenever it is printed
       run();
     }
 
@@ -85,10 +86,10 @@
       pen.strokeStyle = color("--rule"), pen.fillStyle = color("--soft");
       pen.strokeRect(left, top, width - left - right, height - low - top);
       pen.textAlign = "right";
-      pen.fillText(shown(d), left - 5, top + 10), pen.fillText(shown(c), left - 5, height - low);
-      pen.fillText(shown(b), width - right, height - low + 14);
-      pen.textAlign = "left", pen.fillText(shown(a), left, height - low + 14);
-      pen.textAlign = "center", pen.fillText(heads[0], (left + width - right) / 2, height - 6);
+      for (const [value, text] of ticks(c, d, 4)) pen.fillText(text, left - 5, y(value) + 4);
+      pen.textAlign = "center";
+      for (const [value, text] of ticks(a, b, Math.max(2, width / 90))) pen.fillText(text, x(value), height - low + 14);
+      pen.fillText(heads[0], (left + width - right) / 2, height - 6);
       pen.save(), pen.translate(13, (top + height - low) / 2), pen.rotate(-Math.PI / 2), pen.fillText(heads[1], 0, 0), pen.restore();
       pen.strokeStyle = color("--accent"), pen.lineWidth = 1.3, pen.beginPath();
       across.forEach((one, k) => pen.lineTo(x(one), y(up[k])));
@@ -126,6 +127,7 @@
     }
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
     window.addEventListener("resize", draw);
+    window.addEventListener("beforeprint", () => { advance(KEPT - samples.length, Infinity), draw(); });
     figure.closest("details")?.addEventListener("toggle", draw);
     figure.live = { numbers, march: (steps) => exports.march(base, steps), variables: data.variables };
     reset();

@@ -27,8 +27,7 @@ from gapbeam.solver.scene.feedback import Place
 from gapbeam.solver.scene.flow_force import Flow, FlowLaw, FlowSpan, SectionForce
 from gapbeam.solver.system.operators import Array
 
-NAMES = {3: ("c",), 9: ("c_xx", "c_xy", "c_yx", "c_yy")}
-"""Coefficients by the number of columns of a table."""
+NAMES = {3: ("c",), 9: ("c_xx", "c_xy", "c_yx", "c_yy")}  # coefficients by the number of columns of a table
 DRAWN = 121  # points of the line that stands for a fit
 TOLERANCE = 0.05  # misfit above which a fit is doubted, of the largest coefficient
 

@@ -5,6 +5,8 @@
 where P is the march over one period in a fixed number of steps: the step is T / steps, and f points along the cycle.
 Multipliers are those of the map of the section across f onto itself, (1 - f f^T) dP/dx for a unit f. Disturbed members
 of one ensemble give dP/dx. The period of a response to loads is known.
+
+Source: Parker and Chua (1989), Practical Numerical Algorithms for Chaotic Systems, sec. 5.3.
 """
 
 from __future__ import annotations
@@ -71,8 +73,6 @@ def periodic(
     Raises:
         UserError: The period, steps or scheme cannot be.
         NotConverged: The state did not converge to 1e-10; a motion that slides or grazes may not be smooth enough.
-
-    Source: Parker and Chua (1989), Practical Numerical Algorithms for Chaotic Systems, sec. 5.3.
     """
     if not (np.isfinite(period) and period > 0.0) or steps < 1:
         raise UserError(f"periodic: found period {period!r} s in {steps} steps, expected both above 0")
@@ -200,8 +200,6 @@ def limit_cycle(
     Raises:
         UserError: A load varies, nothing limits the motion, or rest is stable and no start is given.
         NotConverged: The motion decays to rest, grows without limit, or does not repeat.
-
-    Source: Parker and Chua (1989), Practical Numerical Algorithms for Chaotic Systems, sec. 5.3.
     """
     if steps < 4 or cycles < 3 or not (period is None or (np.isfinite(period) and period > 0.0)):
         raise UserError(

@@ -202,14 +202,11 @@ def flow_span(number: int, table: AnyFeedback, structure: Structure, body: BodyT
     """Return the span of a table that has one."""
     along: Any = getattr(table, "span")  # noqa: B009 - of most tables
     places = stations(number, table, body) or dict(zip(along.points, along.at, strict=True))
-    return span(structure, places, _profile(along.velocity), _profile(along.density))
 
+    def profile(rows: Sequence[tuple[float, float]] | None) -> float | Callable[[Array], Array]:
+        return 1.0 if rows is None else lambda x: np.interp(x, *np.transpose(rows))
 
-def _profile(rows: Sequence[tuple[float, float]] | None) -> float | Callable[[Array], Array]:
-    if rows is None:
-        return 1.0
-    places, shares = np.array(rows).T
-    return lambda x: np.interp(x, places, shares)
+    return span(structure, places, profile(along.velocity), profile(along.density))
 
 
 def made_feedback(

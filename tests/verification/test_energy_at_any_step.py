@@ -103,6 +103,16 @@ def balance_of(plan: March, start: State, compiled: bool) -> Ledger:
     stops=0,
     seed=109,
 )
+@example(  # directions of contact that had not settled yet, and a stiff law that makes forces of their last change
+    table={"type": "kelvin-voigt"},
+    stiffness=1.0e7,
+    damping=0.0,
+    adhesive=False,
+    dt=0.1,
+    holes=2,
+    stops=1,
+    seed=166,
+)
 def test_no_energy_is_created(
     table: dict[str, Any],
     stiffness: float,

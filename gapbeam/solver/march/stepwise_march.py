@@ -46,15 +46,25 @@ from gapbeam.solver.system.semi_discrete import (
 
 SETTLED = 1.0e-14  # of a direction, no unit
 ENOUGH = 1.0e-11  # what may be left where turns no longer change it
+IDLE = 3  # turns in a row that do not halve what is left: round-off is all that is left
 MOST_TURNS = 30
 FAST = 0.1  # of the turn before: turns that change directions by no more than that need no help
 REMEMBERED = 6  # turns
 
 
 @shared
-def settled(left: float, before: float) -> bool:
-    """Return whether directions have settled that a turn changed by `left`, and the one before by `before`."""
-    return left <= SETTLED or (left <= ENOUGH and left >= 0.5 * before)
+def idle_turns(left: float, least: float, idle: int) -> int:
+    """Return the number of turns in a row that did not halve the least change of directions, `least`, so far."""
+    return idle + 1 if left >= 0.5 * least else 0
+
+
+@shared
+def settled(left: float, idle: int) -> bool:
+    """Return whether directions have settled that a turn changed by `left`, after so many idle turns.
+
+    A stiff law makes forces of small changes: one turn that changes them by no less than the one before is no proof.
+    """
+    return left <= SETTLED or (left <= ENOUGH and idle >= IDLE)
 
 
 def turning_step(
@@ -92,6 +102,7 @@ def turning_step(
     opening = circles.opening(before, places(old.u[VALUE] + dt * old.v[VALUE]))
     held = replace(old, pressure=_without(old.pressure, circles.points))
     begun_inside, left, iterations = circles.penetrations(before) > 0.0, [np.inf], 0
+    idle = 0
     tried = list[tuple[Array, Array]]()
     for _ in range(MOST_TURNS):
         contact = system.contact.turned(opening)
@@ -103,7 +114,8 @@ def turning_step(
         # stations in the wall count as well: along the direction before they may have been free
         touching = (step.new.pressure[circles.points] != 0.0) | begun_inside | (ends.penetrations(end) > 0.0)
         left.append(float(np.max(np.abs(after - opening)[touching], initial=0.0)))
-        if settled(left[-1], left[-2]):
+        idle = idle_turns(left[-1], min(left[:-1]), idle)
+        if settled(left[-1], idle):
             depth = system.contact.depth(interface.trace(step.new.u[VALUE], operators), step.new.time)
             stage = replace(step.stage, opening=opening)
             return replace(step, old=old, new=replace(step.new, depth=depth), stage=stage, iterations=iterations)

@@ -57,7 +57,7 @@ from gapbeam.solver.march.compiled.turning_points import (
     stay_in_bounds,
     turn,
 )
-from gapbeam.solver.march.stepwise_march import MOST_TURNS, settled
+from gapbeam.solver.march.stepwise_march import MOST_TURNS, idle_turns, settled
 from gapbeam.solver.system.operators import Array
 
 MOST_PRODUCTS = 8
@@ -291,7 +291,7 @@ def solve_points(
     law: LawTable, touch: Touch, slip: Slip, found: Solution, most: int,
 ) -> int:  # fmt: skip
     """Solve the contact problem of a step; return the iterations, or -1 where that fails."""
-    everything, total, turn, before = False, 0, 0, np.inf
+    everything, total, turn, least, idle = False, 0, 0, np.inf, 0
     while True:
         if turn == 0:
             _look_around(around, initial_gap, step, found, everything)
@@ -311,11 +311,12 @@ def solve_points(
             everything, turn = True, 0
             continue
         left = aim(around, found, False)
-        if settled(left, before):
+        idle = idle_turns(left, least, idle)
+        if settled(left, idle):
             return total
         if turn == MOST_TURNS:
             return -1
-        before, turn = left, turn + 1
+        least, turn = min(least, left), turn + 1
         if friction is None:
             total += turn_with_forces(around, balance, step, law, found, left)
 

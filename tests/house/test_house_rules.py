@@ -38,6 +38,7 @@ IMPORTED_AS = {
     "markdown_it": "markdown-it-py",
     "mpl_toolkits": "matplotlib",
     "llvmlite": "numba",  # which comes with the release that it needs
+    "pydantic_core": "pydantic",  # likewise
 }
 PUBLIC_NOUNS = ["BaseMotion", "Contact", "Joint", "Load"]  # of scenes, and the tables of case files that say the same
 OPTIONAL = {"imageio_ffmpeg", "pyarrow", "pyyeti", "dask"}  # the last comes with distributed

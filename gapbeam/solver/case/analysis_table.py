@@ -29,7 +29,7 @@ from pydantic import Field
 
 from gapbeam.solver.loads.attachments import BENDING, MotionName
 from gapbeam.solver.messages.errors import Fault, Key
-from gapbeam.solver.schema.table import Name, Number, Positive, Table, Vector, Whole
+from gapbeam.solver.schema.table import OF_TYPE, Name, Number, Positive, Table, Vector, Whole
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport, Play, play_of
 from gapbeam.solver.system.operators import Array
@@ -397,4 +397,4 @@ class Periodic(Table):
         return Transient()
 
 
-Analysis = Annotated[Transient | Periodic, Field(discriminator="type")]
+Analysis = Annotated[Transient | Periodic, OF_TYPE]

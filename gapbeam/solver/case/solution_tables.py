@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 from pydantic import BeforeValidator, Field
 
 from gapbeam.solver.integrators.scheme_choice import USUAL, Scheme
-from gapbeam.solver.schema.table import NonNegative, Positive, Switch, Table, Whole, named
+from gapbeam.solver.schema.table import OF_TYPE, NonNegative, Positive, Switch, Table, Whole, named
 
 STATIONS, FEWEST_STATIONS, MOST_STATIONS = 8, 4, 20
 STATIONS_OF_WAVE = 16  # in a bending wave; with four in a short support, forces and displacements are right to 0.1 %
@@ -293,7 +293,7 @@ class AutoModel(_AnyModel):
     decided: ClassVar[bool] = False
 
 
-ModelTable = Annotated[FullModel | ReducedModel | BeamModel | RigidModel | AutoModel, Field(discriminator="type")]
+ModelTable = Annotated[FullModel | ReducedModel | BeamModel | RigidModel | AutoModel, OF_TYPE]
 
 
 class Time(Table):

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import Field, TypeAdapter
+from pydantic import TypeAdapter
 
 from gapbeam.solver.integrators.central_difference import CentralDifference
 from gapbeam.solver.integrators.generalized_alpha import GeneralizedAlpha, HHTAlpha, Newmark
 from gapbeam.solver.integrators.midpoint import DiscreteGradient, ImplicitMidpoint
 from gapbeam.solver.integrators.moreau_jean import MoreauJean
 from gapbeam.solver.integrators.time_scheme import TimeScheme
-from gapbeam.solver.schema.table import models_in, type_name
+from gapbeam.solver.schema.table import OF_TYPE, models_in, type_name
 
 Scheme = Annotated[
     DiscreteGradient | ImplicitMidpoint | Newmark | HHTAlpha | GeneralizedAlpha | MoreauJean | CentralDifference,
-    Field(discriminator="type"),
+    OF_TYPE,
 ]
 USUAL = DiscreteGradient()
 """The scheme of a case that names none."""

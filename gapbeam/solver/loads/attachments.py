@@ -50,7 +50,17 @@ import numpy as np
 from pydantic import Field
 
 from gapbeam.solver.loads.places import Attachment
-from gapbeam.solver.schema.table import AlongBeam, Name, NonNegative, Number, Positive, Table, Vector, placed_along
+from gapbeam.solver.schema.table import (
+    OF_TYPE,
+    AlongBeam,
+    Name,
+    NonNegative,
+    Number,
+    Positive,
+    Table,
+    Vector,
+    placed_along,
+)
 from gapbeam.solver.system.operators import Array
 
 MotionName = Literal["axial", "vertical", "lateral", "rotation", "lateral_rotation", "twist"]
@@ -244,7 +254,7 @@ class ElasticJoint(Joint):
                 yield Attached(MeanMotion(self.point, name), attachment)
 
 
-JointChoice = Annotated[ClampedJoint | PinnedJoint | GuidedJoint | ElasticJoint, Field(discriminator="type")]
+JointChoice = Annotated[ClampedJoint | PinnedJoint | GuidedJoint | ElasticJoint, OF_TYPE]
 """All kinds of joints."""
 
 

@@ -44,7 +44,7 @@ from pydantic import Field
 
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.schema.table import NonNegative, Number, Positive, Table
+from gapbeam.solver.schema.table import OF_TYPE, NonNegative, Number, Positive, Table
 from gapbeam.solver.system.operators import Array
 
 
@@ -257,6 +257,4 @@ class FullCoherence(CoherenceTable):
         return np.array([0.0, length])
 
 
-CoherenceChoice = Annotated[
-    ExponentialCoherence | GaussianCoherence | MeasuredCoherence | FullCoherence, Field(discriminator="type")
-]
+CoherenceChoice = Annotated[ExponentialCoherence | GaussianCoherence | MeasuredCoherence | FullCoherence, OF_TYPE]

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field
 
 from gapbeam.solver.loads.load_table import Gravity, LoadTable
 from gapbeam.solver.loads.places import SupportAcceleration
@@ -21,6 +20,7 @@ from gapbeam.solver.loads.support_motion import (
     RecordedMotion,
     RecordedSupportMotion,
 )
+from gapbeam.solver.schema.table import OF_TYPE
 from gapbeam.solver.system.operators import Array
 
 Load = Annotated[
@@ -38,7 +38,7 @@ Load = Annotated[
     | HarmonicSupportMotion
     | RecordedSupportMotion
     | ClearanceChange,
-    Field(discriminator="type"),
+    OF_TYPE,
 ]
 
 NO_LOADS: tuple[Load, ...] = ()

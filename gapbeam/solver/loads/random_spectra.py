@@ -32,7 +32,7 @@ from gapbeam.solver.loads.load_table import Column
 from gapbeam.solver.loads.record_file import RecordedRows, RecordError, RowKind, read_record
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.schema.table import NonNegative, Positive, Table
+from gapbeam.solver.schema.table import OF_TYPE, NonNegative, Positive, Table
 from gapbeam.solver.system.operators import Array
 
 LARGEST, LEAST = 1.0e60, 1.0e-60
@@ -277,9 +277,7 @@ class WhiteSpectrum(SpectrumTable):
             yield from self.size_faults((*key, "density"))
 
 
-SpectrumChoice = Annotated[
-    WhiteSpectrum | TableSpectrum | FileSpectrum | TurbulenceSpectrum, Field(discriminator="type")
-]
+SpectrumChoice = Annotated[WhiteSpectrum | TableSpectrum | FileSpectrum | TurbulenceSpectrum, OF_TYPE]
 
 
 HALVINGS = 60

@@ -18,7 +18,7 @@ from gapbeam.solver.loads.support_motion import (
     RecordedMotion,
     RecordedSupportMotion,
 )
-from gapbeam.solver.schema.table import Name, Number, PointName, Vector
+from gapbeam.solver.schema.table import OF_TYPE, Name, Number, PointName, Vector
 
 DIRECTION: Any = (
     tuple[Number] | tuple[Number, Number] | tuple[Number, Number, Number] | None,
@@ -78,7 +78,7 @@ TABLES = (
     *(_of_structures(one) for one in (Gravity, BaseMotion, RecordedMotion)),
     *(_of_support(one) for one in (HarmonicSupportMotion, RecordedSupportMotion)),
 )
-SceneLoad: Any = Annotated[Union[TABLES], Field(discriminator="type")]  # noqa: UP007 - of a tuple
+SceneLoad: Any = Annotated[Union[TABLES], OF_TYPE]  # noqa: UP007 - of a tuple
 """Loads of case files whose functions of time a scene takes."""
 
 

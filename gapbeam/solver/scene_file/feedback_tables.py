@@ -23,7 +23,7 @@ from gapbeam.solver.scene.flow_force import MOTIONS, FlowSpan, quasi_steady, spa
 from gapbeam.solver.scene.lagged_force import TOLERANCE, aerodynamic_lag, measured, unsteady
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene_file.structure_tables import BodyTable, ElementBeam, FileName, LumpedMass, RigidBar
-from gapbeam.solver.schema.table import Name, NonNegative, Number, PointName, Positive, Table, Whole
+from gapbeam.solver.schema.table import OF_TYPE, Name, NonNegative, Number, PointName, Positive, Table, Whole
 from gapbeam.solver.system.operators import Array
 
 Pair = tuple[Number, Number]
@@ -167,7 +167,7 @@ class ConnorsCheck(_Stream):
 
 
 AnyFeedback = QuasiSteadyFlow | UnsteadyFlow | MeasuredFlow | LaggedForces | Controller | ConnorsCheck
-FeedbackTable = Annotated[AnyFeedback, Field(discriminator="type")]
+FeedbackTable = Annotated[AnyFeedback, OF_TYPE]
 
 
 FEWEST = 11  # stations of a span

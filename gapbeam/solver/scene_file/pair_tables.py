@@ -21,7 +21,7 @@ from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.structure_files import PlacedPoint
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, nearest_places
 from gapbeam.solver.scene_file.structure_tables import MeshFile
-from gapbeam.solver.schema.table import Name, NonNegative, Number, PointName, Positive, Switch, Table
+from gapbeam.solver.schema.table import OF_TYPE, Name, NonNegative, Number, PointName, Positive, Switch, Table
 from gapbeam.solver.system.operators import Array
 
 Pair2 = tuple[Number, Number]
@@ -81,7 +81,7 @@ class PolygonRegion(Table):
         return Polygon(self.corners)
 
 
-RegionOfPair = Annotated[HalfPlaneRegion | SlotRegion | DiscRegion | PolygonRegion, Field(discriminator="type")]
+RegionOfPair = Annotated[HalfPlaneRegion | SlotRegion | DiscRegion | PolygonRegion, OF_TYPE]
 
 
 class LinearLaw(Table):
@@ -121,7 +121,7 @@ class CubicLaw(Table):
         return shipped_laws.Cubic(stiffness=self.stiffness, scale=self.scale)
 
 
-LawOfPair = Annotated[LinearLaw | PowerLaw | CubicLaw, Field(discriminator="type")]
+LawOfPair = Annotated[LinearLaw | PowerLaw | CubicLaw, OF_TYPE]
 
 
 class PairContact(Table):

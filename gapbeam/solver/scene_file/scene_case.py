@@ -14,7 +14,7 @@ from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene_file.feedback_tables import FeedbackTable
 from gapbeam.solver.scene_file.pair_tables import PairContact, PairTable
 from gapbeam.solver.scene_file.structure_tables import BodyJoint, BodyTable, LoadedPoint, MemberTable, PointTable
-from gapbeam.solver.schema.table import Number, Positive, Table, named
+from gapbeam.solver.schema.table import OF_TYPE, Number, Positive, Table, named
 
 
 class MidpointRule(Table):
@@ -69,9 +69,7 @@ class GeneralizedAlphaRule(Table):
         return linear_scheme.generalized_alpha(self.rho)
 
 
-SceneScheme = Annotated[
-    MidpointRule | EulerRule | NewmarkRule | HhtRule | GeneralizedAlphaRule, Field(discriminator="type")
-]
+SceneScheme = Annotated[MidpointRule | EulerRule | NewmarkRule | HhtRule | GeneralizedAlphaRule, OF_TYPE]
 
 
 class SceneTime(Table):

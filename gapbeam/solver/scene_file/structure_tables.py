@@ -14,7 +14,7 @@ from gapbeam.solver.scene.mesh_structure import mesh_model
 from gapbeam.solver.scene.solid_material import OrthotropicMaterial, orthotropic
 from gapbeam.solver.scene.structure_files import ImportedModel
 from gapbeam.solver.scene.structure_geometry import Pose
-from gapbeam.solver.schema.table import Name, NonNegative, Number, PointName, Positive, Table, Whole, named
+from gapbeam.solver.schema.table import OF_TYPE, Name, NonNegative, Number, PointName, Positive, Table, Whole, named
 from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
 
 Direction = tuple[Number, Number, Number]
@@ -252,7 +252,7 @@ class LumpedMass(Table):
 
 ModelChoice = Annotated[
     ImportedMatrices | MeshFile | ModesOfFile | ElementBeam | ElementFrame | RigidBar | LumpedMass,
-    Field(discriminator="type"),
+    OF_TYPE,
 ]
 
 
@@ -444,7 +444,7 @@ class SnubberJoint(Table):
     drag: NonNegative = Field(default=0.0, description="of the free one, N s/m")
 
 
-BodyJoint = Annotated[ClampedBody | PinnedBody | HeldBody | SpringJoint | SnubberJoint, Field(discriminator="type")]
+BodyJoint = Annotated[ClampedBody | PinnedBody | HeldBody | SpringJoint | SnubberJoint, OF_TYPE]
 
 
 class LoadedPoint(Table):

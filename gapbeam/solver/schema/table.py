@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from types import UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
-from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError, create_model
+from pydantic import (
+    AllowInfNan,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    Strict,
+    ValidationError,
+    create_model,
+)
+from pydantic_core import CoreSchema, core_schema
 
 Number = Annotated[float, Strict(), AllowInfNan(False)]
 Positive = Annotated[Number, Field(gt=0)]
@@ -111,3 +123,32 @@ def array_models(annotation: object) -> list[type[BaseModel]]:
 def type_name(model: type[BaseModel]) -> str:
     """Return the value of `type` that selects this model, or "" where there is no such key."""
     return str(get_args(model.model_fields["type"].annotation)[0]) if "type" in model.model_fields else ""
+
+
+class _OfType:
+    """Choice of the table in a union by its `type`.
+
+    Each table is compiled by pydantic when a file first has it: all of them would take twice as long as the demo's.
+    """
+
+    def __get_pydantic_core_schema__(self, union: Any, _usual: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.tagged_union_schema(
+            {
+                type_name(one): core_schema.no_info_plain_validator_function(one.model_validate)
+                for one in models_in(union)
+            },
+            "type",
+        )
+
+    def __get_pydantic_json_schema__(self, chosen: Any, described: GetJsonSchemaHandler) -> dict[str, Any]:
+        while "choices" not in chosen:  # within what reads a plain name
+            chosen = chosen["schema"]
+        found = dict[Hashable, CoreSchema]()
+        for name, one in chosen["choices"].items():
+            table = one["function"]["function"].__self__
+            table.model_rebuild()
+            found[name] = table.__pydantic_core_schema__
+        return described(core_schema.tagged_union_schema(found, "type"))
+
+
+OF_TYPE = _OfType()

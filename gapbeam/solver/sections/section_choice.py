@@ -27,7 +27,7 @@ from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
 from gapbeam.solver.messages.errors import Fault
-from gapbeam.solver.schema.table import Positive
+from gapbeam.solver.schema.table import OF_TYPE, Positive
 from gapbeam.solver.sections.polygon_section import PolygonSection
 from gapbeam.solver.sections.section_table import (
     RectangularSection,
@@ -219,6 +219,6 @@ class BoxSection(SymmetricSection):
 
 SectionChoice = Annotated[
     RectangularSection | BoxSection | ISection | PolygonSection | RoundSection | TubeSection,
-    Field(discriminator="type"),
+    OF_TYPE,
 ]
 RECTANGLE = RectangularSection(type="rectangle")

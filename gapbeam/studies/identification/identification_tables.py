@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gapbeam.solver.messages.errors import Fault
 from gapbeam.solver.messages.wording import apart, either, near
-from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Switch, Table, Whole
+from gapbeam.solver.schema.table import OF_TYPE, Name, NonNegative, Number, Positive, Switch, Table, Whole
 
 
 class Unknown(Table):
@@ -91,7 +91,7 @@ class FrequencyFigure(Table):
     mode: Whole = Field(default=1, ge=1, le=100, description="number of the bending mode, rigid motions left out")
 
 
-Figure = Annotated[MotionFigure | ForceFigure | FrequencyFigure, Field(discriminator="type")]
+Figure = Annotated[MotionFigure | ForceFigure | FrequencyFigure, OF_TYPE]
 
 
 class Measurement(Table):

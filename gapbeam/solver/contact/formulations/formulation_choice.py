@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from gapbeam.solver.schema.table import Positive, Table
+from gapbeam.solver.schema.table import OF_TYPE, Positive, Table
 
 
 class BodyShare(NamedTuple):
@@ -141,5 +141,5 @@ class Unilateral(ChosenFormulation):
 
 Formulation = Annotated[
     Penalty | NitscheMethod | Unilateral | AugmentedLagrangian,
-    Field(discriminator="type"),
+    OF_TYPE,
 ]

@@ -51,7 +51,7 @@ from gapbeam.solver.contact.laws.law_tables import (
 )
 from gapbeam.solver.contact.laws.springs import power, spring_potential, spring_pressure, spring_slope
 from gapbeam.solver.messages.errors import Fault
-from gapbeam.solver.schema.table import NonNegative, Number, Positive, models_in, type_name
+from gapbeam.solver.schema.table import OF_TYPE, NonNegative, Number, Positive, models_in, type_name
 from gapbeam.solver.system.operators import Array
 
 
@@ -282,7 +282,7 @@ class LankaraniNikravesh(RestitutionLaw):
 
 Law = Annotated[
     KelvinVoigt | HuntCrossley | LankaraniNikravesh | AdamsImpact | PiecewiseLinear | ElasticPlastic,
-    Field(discriminator="type"),
+    OF_TYPE,
 ]
 LAWS: dict[str, type[ChosenLaw]] = {type_name(law): law for law in models_in(Law) if issubclass(law, ChosenLaw)}
 """The tables of the laws by their names in a case file."""

@@ -15,7 +15,7 @@ from pydantic import Field
 
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.schema.table import Number
+from gapbeam.solver.schema.table import OF_TYPE, Number
 from gapbeam.solver.supports.regions.around_face import BoreFace, ProfileFace, WallsFace
 from gapbeam.solver.supports.regions.region import AroundRegion, Placement, Slot, Stop, place_around
 
@@ -162,4 +162,4 @@ class Polygon(AroundRegion):
             )
 
 
-RegionChoice = Annotated[Slot | Stop | Hole | Polygon | Profile, Field(discriminator="type")]
+RegionChoice = Annotated[Slot | Stop | Hole | Polygon | Profile, OF_TYPE]

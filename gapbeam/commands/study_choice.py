@@ -107,13 +107,13 @@ def estimate(
         if not equals:
             raise UserError(f"--limit: found {text!r}, expected PATH=VALUE, such as {found.paths[0]}=1e-3")
         limits[path] = number(value, f"--limit {path}")
-    recorded = [
-        read_recording(
-            path, unit, column=place(column), time_column=place(time_column), channel=channel, full_scale=full_scale
+    recorded, estimates = [], []
+    for file in recordings:
+        one = read_recording(
+            file, unit, column=place(column), time_column=place(time_column), channel=channel, full_scale=full_scale
         )
-        for path in recordings
-    ]
-    estimates = [estimated(found, one, period) for one in recorded]
+        recorded.append(one)
+        estimates.append(estimated(found, one, period))
     result = series(estimates, times, limits)
     print_study(result.tables(), [])
     if output is not None:

@@ -94,7 +94,10 @@ def explicit_model(restitution: float, step: float | str, **contact: Any) -> Mod
 
 
 def test_explicit_steps_do_not_bear_damping_by_the_speed_at_touch() -> None:
-    """From the seat steps of the computed size created more energy than there was; those that are asked for do not."""
+    """From the seat a tenth of the computed step creates more energy than there was; what is asked for does not.
+
+    With shorter steps, round-off of the seat decides when the growth begins.
+    """
     computed = explicit_model(0.5, "auto")
     fault = energy_creator(computed)
     assert isinstance(fault, Fault)
@@ -105,7 +108,7 @@ def test_explicit_steps_do_not_bear_damping_by_the_speed_at_touch() -> None:
     assert energy_creator(bearable) is None
     grown, kept = (
         respond(one, seated(one).state, steps).created
-        for one, steps in ((explicit_model(0.5, 100.0 * most), 200), (bearable, 200))
+        for one, steps in ((explicit_model(0.5, 0.1 * computed.step), 200), (bearable, 200))
     )
     assert grown > 0.5
     assert kept < 0.05

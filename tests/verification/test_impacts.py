@@ -95,11 +95,20 @@ def test_marches_agree_on_impacts() -> None:
 
 
 def test_speeds_under_white_noise_are_rayleigh_s() -> None:
-    """Speeds at which a level is passed have the density v / T exp(-v^2 / 2 T), whatever the potential."""
-    _, accounts = rattled(between_stops(2), seed=5, seconds=4000.0)
-    speeds = np.concatenate([one.rows[:, 1] for one in accounts.impacts.ended])
-    assert len(speeds) > 1000
-    assert all(one.count == int(c) for one, c in zip(accounts.impacts.ended, accounts.times.closings, strict=True))
+    """Speeds at which a level is passed have the density v / T exp(-v^2 / 2 T), whatever the potential.
+
+    Round-off makes another sample of the motion on another processor. The mean of a seed has a standard deviation of
+    2.5 %, that of six seeds 1 %.
+    """
+    found = []
+    for seed in range(5, 11):
+        _, accounts = rattled(between_stops(2), seed=seed, seconds=4000.0)
+        ended = accounts.impacts.ended
+        lasting = [int(c) - one.count for one, c in zip(ended, accounts.times.closings, strict=True)]
+        assert set(lasting) <= {0, 1}  # a contact that lasts at the end has closed, and is no impact yet
+        found.extend(one.rows[:, 1] for one in ended)
+    speeds = np.concatenate(found)
+    assert len(speeds) > 6000
     assert speeds.mean() == pytest.approx(sqrt(0.5 * pi * TEMPERATURE), rel=0.04)
     assert np.mean(speeds > 2.0) == pytest.approx(exp(-2.0 / TEMPERATURE), rel=0.2)
     assert kstest(speeds, rayleigh(scale=sqrt(TEMPERATURE)).cdf).statistic < 0.04

@@ -101,8 +101,7 @@ def turning_step(
     before = circles.places(interface.trace(old.u[VALUE], operators))
     opening = circles.opening(before, places(old.u[VALUE] + dt * old.v[VALUE]))
     held = replace(old, pressure=_without(old.pressure, circles.points))
-    begun_inside, left, iterations = circles.penetrations(before) > 0.0, [np.inf], 0
-    idle = 0
+    begun_inside, left, iterations, idle = circles.penetrations(before) > 0.0, [np.inf], 0, 0
     tried = list[tuple[Array, Array]]()
     for _ in range(MOST_TURNS):
         contact = system.contact.turned(opening)

@@ -309,7 +309,7 @@ def joined(feedbacks: Sequence[Feedback], h: float, level: float) -> tuple[Array
 
 def feedback_loop(
     law: tuple[Array, Array], rows: Array, answers: Array, G: Array, port: Any
-) -> tuple[FeedbackLoop, Array]:  # fmt: skip
+) -> tuple[FeedbackLoop, Array]:
     """Return the arrays of the feedback, and velocities of the ports, then feedback forces, for unit contact forces.
 
     The law is of `joined`. Given are the rows of motions that feedback senses or acts on, (motions, n), and velocities

@@ -308,7 +308,7 @@ def solve_points(
             return iterations
         total += iterations
         if not stay_in_bounds(around):
-            everything, turn = True, 0
+            everything, turn, least, idle = True, 0, np.inf, 0
             continue
         left = aim(around, found, False)
         idle = idle_turns(left, least, idle)

@@ -37,24 +37,12 @@ def definition(module: str, name: str) -> Definition | None:
     return defined.get(name) or (definition(imported[name], name) if name in imported else None)
 
 
-def names() -> list[str]:
-    """Return `gapbeam.__all__`."""
-    for node in ast.parse((GAPBEAM / "__init__.py").read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
-            return list(ast.literal_eval(node.value))
-    raise LookupError("gapbeam has no __all__")
-
-
 def interface() -> dict[str, Definition]:
     """Return the functions and classes that `import gapbeam` brings, functions first."""
-    folders = ("interface", "solver/scene", "studies/atlas", "studies/library", "studies/uncertain", "solver/case")
-    files = [path for folder in folders for path in sorted((GAPBEAM / folder).glob("[!_]*.py"))]
-    modules = [".".join(("gapbeam", *path.relative_to(GAPBEAM).with_suffix("").parts)) for path in files]
-    found: dict[str, Definition] = {}
-    for name in names():
-        if name.startswith("_"):
-            continue
-        found[name] = next(node for module in modules if (node := definition(module, name)))
+    stub = ast.parse((GAPBEAM / "__init__.pyi").read_text(encoding="utf-8"))
+    imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
+    places = {alias.name: str(node.module) for node in imports for alias in node.names}
+    found = {name: one for name, module in places.items() if (one := definition(module, name))}
     return dict(sorted(found.items(), key=lambda item: (isinstance(item[1], ast.ClassDef), item[0])))
 
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import gapbeam
 from benchmarks.drawn_cases.attempts import Attempt, Figure, attempted, coverage, missed
 from benchmarks.drawn_cases.scenes import CLASSES, drawn_scene
+from benchmarks.true_errors import true_errors
+from gapbeam.postprocess.results.results import records_in
+from gapbeam.studies.error_estimate.motion_record import MotionRecord
 
 FAST = (7,)
 SLOW = (0, 1, 2, 3, 5, 6)
@@ -33,6 +37,48 @@ def test_a_drawn_case_lies_within_its_errors(number: int, tmp_path: Path, monkey
     ratios = [one.error / one.estimate for one in found.figures]
     assert max(ratios, default=0.0) <= 5.0
     assert sum(ratio <= 1.0 for ratio in ratios) >= FEWEST_BELOW * len(ratios)
+
+
+def leaf(push: float) -> dict[str, Any]:
+    """Return a leaf that a force at its tip rattles in a narrow slot, in blows of one or two of 40 steps a period."""
+    frequency = 37.2
+    step = 1.0 / (40.0 * frequency)
+    return {
+        "beam": {"length": 0.18, "thickness": 0.0044, "width": 0.0054},
+        "material": {"young_modulus": 3.0e9, "poisson_ratio": 0.35, "density": 1200.0},
+        "damping": {"frequencies": [35.0, 210.0], "ratios": [0.01, 0.01]},
+        "joint": [{"type": "clamped", "name": "root", "point": 0.0}],
+        "support": [{"name": "slot", "from": 0.125, "to": 0.129, "clearance": 2.8e-4}],
+        "model": {"type": "beam"},
+        "contact": {"stiffness": 2.7e12, "law": {"type": "hunt-crossley", "restitution": 0.95}},
+        "load": [
+            {"type": "gravity"},
+            {"type": "harmonic_force", "name": "push", "point": 0.18, "amplitude": push, "frequency": frequency,
+             "ramp": 1.0 / frequency},
+        ],
+        "probe": [{"name": "tip", "point": 0.18}],
+        "time": {"end": 6.0 / frequency, "step": step},
+        "output": {"history_interval": step},
+    }  # fmt: skip
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_motions_that_chatter_lie_within_their_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Up to the horizon, against a sixteenth of the step: ranges of coarse motions agreed by chance, 7.8 E off."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "companions")
+    ratios = []
+    for push in (0.04, 0.06, 0.075, 0.09, 0.095):
+        case = gapbeam.read_case(leaf(push))
+        run = gapbeam.run(case, output=tmp_path / f"{push}")
+        errors = run.summary["errors"]
+        finer = {"time.step": leaf(push)["time"]["step"] / 16.0, "time.end": errors["up_to"], "output.errors": "none"}
+        second = gapbeam.run(gapbeam.read_case(case, finer), output=tmp_path / f"{push} finer")
+        assert (run.exit_status, second.exit_status) == (0, 0)
+        exact = MotionRecord.of_records(*records_in(tmp_path / f"{push} finer"))
+        rows = [one for one in true_errors(run.summary, exact) if one[0]["span"] == "up to the horizon"]
+        ratios += [error / row["error"] for row, error in rows if row["name"].startswith("tip")]
+    assert len(ratios) == 10
+    assert max(ratios) <= 1.0
 
 
 def attempt(number: int, *ratios: float, status: int = 0, second: int = 0) -> Attempt:

@@ -451,6 +451,38 @@ def test_contacts_of_few_steps_have_the_error_of_the_scheme(steps: int, gap: int
         assert ((moved.error or 0.0) > 0.9 * lost["base"] * moved.value) == whole
 
 
+@settings(max_examples=40, deadline=None)
+@given(steps=st.integers(2, 30), phase=st.floats(0.01, 3.0), factor=st.sampled_from((1.0, 1.0e-6, 1.0e3)))
+def test_ranges_of_motions_that_chatter_agree_by_chance(steps: int, phase: float, factor: float) -> None:
+    """Two sines of one amplitude and another phase have one range; a fraction of that of their difference is E.
+
+    sin(w t) - sin(w t - p) has the amplitude 2 sin(p / 2). Where contacts last ten steps or more, only ranges count.
+    """
+    times = sine().times
+    pressed = np.where(np.arange(len(times)) % (steps + 40) < steps, 10.0, 0.0)[:, None]
+    ours = replace(
+        sine(), displacement=factor * sine().displacement, velocity_gained=factor * sine().velocity_gained,
+        force=pressed, impulse=np.cumsum(pressed, axis=0) * INTERVAL,
+    )  # fmt: skip
+    amplitude = factor * 1.0e-3
+    theirs = replace(
+        ours,
+        displacement=amplitude * np.sin(OMEGA * times - phase)[:, None],
+        velocity_gained=amplitude * OMEGA * np.cos(OMEGA * times - phase)[:, None],
+    )
+    span = Span("whole run", 0.0, 1.0, 1)
+    lost = lost_in_steps(ours, INTERVAL)
+    for other, reference in ((TWICE, TWICE), (HALF_STEP, None)):
+        rows = figure_errors(ours, {other: theirs}, reference, span, False, SMOOTHED, lost=lost)
+        found = {one.name: one for one in rows}
+        for name in ("tip peak-to-peak displacement", "tip peak-to-peak smoothed acceleration"):
+            share = (found[name].error or 0.0) / found[name].value
+            if steps < 10:
+                assert share >= 0.3 * 2.0 * np.sin(0.5 * phase)
+            else:
+                assert share <= 1.0e-3
+
+
 def pulses(shape: Array, scale: float = 1.0, base: float = 0.0) -> MotionRecord:
     """Return a face that is met by a force of a shape, (n,), N, in the middle of a run, with times scaled."""
     force = np.full((1001, 1), base)

@@ -14,7 +14,9 @@ contact is 1 / (1 - 2^(-1/2)) = 3.4 times the difference that doubling K makes.
 
 Twice the step shows no error of contacts that it resolves as little as the run. |f - R| of a face, and beyond the
 horizon of all figures, is at least the share of `lost_in_steps`: (2 d / pi) tan(pi / (2 d)) - 1 for a contact of d
-steps.
+steps. Motions that chatter in contacts of fewer than ten steps differ by chance, and their ranges agree by chance: a
+difference of two steps in the range of a displacement or acceleration is at least 0.35 of the range of the difference
+of the two motions, as much as the rms of a sine is of its range.
 
 What settles still moves. With the figures v_1 ... v_k of the windows of a settled part, |f - v_k| + d is added to E: d
 is the last difference of neighbors or, where all have one sign, what a geometric series of them leaves, d q / (1 - q).
@@ -52,14 +54,16 @@ from typing import Any
 import numpy as np
 import scipy
 
+from gapbeam.postprocess.signals.figure_names import DISPLACEMENT, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.error_estimate.companions import COARSER, FINEST, FOURFOLD, HALF_STEP, STIFFER
+from gapbeam.studies.error_estimate.companions import COARSER, FINEST, FOURFOLD, HALF_STEP, STIFFER, TWICE
 from gapbeam.studies.error_estimate.force_peaks import (
     BEYOND_HORIZON,
     FEWEST_WINDOWS,
     HARMONIC,
     OF_MOTION,
+    RESOLVED,
     SETTLED,
     Averages,
     FigureSpan,
@@ -69,6 +73,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 
 FACTORS = {FINEST: 2.0, COARSER: 1.0, FOURFOLD: 0.5, HALF_STEP: 4.0 / 3.0}
+OTHER_STEPS = (TWICE, FOURFOLD, HALF_STEP)
 RIGID_FACTOR = 1.0 / (1.0 - 0.5**0.5)
 MODEL = "step and model"  # the difference from the reference
 SHORT = "steps in a contact"
@@ -78,6 +83,7 @@ SETTLING = "settling"
 QUICK, SLOW = 0.5, 0.99  # ratios of neighboring differences of windows
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
 PARTED = 2.0  # E is so much larger where motions are about to part
+OF_CHATTER = 0.35  # of the range of the difference of two motions: two ranges may differ by that
 CONFIDENCE = 0.95
 SAME_VARIANCE = 0.75  # of the ratios of two estimates of one variance lie below what is pooled
 FIRST_ORDER, SLOWEST = 0.5, 0.9  # ratios of differences of finer meshes
@@ -167,9 +173,13 @@ def figure_errors(
     longer = replace(span, width=span.width + LATER * records * run.interval)
     later = key_figures(run, longer, averages) if span.cut and span.count == 1 else {}
     usual_motion = run.thinned(records) if reference is None else companions[reference]
-    apart = {name: _harmonics_apart(usual_motion, motion, span, averages) for name, motion in companions.items()}
+    chatters = max(lost.values(), default=0.0) > RESOLVED
+    apart = {
+        name: _apart(usual_motion, motion, span, averages, chatters and name in OTHER_STEPS)
+        for name, motion in companions.items()
+    }
     if not in_plane:
-        apart[MODEL] = _harmonics_apart(run.thinned(records), usual_motion, span, averages)
+        apart[MODEL] = _apart(run.thinned(records), usual_motion, span, averages, chatters and reference in OTHER_STEPS)
     farthest = run.farthest or float(np.abs(run.displacement).max(initial=0.0))
     moves = run.ranges >= STILL * run.spans
     still = {probe for probe, moving in zip(run.probes, moves, strict=True) if not moving}
@@ -181,12 +191,12 @@ def figure_errors(
         usual = same[name].mean
         ratio = OF_A_SOLID * _ratio(mine[name].mean, usual) if in_plane else 1.0
         parts = {
-            other: ratio * apart[other].get(name, abs(usual - theirs[other][name].mean))
+            other: ratio * max(apart[other].get(name, 0.0), abs(usual - theirs[other][name].mean))
             for other in theirs
             if other != reference
         }
         if reference is not None and not in_plane:
-            parts[MODEL] = apart[MODEL].get(name, abs(mine[name].mean - usual))
+            parts[MODEL] = max(apart[MODEL].get(name, 0.0), abs(mine[name].mean - usual))
         share = _lost_of(name, run.faces, lost, span)
         error = None
         if parts and _probe_of(name, run.probes) not in still:
@@ -289,14 +299,31 @@ def _lost_of(name: str, faces: Iterable[str], lost: Mapping[str, float], span: S
     return 0.0 if span.predictable else lost.get(OF_MOTION, 0.0)
 
 
-def _harmonics_apart(one: MotionRecord, other: MotionRecord, span: Span, averages: Averages) -> dict[str, float]:
-    """Return the amplitudes of the difference of two motions up to the horizon, by the name of the harmonic."""
-    if span.frequency is None or not span.predictable:
+def _apart(one: MotionRecord, other: MotionRecord, span: Span, averages: Averages, chatters: bool) -> dict[str, float]:
+    """Return the least differences of figures up to the horizon that follow from the difference of two motions.
+
+    Args:
+        one: A motion.
+        other: The other one.
+        span: Part of them.
+        averages: Widths of the means.
+        chatters: Whether ranges may agree by chance; amplitudes of harmonics do where motions differ by phase.
+    """
+    if isinstance(span, FigureSpan) or not span.predictable:
         return {}
     count = min(len(one.times), len(other.times))
-    left = one.first(count)
-    between = replace(left, displacement=left.displacement - other.displacement[:count])
-    return {name: figure.mean for name, figure in key_figures(between, span, averages).items() if HARMONIC in name}
+    left, right = one.first(count), other.first(count)
+    between = replace(
+        left,
+        displacement=left.displacement - right.displacement,
+        velocity_gained=left.velocity_gained - right.velocity_gained,
+    )
+    figures = key_figures(between, span, averages)
+    found = {name: figure.mean for name, figure in figures.items() if HARMONIC in name}
+    if chatters:
+        ranges = (name for name in figures if name.endswith((f" {DISPLACEMENT}", f" {SMOOTHED_ACCELERATION}")))
+        found |= {name: OF_CHATTER * figures[name].mean for name in ranges}
+    return found
 
 
 def _later_meshes(parts: Mapping[str, float]) -> dict[str, float]:

@@ -251,6 +251,9 @@ def _longer(steps: float) -> float:
     return min(1.0, 2.0 * steps / np.pi * np.tan(0.5 * np.pi / steps) - 1.0) if steps > 1.0 else 1.0
 
 
+RESOLVED = _longer(RESOLVING_STEPS)  # share that a contact of just enough steps loses
+
+
 def _reach(force: Array, level: float) -> float:
     """Return after how many records a force, given from its peak on, has fallen to a level."""
     below = np.flatnonzero(force <= level)

@@ -100,7 +100,7 @@ def _refuse_scene(source: object) -> None:
     """Refuse a scene where a case is asked for.
 
     Raises:
-        UserError: It is one.
+        UserError: The source is a scene.
     """
     if isinstance(source, str | PathLike | Mapping | Case):
         return  # what reads a case does not load what marches a scene
@@ -191,7 +191,7 @@ def folder_from(output: str | PathLike[str] | None, default: str) -> Path:
     """Return the folder that is asked for, or results/<default>.
 
     Raises:
-        UserError: It is an empty word.
+        UserError: The output is an empty word.
     """
     if isinstance(output, str) and not output.strip():
         raise UserError(f"`output=` {output!r}: an empty word; expected a folder, or None")
@@ -202,7 +202,7 @@ def check_range(name: str, value: float | None, least: float, most: float = floa
     """Refuse an argument out of its range; None is in it.
 
     Raises:
-        UserError: It is not.
+        UserError: The value is out of its range.
     """
     if value is not None and not least <= value <= most:
         limits = f"at least {least:g}" if most == float("inf") else f"a number from {least:g} to {most:g}"
@@ -213,7 +213,7 @@ def check_fraction(name: str, value: float) -> None:
     """Refuse a fraction that is not between 0 and 1.
 
     Raises:
-        UserError: It is not.
+        UserError: The value is not between 0 and 1.
     """
     if not 0.0 < value < 1.0:
         raise UserError(f"`{name}=`: found {value!r}; expected a fraction between 0 and 1, such as 0.02")

@@ -24,7 +24,7 @@ class UserOutcome(Outcome):
         """The records, see `gapbeam.open_results`.
 
         Raises:
-            ResultsError: They cannot be read.
+            ResultsError: The records cannot be read.
         """
         from gapbeam.postprocess.results.results import open_results
 

@@ -60,7 +60,7 @@ def run(
         resume: Continue from its last checkpoint; from the start where it has none yet.
         relative_error: A run under random loads continues beyond `time.end` until the 95 % interval of a statistic is
             +- this part of it.
-        of: That figure, such as "probe.tip.rms".
+        of: Name of that statistic, such as "probe.tip.rms".
         at_most: Longest time that is marched, s; None: 10 times `time.end`.
         march: For a scene, see `gapbeam.solver.run.scene_run.SceneRun`: `step` and `end`, s; `start`, a state;
             `every`, steps from one record to the next; `scheme`; `gates`, as the table [gates] of case files;

@@ -43,7 +43,7 @@ class BeamStep(NamedTuple):
         thickness: Its size in the bending direction, m.
         width: Its size across the bending plane, m.
         section: Its cross-section, of patches of the section of the whole beam; None: it fills thickness and width.
-        filled: Which patches of the section of the whole beam those are; () without a section.
+        filled: Indices of these patches in the section of the whole beam; () without a section.
     """
 
     start: float
@@ -72,7 +72,7 @@ class BeamGeometry:
         width: across the bending plane, the largest one; in 2D it is not meshed.
         support_length: base and gland reach from x = 0 to here; with spans, where the last of them ends.
         points: coordinates, `dimension` of them each, that fall on mesh nodes.
-        spans: what faces a support; () stands for base and gland.
+        spans: regions that face a support; () stands for base and gland.
         section: the cross-section within thickness and width, 3D; None: it fills them. Of a beam with steps, the
             patches of all its cross-sections.
         steps: the parts of a beam whose cross-section changes, from x = 0 to its length; (): it does not.

@@ -8,9 +8,9 @@ class MeshError(ValueError):
 
     Attributes:
         where: the file, key or group that is at fault.
-        found: what is there.
-        expected: what should be there.
-        hint: what to try; may be empty.
+        found: content found there.
+        expected: content expected there.
+        hint: advice on what to try; may be empty.
     """
 
     exit_status = 2

@@ -23,10 +23,10 @@ def on_rank_zero(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
         work: Called on rank 0 only; it must not communicate. Its result is sent with pickle.
 
     Returns:
-        What `work` returned, on all ranks.
+        Result of `work`, on all ranks.
 
     Raises:
-        BaseException: what `work` raised, on all ranks. An error that pickle cannot carry arrives on the
+        BaseException: any error that `work` raises, on all ranks. An error that pickle cannot carry arrives on the
             other ranks as a RuntimeError with the same message.
 
     Collective.

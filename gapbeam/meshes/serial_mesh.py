@@ -175,7 +175,7 @@ class SerialMesh:
         """Return the numbers of exterior facets, given the cell of each and its place in that cell.
 
         Raises:
-            ValueError: One lies between two cells.
+            ValueError: A facet lies between two cells.
         """
         sides = len(facets(self.topology.cell_name()))
         known, asked = self.facets[0] * sides + self.facets[1], cells * sides + places
@@ -202,7 +202,7 @@ class SerialMesh:
 
         Args:
             point: m.
-            padding: How far it may lie outside, m.
+            padding: Distance by which the point may lie outside, m.
         """
         nodes = self.geometry.x[self.geometry.dofmap]
         inside = (nodes.min(axis=1) <= point + padding) & (point - padding <= nodes.max(axis=1))

@@ -285,7 +285,7 @@ def write_new(path: Path, text: str, beside: dict[str, bytes] | None = None) -> 
             content stay.
 
     Returns:
-        What was written, the case file first.
+        Files that were written, the case file first.
 
     Raises:
         UserError: A file is there, or cannot be written.
@@ -322,7 +322,7 @@ def check_new(path: Path) -> None:
     """Refuse the name of a new case file before anything is asked.
 
     Raises:
-        UserError: It is there, has another suffix, or cannot lie there.
+        UserError: The file exists, has another suffix, or cannot be created there.
     """
     from gapbeam.solver.run.output.results_folder import REMEDY, check_name, check_place
 

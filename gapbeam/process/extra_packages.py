@@ -38,7 +38,7 @@ class _Advice:
         """Refuse a package of an extra that gapbeam imports; leave other importers to what they do without it.
 
         Raises:
-            MissingExtraError: It is not installed.
+            MissingExtraError: The package is not installed.
         """
         extra = EXTRAS.get(name)
         if extra is not None and _importer().startswith("gapbeam."):

@@ -46,7 +46,7 @@ def refuse_ranks(name: str) -> None:
     """Refuse several ranks for what each would do all of, in one folder.
 
     Args:
-        name: What takes one process.
+        name: Name of the command or call that takes one process.
 
     Raises:
         UserError: There is more than one rank.
@@ -72,7 +72,7 @@ def abort_together(work: Callable[[], int]) -> int:
     at once, with the trace.
 
     Returns:
-        What the work returns.
+        Result of the work.
     """
     ranks = _duplicated_ranks()
     try:

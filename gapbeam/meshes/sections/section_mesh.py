@@ -65,7 +65,7 @@ class PolygonOutline:
 
         Args:
             points: Corners of the polygon, m.
-            holes: Those of each hole, m.
+            holes: Corners of each hole, m.
         """
         middle = [0.5 * (min(values) + max(values)) for values in zip(*points, strict=True)]
         found = []

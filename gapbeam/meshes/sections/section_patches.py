@@ -29,7 +29,7 @@ class SectionCurve:
 
     Attributes:
         start: y and z of the first point, m.
-        end: Those of the last one, m.
+        end: y and z of the last point, m.
         cells: Number of cells along it.
         arc: Whether it is an arc about y = z = 0.
         side: Whether supports below or above the beam can touch it; "inside": neither of them.
@@ -106,7 +106,7 @@ def grid_patches(
     Args:
         lines: Increasing y and z of the lines between rectangles, m.
         cells: Number of cells between these lines, along y and z.
-        filled: Which rectangles belong to the section: rows of z from below, in each the columns of y.
+        filled: Whether each rectangle belongs to the section: rows of z from below, in each the columns of y.
     """
     (across, up), (columns, rows) = lines, cells
     found: dict[tuple[Place, Place], SectionCurve] = {}

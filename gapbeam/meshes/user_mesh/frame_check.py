@@ -167,10 +167,10 @@ class Facets:
 
     Attributes:
         cells: the cell of each row, (rows,).
-        sides: which facet of its cell, (rows,).
+        sides: number of the facet within its cell, (rows,).
         corners: nodes of its corners, sorted, (rows, corners).
         numbers: rows of the same facet have the same number, (rows,).
-        owners: how many cells have the facet of each number, (facets,).
+        owners: number of cells that have the facet of each number, (facets,).
     """
 
     cells: Nodes

@@ -88,7 +88,7 @@ def _refuse_without_pyarrow(path: Path) -> None:
     """Refuse Parquet where its library, which is larger than all others together, is not installed.
 
     Raises:
-        OptionError: It is not.
+        OptionError: The library is not installed.
     """
     try:
         import_module("pyarrow.parquet")

@@ -120,7 +120,7 @@ def write_tables(tables: Iterable[AnalysisTable], folder: Path) -> list[Path]:
 
     Args:
         tables: With different names.
-        folder: That is there.
+        folder: An existing folder.
 
     Raises:
         OSError: A file cannot be written.

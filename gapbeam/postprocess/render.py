@@ -97,7 +97,7 @@ def check_size(size: tuple[int, int]) -> None:
     """Refuse pictures that are too small.
 
     Raises:
-        OptionError: They are.
+        OptionError: The pictures are too small.
     """
     if min(size) < SMALLEST:
         raise OptionError(f"size {size[0]} x {size[1]}: expected at least {SMALLEST} pixels either way")

@@ -83,7 +83,7 @@ class Picture:
     Attributes:
         path: Path of a file: PNG, JPEG, SVG or GIF; or the contents of a PNG.
         caption: Description, also read to those who cannot see it.
-        command: That makes it.
+        command: Command that makes the picture.
     """
 
     path: Path | bytes
@@ -101,7 +101,7 @@ class TableBlock:
         rows: A cell a column: words, numbers (shown to `digits` significant digits, integers whole) or None.
         notes: Below the table.
         digits: Significant digits of numbers.
-        command: That makes the numbers.
+        command: Command that makes the numbers.
 
     Raises:
         BlockError: A row with more or fewer cells than there are columns.
@@ -155,12 +155,12 @@ class ComparisonBlock:
 
     Attributes:
         caption: Description.
-        rows: One a number.
+        rows: One row for each number.
         reference: Origin of the other numbers: "paper", "measured", "closed form".
         here: Name of ours.
         notes: Below the table.
         digits: Significant digits.
-        command: That makes our numbers.
+        command: Command that makes the numbers of gapbeam.
     """
 
     caption: str

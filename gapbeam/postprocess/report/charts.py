@@ -72,7 +72,7 @@ class Chart:
         x: Name of the horizontal axis with its unit in parentheses.
         y: Name of the vertical axis with its unit in parentheses.
         curves: Drawn in this order.
-        command: That makes it.
+        command: Command that makes the chart.
         log_x: Whether the horizontal axis is logarithmic.
         log_y: Whether the vertical axis is logarithmic.
         choices: Names of buttons in their order, such as clearances: pressed, one shows its curves and those without
@@ -119,7 +119,7 @@ class Surface:
         along: (n,), values on the first axis.
         across: (m,), values on the second axis.
         heights: (m, n); not-a-number leaves a hole.
-        command: That makes it.
+        command: Command that makes the surface.
         log_x: Whether the first axis is logarithmic.
         log_y: Whether the second axis is logarithmic.
 

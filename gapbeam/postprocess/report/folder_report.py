@@ -66,7 +66,7 @@ def report_on(folders: Sequence[Path], command: str, kinds: Sequence[Kind]) -> R
 
     Args:
         folders: At least one.
-        command: That makes the report.
+        command: Command that makes the report.
         kinds: Kinds of results folders that studies write, the most particular first; runs are known besides.
 
     Raises:
@@ -116,8 +116,8 @@ class Kind:
     Attributes:
         name: In one word.
         title: In a heading.
-        files: One of them is in every such folder.
-        blocks: What there is to show of a folder, given the command that makes the report.
+        files: Names of files, of which every such folder has one.
+        blocks: Function that returns the blocks on a folder, given the command that makes the report.
     """
 
     name: str
@@ -192,7 +192,7 @@ def span_report(
     Args:
         run: The span.
         statistics: Of its records, as the summary of a run has them; None: the run has none.
-        command: That makes the report.
+        command: Command that makes the report.
         wear: Wear of the span, in the form of the summary of a run; None: nothing wears.
 
     Raises:

@@ -145,7 +145,7 @@ class MovingScene:
         walls: The walls around it.
         magnification: Of displacements and gaps at the start.
         opening: Number of the frame that is shown first, and on paper.
-        command: That makes it.
+        command: Command that makes the scene.
         maps: Contact pressures at the same times.
     """
 

@@ -17,11 +17,11 @@ def read_object(path: Path, keys: Sequence[str] = (), remedy: str = _REMEDY) -> 
 
     Args:
         path: The file.
-        keys: That it must have.
+        keys: Keys that the object must have.
         remedy: Advice where it cannot be read.
 
     Raises:
-        ResultsError: It cannot be read, is no object, or lacks a key.
+        ResultsError: The file cannot be read, is no object, or lacks a key.
     """
     found = read_json(path, remedy)
     if not isinstance(found, dict):
@@ -35,10 +35,10 @@ def read_records(path: Path, keys: Sequence[str]) -> list[dict[str, Any]]:
 
     Args:
         path: The file.
-        keys: That each must have.
+        keys: Keys that each object must have.
 
     Raises:
-        ResultsError: It cannot be read, is no such list, or an object lacks a key.
+        ResultsError: The file cannot be read, is no such list, or an object lacks a key.
     """
     found = read_json(path, _REMEDY)
     if not isinstance(found, list) or not found or not all(isinstance(one, dict) for one in found):

@@ -137,7 +137,7 @@ def read_plain(path: Path, expected: str, remedy: str, largest: int = LARGEST) -
 
     Raises:
         ResultsError: No such file, no plain file, or too large.
-        OSError: It cannot be read.
+        OSError: The file cannot be read.
     """
     if not path.is_file():
         raise ResultsError(path, "no plain file" if path.exists() else "no such file", expected, remedy)
@@ -200,7 +200,7 @@ def branch_parts(points: Sequence[Point]) -> Iterator[tuple[int, slice]]:
     """Yield the number and the points of every branch.
 
     Args:
-        points: Those of curve.json.
+        points: Points of curve.json.
     """
     start = 0
     for number, branch in groupby(points, lambda point: int(point.get("branch", 1))):
@@ -216,7 +216,7 @@ def stable_parts(points: Sequence[Point]) -> Iterator[tuple[bool | None, slice]]
     does.
 
     Args:
-        points: Those of one branch.
+        points: Points of one branch.
     """
     between = [(last if first["event"] else first)["stable"] for first, last in pairwise(points)]
     start = 0

@@ -35,7 +35,7 @@ def means_by_place(places: np.ndarray, sums: np.ndarray, areas: np.ndarray) -> t
     Args:
         places: Places of the points, (m,), m or degrees.
         sums: Values of the points, (m,).
-        areas: That belong to them, (m,), m^2.
+        areas: Area that belongs to each point, (m,), m^2.
     """
     found, owners = np.unique(np.round(places, _DIGITS), return_inverse=True)
     return found, np.bincount(owners, sums) / np.bincount(owners, areas)
@@ -86,7 +86,7 @@ class PointMap:
     Attributes:
         x: Places along the beam, (m,), m.
         angle: Directions of the walls, degrees from straight down, positive toward +y, (m,).
-        area: That belongs to each point, (m,), m^2.
+        area: Area that belongs to each point, (m,), m^2.
         share: Share of time in contact, (m,).
         deepest: Largest penetration, (m,), m; negative: the smallest gap.
         impulse: Part of the impulse of the face, (m,), N s; not a number where it is not known.
@@ -233,7 +233,7 @@ class WearMap:
     Attributes:
         x: Places along the beam, (m,), m.
         angle: Directions of the walls, degrees from straight down, positive toward +y, (m,).
-        area: That belongs to each point, (m,), m^2.
+        area: Area that belongs to each point, (m,), m^2.
         rate: Work rate of each point, (m,), W.
         depth_rate: Depth rate of each point by itself, (m,), m/s; None: no coefficient is known.
         settled: Work rate of each point behind the burn-in with the ends of its 95 % interval, (m, 3), W; None: the run
@@ -393,7 +393,7 @@ class RunFace(NamedTuple):
         """Return the face where motions of walls have brought it.
 
         Args:
-            motions: Those of walls by name, m.
+            motions: Motions of walls by name, m.
         """
         gap, offset, lateral = self.gap, self.offset, self.lateral
         for name, change in self.moves:

@@ -302,7 +302,7 @@ class Fields:
         Before data go from where they were, the XML no longer names them: if it is the same, they are damaged.
 
         Raises:
-            ResultsError: It cannot be read any more, no longer has this field, or is that of another model.
+            ResultsError: The series can no longer be read, no longer has this field, or belongs to another model.
         """
         series = FieldSeries(self.path)
         try:

@@ -94,7 +94,7 @@ class Results:
         """Text of `case.toml`.
 
         Raises:
-            ResultsError: It is missing, too large, or not UTF-8.
+            ResultsError: The file is missing, too large, or not UTF-8.
         """
         path = self._existing(CASE_FILE)
         content = read_plain(path, "the case as run", "repeat the run", LARGEST_CASE)

@@ -109,7 +109,7 @@ def _refuse_study(folder: Path) -> None:
     """Refuse a folder that has been held for a while without the summary that a run begins with.
 
     Raises:
-        ResultsError: It has.
+        ResultsError: The folder has been held for a while without a summary.
     """
     with suppress(OSError):
         if time.time() - (folder / LOCK_FILE).stat().st_mtime > BEGUN:

@@ -386,7 +386,7 @@ def _check_stress(fields: Fields, motion: MotionRange, stress: str) -> None:
     """Refuse to color by a stress that the run did not write.
 
     Raises:
-        ResultsError: It did not.
+        ResultsError: The run did not write this stress.
     """
     if stress not in motion.largest_stress:
         raise ResultsError(

@@ -222,7 +222,7 @@ def support_of(
     Args:
         points: Points of the undeformed mesh, (points, 3), m.
         dimension: 2 or 3.
-        supports: Those of the run.
+        supports: Supports of the run.
         loudest: The face whose support is shown from near; None: the first one.
     """
     low, high = points.min(axis=0), points.max(axis=0)
@@ -271,8 +271,8 @@ class Mark:
         x: Place on the beam axis, or where a fluid begins, m.
         symbol: Marker of matplotlib; empty for a fluid.
         end: Where a fluid ends, m; None for the others.
-        away: How far beside and above the axis a mass is, m.
-        ahead: How far along the axis from the section that carries it a mass is, m.
+        away: Distance of a mass beside and above the axis, m.
+        ahead: Distance of a mass along the axis from the section that carries it, m.
     """
 
     name: str

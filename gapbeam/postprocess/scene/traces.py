@@ -21,7 +21,7 @@ class Traces:
         forces: Contact force of each face in N, (n,) each.
         displacement_time: (k,), s.
         displacement: (k,), m, in the bending direction.
-        place: Whose displacement it is.
+        place: Place that has this displacement.
     """
 
     time: np.ndarray

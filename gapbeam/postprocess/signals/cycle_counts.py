@@ -38,7 +38,7 @@ class SNCurve:
         cycles: N.
 
     Raises:
-        OptionError: One of them is not positive.
+        OptionError: A parameter is not positive.
     """
 
     exponent: float
@@ -83,7 +83,7 @@ def cycle_counts(history: xr.Dataset, record: str, curve: SNCurve | None = None)
     """Return the rainflow cycles of the columns of a record.
 
     Args:
-        history: That holds the record.
+        history: History that holds the record.
         record: Its name.
         curve: S-N curve for damage, of stresses only.
 

@@ -61,7 +61,7 @@ def shock_spectrum(history: xr.Dataset, record: str, damping: float = DAMPING) -
     """Return the shock response spectra of the columns of a record that move.
 
     Args:
-        history: That holds the record, evenly spaced.
+        history: History that holds the record, evenly spaced.
         record: Of accelerations or forces.
         damping: zeta, at least 0, below 1.
 
@@ -186,7 +186,7 @@ def power_density(history: xr.Dataset, record: str, resolution: float | None = N
     """Return the power spectral densities of a record.
 
     Args:
-        history: That holds the record, evenly spaced but for a last interval of other length.
+        history: History that holds the record, evenly spaced except for a last interval of other length.
         record: Its name.
         resolution: One over the length of a window, Hz; None: so that there are 16 windows.
 

@@ -298,7 +298,7 @@ def record_columns(history: xr.Dataset, record: str) -> dict[str, Signal]:
     distance in time.
 
     Args:
-        history: That holds the record.
+        history: History that holds the record.
         record: Its name.
 
     Raises:

@@ -55,7 +55,7 @@ def atlas_sections(folder: Path, command: str) -> list[ReportSection]:
 
     Args:
         folder: As `gapbeam atlas` left it.
-        command: That makes the report.
+        command: Command that makes the report.
 
     Raises:
         ResultsError: The file cannot be read, or is no such study.
@@ -167,7 +167,7 @@ def optimum_sections(folder: Path, command: str) -> list[ReportSection]:
 
     Args:
         folder: As `gapbeam optimize` left it.
-        command: That makes the report.
+        command: Command that makes the report.
 
     Raises:
         ResultsError: The file cannot be read, or is no such study.

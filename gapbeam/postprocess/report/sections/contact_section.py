@@ -42,7 +42,7 @@ def wear_section(
     Args:
         summary: Summary of a run.
         maps: Where its faces wear; none of earlier releases.
-        command: That makes the report.
+        command: Command that makes the report.
         since: When the work begins to count.
     """
     found = summary.get("wear")
@@ -138,7 +138,7 @@ def contact_section(history: xr.Dataset, frequency: float | None, command: str) 
     Args:
         history: `Results.history`, with contact_force and penetration.
         frequency: Frequency of the forcing, Hz; None shows the tenth of the record where most happens.
-        command: That makes the figures.
+        command: Command that makes the figures.
 
     Raises:
         SignalError: A value is not finite.

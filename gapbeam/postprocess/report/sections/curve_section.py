@@ -42,7 +42,7 @@ def periodic_section(found: Mapping[str, Any], command: str) -> ReportSection:
 
     Args:
         found: `summary["periodic"]`.
-        command: That makes the figures.
+        command: Command that makes the figures.
     """
     blocks: list[Block] = []
     if found.get("stability") == "not known":
@@ -66,7 +66,7 @@ def curve_section(curve: Mapping[str, Any], command: str) -> ReportSection:
 
     Args:
         curve: Contents of curve.json.
-        command: That makes the figures.
+        command: Command that makes the figures.
     """
     points: list[dict[str, Any]] = curve["points"]
     probes = [name.removesuffix(SUFFIX) for name in points[0] if name.endswith(SUFFIX)]
@@ -179,7 +179,7 @@ def comparison_sections(folder: Path, command: str) -> list[ReportSection]:
 
     Args:
         folder: As `gapbeam compare` left it.
-        command: That makes the report.
+        command: Command that makes the report.
 
     Raises:
         ResultsError: The file cannot be read, or is no comparison.
@@ -199,7 +199,7 @@ def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
 
     Args:
         found: As `gapbeam.postprocess.comparison_report.as_data` gives it.
-        command: That makes the report.
+        command: Command that makes the report.
     """
     blocks: list[Block] = [Verdict("passed" if found["agree"] else "warning", sentence(str(found["verdict"])))]
     blocks += warnings_of([str(note) for note in found["notes"]])
@@ -251,7 +251,7 @@ def life_sections(folder: Path, command: str) -> list[ReportSection]:
 
     Args:
         folder: As `gapbeam life` left it.
-        command: That makes the report.
+        command: Command that makes the report.
 
     Raises:
         ResultsError: The file cannot be read, or is no such study.

@@ -25,7 +25,7 @@ def motion_section(analyses: Mapping[str, Analysis], command: str, repeats: bool
 
     Args:
         analyses: By probe, each with a displacement.
-        command: That makes the figures.
+        command: Command that makes the figures.
         repeats: Whether the records are a period over and over, of which the last forcing periods show everything.
     """
     blocks: list[Block] = []
@@ -205,7 +205,7 @@ def spectra_section(analyses: Mapping[str, Analysis], command: str) -> ReportSec
 
     Args:
         analyses: By probe.
-        command: That makes the figures.
+        command: Command that makes the figures.
     """
     blocks: list[Block] = []
     for names in (("displacement",), ("acceleration", "smoothed acceleration")):

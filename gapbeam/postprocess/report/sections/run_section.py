@@ -72,7 +72,7 @@ def flow_section(summary: Mapping[str, Any], command: str) -> ReportSection | No
 
     Args:
         summary: `Results.summary`.
-        command: That makes the report.
+        command: Command that makes the report.
     """
     scene = summary.get("scene")
     forces = scene.get("feedbacks") if isinstance(scene, Mapping) else None
@@ -123,7 +123,7 @@ def orbits_section(results: Results, command: str) -> ReportSection | None:
 
     Args:
         results: Results of a run with a history.
-        command: That makes the figure.
+        command: Command that makes the figure.
 
     Raises:
         ResultsError: The history cannot be read.
@@ -192,7 +192,7 @@ def run_report(results: Results, command: str) -> Report:
 
     Args:
         results: Results of a run, finished or not.
-        command: That makes the report.
+        command: Command that makes the report.
 
     Raises:
         ResultsError: A file of the results cannot be read.
@@ -280,7 +280,7 @@ def sections_of_records(results: Results, command: str) -> list[ReportSection]:
 
     Args:
         results: Results of a run with a history.
-        command: That makes the figures.
+        command: Command that makes the figures.
 
     Raises:
         ResultsError: The history cannot be read.
@@ -345,7 +345,7 @@ def several_sections(runs: Sequence[Results], command: str) -> list[ReportSectio
 
     Args:
         runs: Two at least.
-        command: That makes the report.
+        command: Command that makes the report.
 
     Raises:
         ResultsError: Results that cannot be read.

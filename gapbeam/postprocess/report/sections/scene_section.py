@@ -43,7 +43,7 @@ def scene_of(
 
     Args:
         results: Results of a run.
-        command: That makes the report.
+        command: Command that makes the report.
         begin: First time, s; None: from the start.
         end: Last time, s; None: to the end.
 
@@ -215,7 +215,7 @@ def still_scene_of(results: Results, command: str) -> MovingScene | None:
 
     Args:
         results: Results of a run with a history.
-        command: That makes the report.
+        command: Command that makes the report.
 
     Raises:
         ResultsError: The case or the history cannot be read.

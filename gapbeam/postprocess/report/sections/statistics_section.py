@@ -44,7 +44,7 @@ def energy_section(
     Args:
         history: `Results.history`.
         summary: `Results.summary`.
-        command: That makes the figures.
+        command: Command that makes the figures.
         since: When works and losses begin to count.
 
     Raises:
@@ -83,7 +83,7 @@ def energy_of_span(history: xr.Dataset, command: str) -> ReportSection | None:
 
     Args:
         history: Records of the span.
-        command: That makes the figures.
+        command: Command that makes the figures.
 
     Raises:
         SignalError: A value is not finite.
@@ -214,7 +214,7 @@ def points_section(points: Mapping[str, PointMap], command: str = "") -> ReportS
 
     Args:
         points: Points of the faces, by name.
-        command: That makes the report.
+        command: Command that makes the report.
     """
     if not points:
         return None
@@ -278,7 +278,7 @@ def impacts_section(
     Args:
         impacts: By face, as `impacts_of` has them.
         seconds: Span of time, s.
-        span: Which one, in words.
+        span: Name of this span, in words.
     """
     if not impacts or not seconds > 0.0:
         return None

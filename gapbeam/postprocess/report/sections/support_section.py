@@ -221,7 +221,7 @@ def chart_along(caption: str, y: str, lines: Mapping[str, tuple[np.ndarray, np.n
         caption: Description.
         y: Name of the vertical axis.
         lines: Places along the beam, m, increasing, and values, by face; at least one.
-        command: That makes it.
+        command: Command that makes the chart.
     """
     curves = {
         face: ChartCurve(face, 1e3 * x, values, "lines+markers" if len(x) < MARKED else "lines")

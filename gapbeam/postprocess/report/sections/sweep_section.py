@@ -156,7 +156,7 @@ def sweep_sections(folder: Path, command: str) -> list[ReportSection]:
 
     Args:
         folder: As `gapbeam sweep` left it.
-        command: That makes the report.
+        command: Command that makes the report.
 
     Raises:
         ResultsError: A file cannot be read, or is no sweep.
@@ -362,7 +362,7 @@ def uncertain_sections(folder: Path, command: str) -> list[ReportSection]:
 
     Args:
         folder: As a study of uncertain values left it.
-        command: That makes the report.
+        command: Command that makes the report.
 
     Raises:
         ResultsError: The file cannot be read, or is no such study.

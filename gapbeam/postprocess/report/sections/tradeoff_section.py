@@ -44,7 +44,7 @@ def stability_sections(folder: Path, command: str) -> list[ReportSection]:
 
     Args:
         folder: As `gapbeam stability` left it.
-        command: That makes the report.
+        command: Command that makes the report.
 
     Raises:
         ResultsError: The file cannot be read, or is no such study.
@@ -139,7 +139,7 @@ def tradeoff_sections(folder: Path, command: str) -> list[ReportSection]:
 
     Args:
         folder: As `gapbeam tradeoff` left it.
-        command: That makes the report.
+        command: Command that makes the report.
 
     Raises:
         ResultsError: The file cannot be read, or is no trade-off.
@@ -222,7 +222,7 @@ def identification_blocks(folder: Path, command: str = "") -> list[Block]:
 
     Args:
         folder: Of `gapbeam identify`.
-        command: That made it.
+        command: Command that made the results.
 
     Raises:
         ResultsError: No identification there.

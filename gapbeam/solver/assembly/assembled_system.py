@@ -118,7 +118,7 @@ def holding_springs(case: Case, patterns: Sequence[Array], *, restraining: bool)
     Args:
         case: The case.
         patterns: As in `attached_rows`.
-        restraining: Which of both.
+        restraining: Whether the springs are those that restrain the model, not those for holds.
     """
     rows, stiffness = list[Array](), list[float]()
     for one, row in attached_rows(case, patterns):

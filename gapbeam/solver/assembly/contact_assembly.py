@@ -91,7 +91,7 @@ def contact_operator(
     Args:
         space: Blocked vector Lagrange space.
         faces: Local facets by the name of the face that they touch.
-        supported: These faces, with their sides and gaps.
+        supported: Faces of the supports, with their sides and gaps.
         width: Factor of the weights in 2D, 1 in 3D, m.
         rule: Where the contact points of a facet lie.
         follows: Whether T is needed: the interface then holds all components of the nodes on the faces.
@@ -305,7 +305,7 @@ def ring_rows(
     Args:
         space: Blocked vector Lagrange space of a solid.
         faces: Local facets by the name of the face that they touch: all those around the beam.
-        supported: These faces.
+        supported: Faces of the supports.
         rule: Where the points of a facet lie.
         count: Stations along each support; fewer where the mesh has fewer places.
         follows: Whether motion along the faces is needed.

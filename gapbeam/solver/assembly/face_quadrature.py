@@ -166,7 +166,7 @@ def gather_points(comm: MPI.Comm, points: FacePoints, merged: bool = False) -> F
 
     Args:
         comm: The ranks.
-        points: Those of this rank.
+        points: Points of this rank.
         merged: Make one of the points at the same node, with the sum of their weights: for points at nodes.
 
     Collective.

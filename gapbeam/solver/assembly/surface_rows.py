@@ -30,7 +30,7 @@ class SurfaceRows:
     """Rows that give displacement and gradient at k points, from the DOFs that they depend on.
 
     Attributes:
-        interface: These DOFs.
+        interface: DOFs that the rows depend on.
         places: The points, (k, 3), m.
         on_faces: Number of those spread over base and gland; they come first.
         displacement: (k d, interface.size), component by component of each point.

@@ -329,7 +329,7 @@ def figure_values(
     """Return figures by name, as JSON has them; one that cannot be taken has its reason.
 
     Args:
-        figures: Which.
+        figures: Figures that are asked for.
         records: By name, (times, ...), and "time".
         labels: Names along their dimensions.
     """

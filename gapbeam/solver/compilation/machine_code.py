@@ -65,7 +65,7 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], folder: Pa
 
     Args:
         function: In Python.
-        options: Those of numba.
+        options: Options of numba.
         folder: For its machine code; None: it is not kept.
         report: Called with the folder and the error where machine code cannot be kept or read.
     """

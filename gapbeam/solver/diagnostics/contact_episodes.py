@@ -153,7 +153,7 @@ class Episodes:
     Attributes:
         contact: To distinguish the faces.
         count: Episodes that ended.
-        short: Those of fewer than `RESOLVING_STEPS` steps.
+        short: Number of episodes of fewer than `RESOLVING_STEPS` steps.
         impulse: Contact force over time of all episodes, N s.
         short_impulse: Contact force over time of the short ones, N s.
         running: Steps and impulse of the episode of each closed face.

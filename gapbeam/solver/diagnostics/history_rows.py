@@ -60,7 +60,7 @@ class Instants(NamedTuple):
         joint_contact: Contact's part of the forces of joints, (times, r), N and N m; None: there are no joints.
         sliding_work: (times, faces), J; None: not measured.
         work_by_mode: Its parts, (times, faces, 3), J.
-        point_work: That of each point, (times, m), J; None: not asked for.
+        point_work: Sliding work of each point, (times, m), J; None: not asked for.
         kinetic: (times,), J, like the rest of the ledger.
         strain: With the restraint.
         restraint: Energy in the restraint.

@@ -42,7 +42,7 @@ def image_of_solution(
         free: A^-1 r, (n,).
         right_side: r, with what `hold` added, (n,), overwritten.
         forces: Change of the point forces f = w p from those held, (m,), N.
-        friction: Those of friction, h = w t, (m, k), N; None: without friction.
+        friction: Change of the friction forces, h = w t, (m, k), N; None: without friction.
         response: Response of the body to the change, where known.
 
     Collective.

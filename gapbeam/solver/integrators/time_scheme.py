@@ -144,7 +144,7 @@ class TimeScheme(Table, ABC):
         has_period_map: Whether the derivative of its march over a period is known.
         marches_sets: Whether it marches contact that yields: its work over a step is known.
         implicit: Whether a scheme with a period map takes the law at the end of the step, or its discrete gradient.
-        noise_bias: How far figures of rattling under noise are off, with its parameters as by default; empty: not
+        noise_bias: Bias of figures of rattling under noise, with its parameters as by default; empty: not
             measured.
     """
 

@@ -72,7 +72,7 @@ class KernelData:
         step: s.
         begin: Time of the state, s.
         modes: Number of modes.
-        variables: What may be set and read.
+        variables: Variables that may be set and read.
     """
 
     block: Array
@@ -354,7 +354,7 @@ def model_description(data: KernelData, name: str, token: str, end: float | None
     Args:
         data: The scene.
         name: Name of the model.
-        token: That an importer hands to the library.
+        token: Token that an importer hands to the library.
         end: Default stop time, s; None: there is none.
     """
     root = ElementTree.Element(

@@ -57,7 +57,7 @@ class Multigrid:
         matrix: The assembled part of A, symmetric positive definite, in rows; it is taken over.
         space: The space of its DOFs.
         prefix: Prefix of PETSc's options.
-        added: What is added to the matrix, as a product on blocks of columns; None: nothing.
+        added: Terms added to the matrix, as a product on blocks of columns; None: nothing.
 
     Collective to make and to use.
     """

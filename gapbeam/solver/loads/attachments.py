@@ -79,7 +79,7 @@ class MeanMotion:
 
     Attributes:
         x: The place, m.
-        name: Which motion.
+        name: Name of this motion.
         offset: From the centroid of the section to the point, along x, y and z, m; displacements alone have one.
     """
 

@@ -317,7 +317,7 @@ class RowReader:
         file: The text.
         layout: Its layout.
         line: Number of the last line that was read.
-        text: That line.
+        text: Text of this line.
     """
 
     file: io.TextIOWrapper

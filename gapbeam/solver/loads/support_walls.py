@@ -26,7 +26,7 @@ def walls_of(loads: Sequence[Load], layout: Layout, contact: ContactOperator, di
     """Return the motions of walls.
 
     Args:
-        loads: Those of a case.
+        loads: Loads of a case.
         layout: Its supports.
         contact: Operator at their contact points.
         dimension: 2 or 3.
@@ -95,7 +95,7 @@ def face_motions(loads: Sequence[Load], layout: Layout, dimension: int) -> dict[
     """Return by how much a unit of each motion changes gap, offset and lateral of the faces that it moves.
 
     Args:
-        loads: Those of a case.
+        loads: Loads of a case.
         layout: Its supports.
         dimension: 2 or 3.
 

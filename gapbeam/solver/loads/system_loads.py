@@ -22,7 +22,7 @@ def make_loads(loads: Sequence[CaseLoad], patterns: Sequence[Array], dimension: 
     """Return the loads of a system, and after them the static forces that loads add, such as preloads.
 
     Args:
-        loads: Those of a case.
+        loads: Loads of a case.
         patterns: Forces of each part of `load_parts.patterned` per unit factor, (n,), N.
         dimension: 2 or 3.
     """

@@ -155,7 +155,7 @@ def in_one_line(message: str) -> str:
     """Return the first line of a message, or the first fault of a case that was refused.
 
     Args:
-        message: That of an error, such as `str(CaseError)`.
+        message: Message of an error, such as `str(CaseError)`.
     """
     lines = [line.strip() for line in message.strip().splitlines() if line.strip()] or [""]
     if not lines[0].endswith(NOTHING_RUN) or len(lines) < 2:

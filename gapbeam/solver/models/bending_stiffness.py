@@ -60,8 +60,8 @@ class BendingStiffness:
     """Relative errors of the bending stiffness of a mesh.
 
     Attributes:
-        round_off: Which share of a deflection round-off may change, e, in the plane that is softer.
-        missing: Which share of the softest deflection locked cells leave out, 0 to 1.
+        round_off: Share of a deflection that round-off may change, e, in the plane that is softer.
+        missing: Share of the softest deflection that locked cells leave out, 0 to 1.
     """
 
     round_off: float = 0.0

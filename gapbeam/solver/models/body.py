@@ -145,7 +145,7 @@ class Body:
         patch: Size of the patches of `contact.points` with its reason; None without.
         expansion: From the DOFs marched to those of the mesh that this rank owns; None: they are the same.
         basis: Size and error of the reduced basis; None for other models.
-        holding: What gives the forces of joints that hold motions the basis has not; None: there are none.
+        holding: Operator for the forces of joints that hold motions the basis has not; None: there are none.
         bending: Accuracy of the bending stiffness of a mesh.
         seconds: Wall time of each part of the set-up.
         made_by: Versions of what an earlier process made it with; empty: this process made it.

@@ -265,8 +265,8 @@ def judged(stability: Stability, others: Mapping[str, Stability], way: str = "th
     """Return multipliers that were found in one way, judged by those of other ways.
 
     Args:
-        stability: Those of the best way.
-        others: Those of other ways, by name.
+        stability: Multipliers found in the best way.
+        others: Multipliers found in other ways, by name.
         way: Name of the best way.
     """
     found = {way: stability, **others}

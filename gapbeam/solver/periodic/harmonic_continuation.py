@@ -91,7 +91,7 @@ def climb(
         modal: The system; its loads are those of the steady state.
         law: Contact law.
         omega: Base angular frequency, rad/s: of the forcing, or its p-th part.
-        harmonics: Those of the highest stage.
+        harmonics: Number of harmonics of the highest stage.
         samples_per_harmonic: Samples in a period over the number of harmonics.
         start: A series and its coefficients of modal coordinates, (2 H + 1, n); None: rest.
         near: Whether the start is near the response, so that the last two stages are enough.

@@ -170,7 +170,7 @@ class ProbeFigures:
     """Listens to the steps of a period.
 
     Attributes:
-        model: Whose probes they are.
+        model: Model that has the probes.
         places: Displacement of every probe in the bending direction at the end of every step, m.
     """
 
@@ -251,7 +251,7 @@ def find_response(
     Raises:
         NotConverged: There is none near the start, or the method does not get there.
         UserError: Harmonic balance would be too large.
-        Interrupted: It was asked for.
+        Interrupted: The user asked to stop.
 
     Collective.
     """

@@ -20,7 +20,7 @@ class Outcome:
         exit_status: 0, or the status of what went wrong.
         message: One line for the user.
         summary: The contents of summary.json.
-        body: That of a small model on one process, for other models on it; None: it is not kept.
+        body: Body of a small model on one process, for other models on it; None: not kept.
     """
 
     folder: Path

@@ -74,7 +74,7 @@ class SceneCheckpoint:
             written: Records up to now.
 
         Raises:
-            NotWritten: It could not be written; those before it are as they were.
+            NotWritten: The checkpoint could not be written; earlier ones are unchanged.
         """
         marcher, accounts, records = self.marcher, self.accounts, self.records
         arrays = {name: getattr(marcher, name) for name in MARCHED}

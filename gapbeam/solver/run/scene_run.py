@@ -229,7 +229,7 @@ def _left(folder: Path, mark: str) -> dict[str, Any]:
     """Return the summary of an earlier run of the same scene; empty where there is none.
 
     Raises:
-        UserError: It is one of another scene.
+        UserError: The summary belongs to another scene.
     """
     path = folder / SUMMARY_FILE
     try:
@@ -332,7 +332,7 @@ class SceneMarch:
 
         Args:
             folder: Where results go.
-            checkpoint: What is kept from time to time, and where the march is interrupted.
+            checkpoint: Checkpoint, saved from time to time and where the march is interrupted.
             kept: Records of an earlier run that stay; None: it begins.
 
         Raises:

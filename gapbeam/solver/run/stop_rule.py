@@ -47,7 +47,7 @@ class StopRule:
         """Refuse a rule that a run of a case cannot follow.
 
         Raises:
-            UserError: It is refused.
+            UserError: A run of the case cannot follow the rule.
         """
         if not (isfinite(self.relative_error) and 0.0 < self.relative_error <= LARGEST):
             found, most = apart(self.relative_error, LARGEST)
@@ -86,7 +86,7 @@ class StopRule:
 
         Args:
             statistics: At the end of the run.
-            end: That end, s.
+            end: Time of this end, s.
             narrow: Whether the rule ended the run: the interval is narrow enough.
             doubts: On the figures. A doubt on the figure of the rule, beyond the error asked for, leaves the rule not
                 met: a longer run would not help.
@@ -115,7 +115,7 @@ def refuse_not_met(found: dict[str, Any] | None) -> None:
         found: Result of `StopRule.judge`; None: there is no rule.
 
     Raises:
-        IntervalNotMet: It is not.
+        IntervalNotMet: The interval is too wide.
     """
     if found is None or found["met"]:
         return

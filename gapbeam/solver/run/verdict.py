@@ -239,7 +239,7 @@ def judge_curve(curve: Mapping[str, Any] | None) -> None:
         curve: `summary["periodic"]["curve"]`.
 
     Raises:
-        RangeNotCovered: It covers only a part.
+        RangeNotCovered: The curve covers only a part of the range.
     """
     if curve is None or not curve["missing"]:
         return
@@ -298,8 +298,8 @@ def wear_figures(
     Args:
         model: Model of the run.
         accounts: At its end.
-        statistics: Those of the summary; None: the run has none.
-        gathered: What they were made of.
+        statistics: Statistics in the summary; None: the run has none.
+        gathered: Gathered records that the statistics come from.
         too_few_steps: Of `Doubts`: how many steps an impact has and needs; None: it has enough.
     """
     wear, work, parts = model.case.wear, accounts.sliding.by_face, accounts.sliding.parts_by_face

@@ -171,7 +171,7 @@ def matrix(value: Any, where: str) -> Any:
     """Return a square matrix of floats, dense or in compressed rows.
 
     Raises:
-        UserError: It is not square, or has entries that are not finite.
+        UserError: The matrix is not square, or has entries that are not finite.
     """
     if scipy.sparse.issparse(value):
         found = scipy.sparse.csr_matrix(value)

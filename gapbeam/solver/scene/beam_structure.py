@@ -211,11 +211,11 @@ def refuse_buckling(K: Any, tension: float, where: str, argument: str = "tension
     Args:
         K: Stiffness with it of what supports leave, sparse; None: not all is held.
         tension: The compression, below 0, N.
-        where: How the structure is called in messages.
+        where: Name of the structure in messages.
         argument: Where the compression is given.
 
     Raises:
-        ArgumentError: It does.
+        ArgumentError: The compression buckles the structure.
     """
     if K is None or has_negative_direction(K):
         raise ArgumentError(

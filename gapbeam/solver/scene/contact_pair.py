@@ -150,7 +150,7 @@ class Contact:
         likewise for other values of the law.
 
         Raises:
-            UserError: It has no such value.
+            UserError: The contact has no such value.
         """
         whole = name.removesuffix("_factor")
         if whole != name and whole in self.law.kind.names:

@@ -324,7 +324,7 @@ def _numbers(value: Any, where: str) -> Any:
     """Return a float, or an array over the members of an ensemble.
 
     Raises:
-        UserError: It is neither.
+        UserError: The value is neither a number nor such an array.
     """
     found = finite(value, where)
     if found.ndim > 1 or not found.size:

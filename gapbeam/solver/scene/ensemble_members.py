@@ -282,7 +282,7 @@ class LaneFigures:
 
     Args:
         scene: The scene.
-        figures: That `lane_figure_faults` has nothing against.
+        figures: Figures that `lane_figure_faults` accepts.
         lanes: Members side by side.
     """
 

@@ -39,7 +39,7 @@ class FlowSpan:
 
     Attributes:
         points: StructurePoints of the same motions: 1 across the flow, or 2, along and across the flow.
-        lengths: That each point stands for, (points,), m.
+        lengths: Length that each point stands for, (points,), m.
         velocity: At each point over the reference velocity, (points,).
         density: At each point over the reference density, (points,).
     """

@@ -82,7 +82,7 @@ class LawKind:
         """Return the value of a parameter: a number, or an array over the members of an ensemble.
 
         Raises:
-            UserError: It is not finite, empty, or negative where it may not be.
+            UserError: The value is not finite, empty, or negative where it may not be.
         """
         where = f"law {self.name}: {name}"
         found = finite(value, where)
@@ -146,7 +146,8 @@ def law(
         adhesive: Whether the law acts beyond touch, too, and may pull.
         nonnegative: Names of parameters that may not be negative.
         positive: Names of parameters that may not be 0 either.
-        settle: What the law remembers after a step; see `LawKind`. These are its parameters with defaults.
+        settle: Function that returns the memory of the law after a step; see `LawKind`. Parameters with defaults are
+            this memory.
 
     Raises:
         UserError: A name is that of no parameter.

@@ -73,7 +73,7 @@ class FrameRoute:
     Args:
         corners: Its ends and corners, (count, 3), m.
         radius: Radius of the bend at each corner: a number for all, or one for each corner between the ends; 0: sharp.
-        where: How its structure is called in messages.
+        where: Name of its structure in messages.
 
     Raises:
         UserError: There are fewer than two corners, two are one, a leg is shorter than its bends, or a leg turns back.
@@ -175,7 +175,7 @@ class FrameAxes:
 
     Args:
         routes: The first, and its branches.
-        where: How their structure is called in messages.
+        where: Name of their structure in messages.
 
     Raises:
         UserError: A branch meets no other route.
@@ -220,7 +220,7 @@ class FrameAxes:
         """Return the route of a station, and the length along it.
 
         Raises:
-            UserError: It is off the first route.
+            UserError: The station is off the first route.
         """
         given, length = finite(at, where), self.routes[0].length
         if given.shape == (3,):

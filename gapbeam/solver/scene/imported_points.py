@@ -143,7 +143,7 @@ def meshio_mesh(path: Path) -> Any:
     """Return the mesh of a file that meshio reads, without its prints.
 
     Raises:
-        ValueError: It reads nothing.
+        ValueError: The file has no mesh that meshio reads.
     """
     import meshio
 
@@ -334,7 +334,7 @@ class Rows:
         """Return the DOFs of a unit motion along a direction of space.
 
         Raises:
-            ArgumentError: It is no direction.
+            ArgumentError: The vector is no direction.
         """
         direction = np.asarray(frame, dtype=float)
         if direction.shape != (3,) or not np.linalg.norm(direction) > 0.0:

@@ -194,7 +194,7 @@ def limit_cycle(
         steps: In a period.
         start: Where to begin.
         period: Estimate of the period, s; default: from a march.
-        cycles: That the march may take to settle.
+        cycles: Cycles that the march may take to settle.
         passes: Of Newton's method at most.
 
     Raises:

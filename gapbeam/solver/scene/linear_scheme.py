@@ -344,7 +344,7 @@ class StepSums(NamedTuple):
         top: Largest contact force, (contacts, lanes), N.
         total: Sum of contact forces.
         closed: Steps that touched.
-        closings: How often contacts closed.
+        closings: Number of closings of each contact.
         before: 1 where a contact touched in the step before, else 0, (contacts, lanes).
         first: First motion of each contact, and their number, (contacts + 1,).
         waves: Sums of displacements times turns, (watched, rows, lanes).

@@ -60,7 +60,7 @@ def refuse_half(A: Any, path: Path, argument: str) -> None:
     """Refuse a matrix with entries on one side of its diagonal only.
 
     Raises:
-        ArgumentError: It is one.
+        ArgumentError: The matrix has entries on one side of its diagonal only.
     """
     upper, lower = abs(sp.triu(A, 1)).sum(), abs(sp.tril(A, -1)).sum()
     if (upper == 0.0) != (lower == 0.0):

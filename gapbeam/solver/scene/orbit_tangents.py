@@ -371,7 +371,7 @@ class _Orbit:
         """Return derivatives at the same motion and forces: of states and forces after each step, of moves, of points.
 
         Raises:
-            UserError: They are not smooth.
+            UserError: States, forces or motions do not depend smoothly on the parameter.
         """
         n, m, nx = self.problem.scene.size, self.problem.scene.motions, len(self.X[0])
 
@@ -442,7 +442,7 @@ def _following(shifted: Callable[[float], Scene], base: _Problem, path: str) -> 
     """Return the derivative of the period by a parameter's shift: that after which loads and walls still repeat.
 
     Raises:
-        UserError: They repeat after no period.
+        UserError: The loads and walls repeat after no period.
     """
     T = base.h * base.steps
     times = base.t + base.h * (np.arange(base.steps) + 0.5)

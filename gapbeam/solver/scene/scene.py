@@ -36,7 +36,7 @@ class SceneState:
         z: States of the feedback.
         F: Contact forces, the mean over the last step, (motions, lanes).
         a: Accelerations, where the scheme needs them.
-        memory: What laws of contacts remember, such as that a snubber is locked, (values, lanes); default nothing.
+        memory: Memory of contact laws, such as that a snubber is locked, (values, lanes); default nothing.
     """
 
     t: float
@@ -126,7 +126,7 @@ class Scene:
         """Return the number of a structure of the scene.
 
         Raises:
-            UserError: It is not of the scene; `what` says what is there.
+            UserError: The structure is not in the scene; the message names `what`.
         """
         for group in (self.given, self.structures) if hasattr(self, "structures") else (self.given,):
             for place, one in enumerate(group):

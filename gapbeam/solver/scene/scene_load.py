@@ -138,7 +138,7 @@ class Load:
         """Return the load with another "value" or parameter.
 
         Raises:
-            UserError: It has no such parameter.
+            UserError: The load has no such parameter.
         """
         if name != "value" and name not in self.parameters:
             known = ", ".join(["value", *self.parameters])
@@ -283,7 +283,7 @@ def unit_direction(direction: ArrayLike | None, where: str) -> Array:
     """Return a direction of space, (3,), of length 1.
 
     Raises:
-        UserError: It is none.
+        UserError: The vector is no direction.
     """
     given = np.zeros(0) if direction is None else finite(direction, f"{where}: direction")
     if given.shape != (3,) or not np.any(given):

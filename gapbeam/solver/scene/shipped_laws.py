@@ -147,7 +147,7 @@ def check_law(law: ForceLaw) -> None:
     digits: see `integral_check`. And W(b) - W(a) = M(a, b) (b - a).
 
     Raises:
-        UserError: They differ.
+        UserError: The potential differs from the spring, or the closed mean from the potential.
     """
     values = tuple(float(np.ravel(one)[0]) for one in law.values)
     kind = law.kind

@@ -64,7 +64,7 @@ class StructurePoint:
         """Refuse a point that moves along its structure.
 
         Raises:
-            UserError: It is one.
+            UserError: The point moves along its structure.
         """
         if self.is_moving:
             raise UserError(f"{where}: found point {self.name or '?'}, which moves, expected {instead}")

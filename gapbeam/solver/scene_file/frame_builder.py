@@ -74,7 +74,7 @@ def framed(
         held: Joints of the structure.
 
     Raises:
-        UserError: It cannot be made.
+        UserError: The frame cannot be made.
     """
     axes, places = _axes(table, model, members), dict[str, PlacedPoint]()
     for name, (at, way) in points.items():

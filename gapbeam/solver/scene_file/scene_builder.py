@@ -197,7 +197,7 @@ def _body(site: Site, table: BodyTable) -> Structure:
     """Return a structure.
 
     Raises:
-        UserError: It cannot be made.
+        UserError: The structure cannot be made.
     """
     model, points = table.model, [one for one in site.case.point if one.structure == table.name and not one.speed]
     held = [one for one in site.case.joint if getattr(one, "structure", None) == table.name]
@@ -236,7 +236,7 @@ def _condensed(site: Site, table: BodyTable) -> Structure:
     """Return a structure as it is marched: reduced, and damped.
 
     Raises:
-        UserError: It cannot be.
+        UserError: The structure cannot be reduced or damped.
     """
     one = site.bodies[table.name]
     if table.reduce is not None:

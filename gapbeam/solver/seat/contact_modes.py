@@ -174,10 +174,10 @@ class HeldModes:
         closed: Contact points that are closed.
         points: Contact points.
         frequencies: Frequencies of all modes that were found, ascending, (k,), Hz.
-        shapes: Theirs, on the DOFs of the model that this rank owns, (n, k).
-        motions: Motions of their sections, (k,).
-        places: Where these are, (slices,), m.
-        masses: Theirs, (slices,), kg.
+        shapes: Mode shapes, on the DOFs of the model that this rank owns, (n, k).
+        motions: Motions of the sections, (k,).
+        places: Places of the sections, (slices,), m.
+        masses: Masses of the sections, (slices,), kg.
         length: Length of the beam, m.
     """
 

@@ -200,7 +200,7 @@ def mode_motion(model: Model, wanted: StartMode) -> ModeMotion:
 
     Args:
         model: The model.
-        wanted: Which mode, how large, and its phase.
+        wanted: Mode that is wanted, its amplitude and its phase.
 
     Raises:
         UserError: The model has no such mode, the mode is a rigid motion, or it does not move the probe.

@@ -31,7 +31,7 @@ def polygon_faults(points: Loop, holes: Sequence[Loop], thickness: float, width:
 
     Args:
         points: Its corners, m.
-        holes: Those of each hole, m.
+        holes: Corners of each hole, m.
         thickness: Size of the beam along z, m.
         width: Size along y, m.
     """

@@ -57,7 +57,7 @@ def torsion_of_blocks(corner: tuple[float, float], outer: tuple[float, float], b
     Args:
         corner: (y, z) of the corner where the blocks meet, m.
         outer: (y, z) of the outer corner, m.
-        blocks: Which of the four blocks are filled.
+        blocks: Whether each of the four blocks is filled.
     """
     lines = [_graded(inner, end) for inner, end in zip(corner, outer, strict=True)]
     sizes = [np.diff(line) for line in lines]

@@ -178,7 +178,7 @@ class Support:
             positions: Contact points, (m, 3), m.
 
         Raises:
-            ValueError: They are other faces.
+            ValueError: The faces are others.
         """
         if [(face.name, face.side) for face in faces] != [(face.name, face.side) for face in self.faces]:
             raise ValueError(f"the faces {[face.name for face in faces]}; expected {list(self.face_names)}")

@@ -26,7 +26,7 @@ class Circles:
     """The k stations.
 
     Attributes:
-        points: Which contact points they are, (k,).
+        points: Number of the contact point of each station, (k,).
         members: The points around each section that it stands for, among the points around all sections.
         plane: Rows that give the motion of each axis along y and z, (2k, interface.size).
         surface: Rows that give the motion of the surface: along x on the axis, its change along y and z, and the

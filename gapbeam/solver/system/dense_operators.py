@@ -56,7 +56,7 @@ def lowest_modes_by_blocks(
         count: Modes, fewer than n.
 
     Raises:
-        RunError: They did not converge.
+        RunError: The iterations did not converge.
     """
     start = np.random.default_rng(0).standard_normal((size, min(BLOCK, size)))  # the same in every run
     V = _orthonormal(solve(mass(start)), np.zeros((size, 0)), mass)
@@ -111,7 +111,7 @@ class LargeFactor:
         operator: A, sparse, with both triangles.
 
     Raises:
-        NotConverged: It is singular, or there is not enough memory.
+        NotConverged: The matrix is singular, or there is not enough memory.
     """
 
     def __init__(self, operator: Any) -> None:
@@ -274,7 +274,7 @@ class DenseOperators:
         """Factor mass M + stiffness K + springs + added, positive definite; massless rows as in `Operators`.
 
         Raises:
-            NotConverged: It is not positive definite.
+            NotConverged: The operator is not positive definite.
         """
         effective = mass * self.mass + stiffness * self.stiffness
         if stiffness == 0.0:
@@ -331,7 +331,7 @@ class SparseFactor:
         operator: A, symmetric and positive definite.
 
     Raises:
-        NotConverged: It is singular.
+        NotConverged: The matrix is singular.
     """
 
     tolerance = 0.0
@@ -410,7 +410,7 @@ class SparseOperators:
         """Factor mass M + stiffness K; a basis needs no springs.
 
         Raises:
-            NotConverged: It is singular.
+            NotConverged: The operator is singular.
         """
         assert springs is None
         assert added is None
@@ -431,7 +431,7 @@ class SparseOperators:
             factor: Solver for K + sigma M.
 
         Raises:
-            RunError: They did not converge.
+            RunError: The iterations did not converge.
         """
         if is_for_mumps(self.size):
             return lowest_modes_by_blocks(factor.solve, self.apply_mass, self.size, shift, count)

@@ -96,7 +96,7 @@ class Operators(Protocol):
 
     Attributes:
         size: Number of DOFs that this rank owns, n.
-        massless: Which of them have no mass, (n,): rows and columns of M that are zero.
+        massless: Numbers of the DOFs without mass, (n,): rows and columns of M that are zero.
     """
 
     size: int
@@ -147,7 +147,7 @@ class Interface:
         """Return the numbers of all interface DOFs over all ranks, (size,). Collective.
 
         Args:
-            first: That of this rank's first DOF.
+            first: Number of this rank's first DOF.
             total: Sums an array over ranks.
         """
         mine = np.zeros(self.size)
@@ -325,7 +325,7 @@ class Reactions:
             v: Their velocities, (times, n).
             factors: s_k, (times, loads).
             of_contact: The part of contact, (times, r).
-            operators: They sum over ranks.
+            operators: Operators, for sums over ranks.
 
         Collective.
         """

@@ -28,8 +28,8 @@ class UpdatedFactor:
     """The factor of A + sum_j a_j b_j b_j^T from that of A.
 
     Attributes:
-        factor: That of A.
-        operators: They sum over ranks.
+        factor: Factor of A.
+        operators: Operators, for sums over ranks.
         responses: W, (n, k).
         inner: R, (k, k), symmetric.
     """
@@ -73,7 +73,7 @@ def updated(factor: Factor, operators: Operators, added: RankOnes | None) -> Fac
 
     Args:
         factor: The factor of A.
-        operators: They sum over ranks.
+        operators: Operators, for sums over ranks.
         added: The sum; None: A stays what it is.
 
     Collective.
@@ -109,7 +109,7 @@ class AttachedOperators:
         body: The operators of the body alone.
         masses: Moving masses, kg.
         springs: Springs to the frame, N/m, at the same places.
-        restraint: Those of them that are weak restraints.
+        restraint: Springs among them that are weak restraints.
 
     Attributes:
         body: The operators of the body alone.
@@ -159,7 +159,7 @@ def attached(body: Operators, masses: RankOnes, springs: RankOnes, restraint: Ra
         body: The operators of the body alone, which do not change.
         masses: Moving masses, kg.
         springs: Springs to the frame, N/m, at the same places.
-        restraint: Those of them that are weak restraints.
+        restraint: Springs among them that are weak restraints.
     """
     if not (np.any(masses.coefficients) or np.any(springs.coefficients)):
         return body

@@ -57,7 +57,7 @@ def pressed_span(pressed_for: float, before: float, depth: float, dt: float) -> 
     Args:
         pressed_for: Time that the face has been pressed at the start of the step, s.
         before: Penetration at the start of the step of the point that is deepest at its end, m.
-        depth: That at the end, m.
+        depth: Penetration of the same point at the end, m.
         dt: Size of the step, s.
     """
     if pressed_for > 0.0:

@@ -174,7 +174,7 @@ def refuse_scene(data: Mapping[str, Any], path: Path) -> None:
     """Refuse a file with [[structure]], which makes a scene, where a case with one beam is needed.
 
     Raises:
-        CaseError: It is one.
+        CaseError: The file makes a scene.
     """
     if SCENE in data:
         fault = Fault(

@@ -130,7 +130,7 @@ def read_toml(text: str) -> dict[str, Any]:
     """Return the contents of a TOML text.
 
     Raises:
-        ValueError: It is not TOML, or holds a number of thousands of digits.
+        ValueError: The text is not TOML, or holds a number of thousands of digits.
         RecursionError: Lists or tables are nested too deep, by brackets or by dots: tomllib takes memory as
             the square of the parts of a key.
     """

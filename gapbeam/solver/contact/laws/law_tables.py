@@ -46,7 +46,7 @@ class ChosenLaw(Table):
         exact: Exact formulations go by this law, without its damper.
         takes_damping: The coefficient is contact.damping; the others bring their own.
         by_touch_speed: The coefficient follows from the speed at touch of each point, as touch_product / speed.
-        keeps_set: It yields, and each point keeps its plastic set.
+        keeps_set: The law yields, and each point keeps its plastic set.
         rolls: Its resultant on the line along which a round section meets a flat wall is known, `line_law`.
     """
 

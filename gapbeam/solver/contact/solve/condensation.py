@@ -71,7 +71,7 @@ class CondensedOperator:
         dashpots: c_d times the dashpots of the system; None: it has none.
         symmetric: Whether D = G A^-1 H^T is: where H = G.
         iterative: Whether A is solved with by iterations: no.
-        diagonal: That of D, (m,).
+        diagonal: Diagonal of D, (m,).
         largest_compliance: Its largest entry.
         seconds: Wall time of the factorization and of the Delassus operator.
     """
@@ -201,7 +201,7 @@ class CondensedOperator:
 
         Args:
             scale: s.
-            active: Which points, (a,).
+            active: Numbers of the active points, (a,).
             compliance: c > 0, (a,).
             target: t, (a,), overwritten.
             change: f_o at the other points, 0 at the active ones, (m,), N; overwritten.
@@ -247,7 +247,7 @@ class CondensedOperator:
 
         Args:
             scale: s.
-            points: Which points, (a,).
+            points: Numbers of these points, (a,).
             compliance: c > 0, (a,).
             target: t, (a,).
 
@@ -401,11 +401,11 @@ class MatrixFreeOperator:
 
         Args:
             scale: s.
-            active: Which points, (a,).
+            active: Numbers of the active points, (a,).
             compliance: c > 0, (a,).
             target: t, (a,).
             change: f_o at the other points, 0 at the active ones, (m,), N.
-            response: That of a guess at all forces, which the iterations start from, or None.
+            response: Response to a guess at all forces, which the iterations start from, or None.
 
         Returns:
             All forces, (m,), and their response.

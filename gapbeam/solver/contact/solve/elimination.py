@@ -13,7 +13,7 @@ def eliminate(matrix: Array, right: Array, size: int) -> bool:
     Args:
         matrix: Its first rows and columns, overwritten.
         right: Right side, then the solution.
-        size: How many rows and columns.
+        size: Number of rows and columns.
     """
     for row in range(size):
         _pivot(matrix, right, row, size)

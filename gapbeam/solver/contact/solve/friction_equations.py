@@ -69,7 +69,7 @@ class Rubbing(NamedTuple):
     Attributes:
         rows: B in modal coordinates, (b, n): those of G or R first.
         compliance: B A^-1 B^T, (b, b).
-        table: What the motions of all points are made of.
+        table: Rows of B that make up the motions of all points.
         sliding: Coefficient mu of points that slide, (m,).
         sticking: And of points that stick, (m,).
         slip_velocity: v0, m/s.
@@ -85,7 +85,7 @@ class Rubbing(NamedTuple):
         right: Right side of their equations, (m (1 + k),).
         matrix: Room for these equations, (m (1 + k), m (1 + k)).
         on_rows: Forces on the rows of B, (b,), N.
-        moved: What they make of the motions of B, (b,).
+        moved: Motions of B under these forces, (b,).
         free: Motions of B in the balance while the forces stay, NaN where none was asked for, (b,), m/s.
         on_face: Friction force on each face, (faces, k), N.
         shared: Room for equations of the motions that points share.
@@ -252,8 +252,8 @@ def set_friction_equations(
         creep: v0, m/s.
         missed: Largest force by which the contact law is missed, N.
         largest: Largest contact force, N.
-        floor: What round-off of the penetration makes of it, N.
-        before: What was missed before the last update.
+        floor: Round-off of that force due to round-off of the penetration, N.
+        before: Residuals before the last update.
 
     Returns:
         The number of equations, -1 where the forces need no update; and what is missed.

@@ -25,7 +25,7 @@ class SharedMotions(NamedTuple):
     """Room for the motions that forces act on.
 
     Attributes:
-        used: Those that any force acts on, the first u, (b,).
+        used: Motions that any force acts on, the first u, (b,).
         place: Where each stands among them, (b,); -1: nowhere.
         number: u, (1,).
         effect: S^T E of these, (b, b), N/m.

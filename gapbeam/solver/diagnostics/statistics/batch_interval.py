@@ -393,7 +393,7 @@ class LargestOfMap:
 
     Attributes:
         point: Index of the point with the largest mean.
-        interval: That mean, and the 95 % interval of the largest true mean.
+        interval: Mean of this point, and the 95 % interval of the largest true mean.
         elsewhere: Mean at places that other batches chose.
         points: Number of points.
     """

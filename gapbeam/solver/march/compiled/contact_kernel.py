@@ -73,7 +73,7 @@ class Solution(NamedTuple):
         elastic: Its elastic part, Pa.
         newton: The change that the linearized law asks for, N.
         update: Its difference from the change, N.
-        deeper: What that does to the penetration, m.
+        deeper: Change of the penetration by this update, m.
         compliance: 1 / (w kappa) of active points, else 0, m/N.
         target: Right side in the order of the factor.
         factor: Factor of the active block.

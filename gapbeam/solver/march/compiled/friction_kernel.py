@@ -45,7 +45,7 @@ def solve_with_friction(
         friction: Changed in place.
         around: Points around rigid sections; None: others.
         balance: The linear side.
-        step: What the law is given.
+        step: Input of the law.
         law: The contact law.
         rubbed: Memory of the points at the start of the step, see `KernelState`.
         velocity: Of the balance while the forces stay, (n,).

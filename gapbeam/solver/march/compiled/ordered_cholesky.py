@@ -25,7 +25,7 @@ class OrderedFactor(NamedTuple):
         compliance: c that each row was made with, (m,), m/N.
         filled: Number of rows that hold, (1,).
         spare: Room for an order, (m,).
-        placed: Which points have a row, (m,).
+        placed: Not 0 at points that have a row, (m,).
     """
 
     rows: Array

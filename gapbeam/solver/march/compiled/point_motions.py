@@ -54,7 +54,7 @@ class AroundPoints(NamedTuple):
         after: s at the end of the step, (k,), m.
         guess: Change of s up to the guess of the scheme, (k,), m.
         rate: Its rate, (k,), m/s.
-        free: What the step adds to the guess as long as the contact forces stay, (k,), m.
+        free: Change of s in the step beyond the guess while the contact forces stay, (k,), m.
         bound: Largest motion of each section in the step, (k / 2,), m.
         pressed: 1 for sections with a point under pressure, else 0, (k / 2,).
         stations: Points that are stations in round holes, (t,).

@@ -106,7 +106,7 @@ def turn_with_forces(
     Args:
         around: The points.
         balance: The linear side.
-        step: What the law is given.
+        step: Input of the law.
         law: The law.
         found: The solution along the directions before, brought up to date in place.
         left: By how much directions turned after it, no unit.

@@ -199,7 +199,7 @@ def record_friction(rubbed: Array, weights: Array, faces: Indices, levers: Array
         rubbed: Memory of the points.
         weights: w, (m,), m^2.
         faces: Face of each point, (m,).
-        levers: What a force along each direction adds there, (m k, r).
+        levers: Forces of joints per unit force along each direction of each point, (m k, r).
         forces: The record, 0 before.
         joints: Changed in place.
     """

@@ -54,8 +54,9 @@ def linearized_steps(
     Args:
         squares: s, (n,), 1/s^2.
         inverse: 1 / A without dashpots, (n,), s.
-        updates: What dashpots change in it, `gapbeam.solver.march.compiled.plan_arrays.inverse_updates`, (k, n).
-        factors: Of these, (k,).
+        updates: Rows of its rank-one updates by dashpots, `gapbeam.solver.march.compiled.plan_arrays.inverse_updates`,
+            (k, n).
+        factors: Factors of these updates, (k,).
         gaps: Phi, (m, n).
         before: Derivatives of the point forces of each step by the penetrations at its start, (steps, m), N/m.
         after: By those at its end, (steps, m), N/m.

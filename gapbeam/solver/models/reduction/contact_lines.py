@@ -152,7 +152,7 @@ def face_shapes(
         contact: The contact points.
         count: Number of hat functions along each face, at least 2.
         powers: The powers k; y is measured from the middle of the face over half its width.
-        touching: Which points can touch, (m,); pressure is on them alone, and their width counts. None: all.
+        touching: Whether each point can touch, (m,); pressure is on these alone, and their width counts. None: all.
     """
     along, across = contact.positions[:, 0], contact.positions[:, 1]
     columns = []

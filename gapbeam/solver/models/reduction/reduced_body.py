@@ -210,10 +210,10 @@ def _tangents(rings: RingRows, surface: csr_matrix, opening: Array, across: Arra
 
     Args:
         rings: The stations.
-        surface: Theirs.
+        surface: Surface rows of the stations.
         opening: Unit vectors that open the gaps along y and z, (m, 2).
         across: The points along y and z, (m, 2), m.
-        stations: That of each point, (m,).
+        stations: Station of each point, (m,).
     """
     count = len(stations)
     y, z = across.T

@@ -71,7 +71,7 @@ def lowest_shapes(
         start: Shapes to start from, (n, k); None: rigid motions. The rest is noise.
 
     Raises:
-        RunError: They did not converge.
+        RunError: The iterations did not converge.
 
     Collective.
     """

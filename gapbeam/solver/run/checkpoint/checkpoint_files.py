@@ -62,7 +62,7 @@ class Contents:
         """Return a whole array.
 
         Raises:
-            BrokenCheckpoint: It cannot be read.
+            BrokenCheckpoint: The checkpoint cannot be read.
             KeyError: There is none.
         """
         if name not in self.shapes:
@@ -74,7 +74,7 @@ class Contents:
         """Yield some rows after the other of a table of numbers, layer by layer where it has layers.
 
         Raises:
-            BrokenCheckpoint: It cannot be read, or holds other things.
+            BrokenCheckpoint: The checkpoint cannot be read, or holds other values.
         """
         shape = self.shapes[name]
         count, row = (shape[1], shape[2:]) if layered else (shape[0], shape[1:])
@@ -132,11 +132,11 @@ def write_checkpoint(
         step: Steps that are done.
         header: Everything but arrays, for JSON.
         arrays: By name.
-        pieces: What yields the pieces of those that are tables on all ranks.
+        pieces: Function that yields the pieces of arrays that are tables on all ranks.
         spared: Steps whose checkpoints stay.
 
     Raises:
-        NotWritten: It could not be written; those before it are as they were.
+        NotWritten: The checkpoint could not be written; earlier ones are unchanged.
     """
     path = _file_after(folder, step)
     with written(path):
@@ -161,7 +161,7 @@ def write_model(folder: Path, header: Mapping[str, Any], arrays: Arrays, pieces:
     """Write the common part of all checkpoints of a results folder, a model of few DOFs; as `write_checkpoint`.
 
     Raises:
-        NotWritten: It could not be written; the one before it is as it was.
+        NotWritten: The file could not be written; the one before it is unchanged.
     """
     path = model_file(folder)
     with written(path):
@@ -231,7 +231,7 @@ def read_checkpoint(path: Path) -> Contents:
     """Read a checkpoint.
 
     Raises:
-        BrokenCheckpoint: It is truncated, changed, of another version, or none at all.
+        BrokenCheckpoint: The file is truncated, changed, of another version, or no checkpoint.
     """
     try:
         with path.open("rb") as file:
@@ -263,7 +263,7 @@ def time_of(path: Path) -> tuple[float, int]:
     """Return the time of a checkpoint, s, and its steps since the start, by its first bytes alone.
 
     Raises:
-        BrokenCheckpoint: They cannot be read.
+        BrokenCheckpoint: The time and steps cannot be read.
     """
     try:
         with path.open("rb") as file:

@@ -139,7 +139,7 @@ class Checkpoints:
             fields: The fields.
 
         Raises:
-            NotWritten: It could not be written; the ones before it are as they were.
+            NotWritten: The checkpoint could not be written; earlier ones are unchanged.
 
         Collective.
         """
@@ -214,7 +214,7 @@ def checked_header(path: Path, local: list[Contents]) -> dict[str, Any]:
     """Return the header of a checkpoint, and append its contents to `local`.
 
     Raises:
-        BrokenCheckpoint: It cannot be read, or its header lacks something.
+        BrokenCheckpoint: The checkpoint cannot be read, or its header lacks an entry.
     """
     contents = read_checkpoint(path)
     header = contents.header
@@ -271,7 +271,7 @@ def refuse_another_case(folder: Path, model: Model, comm: MPI.Comm, free: frozen
     """Refuse a results folder whose `case.toml` is another case but for some keys; one without that file passes.
 
     Raises:
-        UserError: It is another case.
+        UserError: The folder holds another case.
 
     Collective.
     """

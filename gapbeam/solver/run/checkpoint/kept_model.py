@@ -73,7 +73,7 @@ def taken_up(body: Body, matrices: Mapping[str, NDArray[Any]], expansion: Array 
         expansion: From the DOFs marched to those of the mesh that this rank owns; None: as it was found.
 
     Raises:
-        ValueError: They are not those of such a body; likewise KeyError.
+        ValueError: The matrices are not those of such a body; likewise KeyError.
     """
     size = len(matrices["mass"])
     square = [matrices[name] for name in ("mass", "stiffness", "restraint")]

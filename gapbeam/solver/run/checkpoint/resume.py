@@ -40,7 +40,7 @@ def refuse_to_resume(case: Case) -> None:
     """Refuse a case whose runs have no checkpoints.
 
     Raises:
-        UserError: It looks for a periodic response.
+        UserError: The case looks for a periodic response.
     """
     if isinstance(case.analysis, Periodic):
         raise UserError(

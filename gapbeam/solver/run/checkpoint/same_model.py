@@ -60,7 +60,7 @@ def keep_model(folder: Path, layout: DofLayout) -> None:
     """Write the matrices of a model of few DOFs to a results folder, unless they are there; for others nothing.
 
     Raises:
-        NotWritten: They could not be written.
+        NotWritten: The matrices could not be written.
 
     Collective.
     """
@@ -224,7 +224,7 @@ def refuse_other_matrices(kept: Body, found: Body, comm: MPI.Comm) -> None:
     """Refuse a body whose matrices respond otherwise than those found anew; one that is marched on its mesh passes.
 
     Raises:
-        BrokenCheckpoint: They do.
+        BrokenCheckpoint: The matrices respond otherwise.
 
     Collective.
     """

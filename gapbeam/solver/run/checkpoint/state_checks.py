@@ -254,7 +254,7 @@ class DofLayout:
         """Return the places of this rank's nodes in a checkpoint, which is there on rank 0.
 
         Raises:
-            ValueError: They are not the same places.
+            ValueError: The places differ.
 
         Collective.
         """
@@ -271,7 +271,7 @@ class DofLayout:
         """Return the contact points of a checkpoint that match those here; on rank 0.
 
         Raises:
-            ValueError: They are not the same places.
+            ValueError: The places differ.
         """
         return matching(contents.array(POINTS), self.places)
 

@@ -115,7 +115,7 @@ def own_folder(path: Path) -> None:
     """Make a folder in a results folder, if it is not there.
 
     Raises:
-        OSError: It cannot be made, or is a link that leads elsewhere.
+        OSError: The folder cannot be made, or is a link that leads elsewhere.
     """
     path.mkdir(exist_ok=True)
     if path.is_symlink():
@@ -208,7 +208,7 @@ def new_hdf5(path: Path) -> Iterator[h5py.File]:
         path: The file; it is removed where it could not be written.
 
     Raises:
-        OSError: It could not be written.
+        OSError: The file could not be written.
     """
     sink = Sink(path, new=True)
     try:

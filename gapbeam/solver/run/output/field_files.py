@@ -118,7 +118,7 @@ class FieldWriter:
         """Add the fields of snapshots.
 
         Raises:
-            NotWritten: They could not be written; what is there is as it was.
+            NotWritten: The fields could not be written; those on disk are unchanged.
 
         Collective.
         """
@@ -168,7 +168,7 @@ class FieldWriter:
         """Wait until every field so far is on the disk; rank 0 only.
 
         Raises:
-            NotWritten: It could not be.
+            NotWritten: A field could not be written.
         """
         with written(self._folder / FIELD_FOLDER):
             self._pieces.to_disk(max(self._safe, self._gathered))
@@ -180,7 +180,7 @@ class FieldWriter:
         """Gather all fields in fields.h5.
 
         Raises:
-            NotWritten: They could not be, and stay where they are; on rank 0 alone.
+            NotWritten: The fields could not be gathered, and stay where they are; on rank 0 alone.
         """
         if self._comm.rank != 0 or self._gathered == len(self.times):
             return
@@ -369,7 +369,7 @@ def write_curve(folder: Path, key: str, unit: str, periods: int, found: Branches
         unit: Its unit.
         periods: Forcing periods in a period of the response.
         found: The branches.
-        rows: Those of `curve_rows`.
+        rows: Rows of `curve_rows`.
     """
     contents = {"key": key, "unit": unit, "periods": periods, **coverage(found), "points": rows}
     write_beside(folder / CURVE_FILE, json.dumps(contents, indent=1) + "\n")

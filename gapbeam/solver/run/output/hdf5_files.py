@@ -103,7 +103,7 @@ class RepeatedFile:
             pieces: Rows of a dataset, in their order.
 
         Raises:
-            OSError: It could not be written.
+            OSError: The file could not be written.
         """
         for name, numbers in self._numbers.items():
             begin = 0
@@ -162,7 +162,7 @@ class FieldPieces:
             pieces: Rows of the values of a quantity, by `dataset` with the number in the file.
 
         Raises:
-            OSError: It could not be written.
+            OSError: The file could not be written.
         """
         path = self.path(first)
         own_folder(path.parent)
@@ -181,7 +181,7 @@ class FieldPieces:
             end: The number after the last one.
 
         Raises:
-            UserError: One is missing, or is not one of this mesh.
+            UserError: A file is missing, or belongs to another mesh.
         """
         while first < end:
             path = self.path(first)
@@ -275,7 +275,7 @@ class GrowingSeries:
         """Write the document anew, with room behind it.
 
         Raises:
-            OSError: It could not be written; the one before it is as it was.
+            OSError: The document could not be written; the one before it is unchanged.
         """
         body = HEAD + "".join(grids)
         self._switch = _within_a_sector(len(body.encode()))
@@ -292,7 +292,7 @@ class GrowingSeries:
             count: Number of new ones.
 
         Raises:
-            OSError: It could not be written; the document is as it was.
+            OSError: The document could not be written, and is unchanged.
         """
         begin, grid = self._switch + len(SWITCH), "".join(grids[-count:]).encode()
         switch = _within_a_sector(begin + len(grid))
@@ -313,7 +313,7 @@ class GrowingSeries:
         """Write the document as it stays.
 
         Raises:
-            OSError: It could not be written; the one before it is as it was.
+            OSError: The document could not be written; the one before it is unchanged.
         """
         write_beside(self._path, f"{HEAD}{''.join(grids)}{TAIL}\n")
 

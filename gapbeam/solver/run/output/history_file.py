@@ -90,7 +90,7 @@ class HistoryWriter:
         """Add records: `time` and every variable of `records.HISTORY`, each with a leading axis of times.
 
         Raises:
-            NotWritten: They could not be written.
+            NotWritten: The records could not be written.
         """
         self._rows.append(rows)
         self._waiting += len(rows["time"])
@@ -298,7 +298,7 @@ def write_points(folder: Path, points: PointContact | None, impulses: Array) -> 
         impulses: Impulses of the faces, (faces,), N s.
 
     Raises:
-        NotWritten: It could not be written.
+        NotWritten: The results could not be written.
     """
     if points is None:
         return
@@ -326,7 +326,7 @@ def recorded_figures(
     """Return figures of one's own by name, of the history in a results folder; errors as they say.
 
     Args:
-        figures: Which.
+        figures: Figures that are asked for.
         folder: The results folder, its history closed.
         labels: Names along the dimensions of the history.
     """
@@ -346,7 +346,7 @@ def write_impacts(folder: Path, faces: Sequence[str], impacts: Sequence[ImpactLi
     """Write the impacts that were kept of each face, with how many each of them stands for.
 
     Raises:
-        NotWritten: It could not be written.
+        NotWritten: The impacts could not be written.
     """
     lines = [IMPACT_HEAD]
     for face, kept in zip(faces, impacts, strict=True):

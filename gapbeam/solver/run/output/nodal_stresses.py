@@ -71,7 +71,7 @@ class CornerValues:
     Attributes:
         rows: DOFs of the mesh at the corners, among those that this rank owns, (n d,).
         components: d, of the displacement.
-        expansion: These rows of the expansion of the model, transposed, (k, n d); None: the mesh is marched.
+        expansion: Rows of the corners in the expansion of the model, transposed, (k, n d); None: the mesh is marched.
     """
 
     rows: Indices

@@ -53,7 +53,8 @@ class OutputThread:
         """Have work done after what was asked for before.
 
         Raises:
-            BaseException: What earlier work raised, though this work is done as well; without a thread what it raises.
+            BaseException: An error of earlier work, though this work is done as well; without a thread an error of this
+                work.
             StuckOutput: Earlier work does not end.
         """
         if self._thread is None:
@@ -69,8 +70,8 @@ class OutputThread:
         """Wait until all is done.
 
         Raises:
-            BaseException: What it raised first.
-            StuckOutput: It does not end.
+            BaseException: The first error of the work.
+            StuckOutput: The work does not end.
         """
         while self._asked:
             self._hear_first()
@@ -85,8 +86,8 @@ class OutputThread:
         """Wait until all is done, and end the thread; an error that is on its way already is not replaced.
 
         Raises:
-            BaseException: What the work raised first.
-            StuckOutput: It does not end.
+            BaseException: The first error of the work.
+            StuckOutput: The work does not end.
         """
         try:
             if error is None:

@@ -111,7 +111,7 @@ def matching(places: Array, wanted: Array) -> Indices:
         wanted: The same places in another order, up to round-off, (n, d), m.
 
     Raises:
-        ValueError: They are not the same places, or some are there twice.
+        ValueError: The places differ, or some are there twice.
     """
     if places.shape != wanted.shape:
         raise ValueError(f"{places.shape[0]} places, expected {wanted.shape[0]}")
@@ -208,10 +208,10 @@ def on_rank_zero_with(comm: MPI.Comm, tables: Mapping[str, ParallelTable], work:
         work: Called on rank 0 only, with a function that yields the pieces of a table; it must not communicate.
 
     Returns:
-        What `work` returned, on all ranks.
+        Result of `work`, on all ranks.
 
     Raises:
-        BaseException: What `work` raised, on all ranks.
+        BaseException: Any error that `work` raises, on all ranks.
 
     Collective.
     """
@@ -269,11 +269,11 @@ def found_rows(comm: MPI.Comm, places: Array, pieces: Callable[[], Iterator[Valu
 
     Args:
         comm: The ranks.
-        places: Those of this rank, up to round-off, (n, d), m.
+        places: Places of this rank, up to round-off, (n, d), m.
         pieces: Yields the rows of the table on rank 0.
 
     Raises:
-        ValueError: They are not the same places, or some are there twice.
+        ValueError: The places differ, or some are there twice.
 
     Collective.
     """
@@ -303,7 +303,7 @@ def taken(
     """Return the rows of this rank of a table that rank 0 reads.
 
     Args:
-        rows: Which they are.
+        rows: Rows of this rank in the table.
         shape: Shape of the whole, (count, ...) or (layers, count, ...).
         pieces: Yields the rows of the table, layer by layer, on rank 0; none reach from one layer to the next.
         layered: Whether there are layers.

@@ -71,7 +71,7 @@ def check_name(place: Path) -> None:
     """Refuse a file or folder by its name.
 
     Raises:
-        UserError: It is too long, or has characters that no file should have.
+        UserError: The name is too long, or has characters that no file should have.
     """
     for part in place.parts:
         found = next((one for one in part if unicodedata.category(one) in UNFIT), None)

@@ -37,11 +37,11 @@ def write_wear(
         folder: Folder of the results.
         sliding: At the end of the run.
         seconds: Its span, s.
-        faces: How each face wears; without a coefficient no depth rate is known, and its cell is empty.
+        faces: Wear of each face; without a coefficient no depth rate is known, and its cell is empty.
         rates: Work rate of each point behind the burn-in, W; empty: there are no statistics.
 
     Raises:
-        NotWritten: It could not be written.
+        NotWritten: The file could not be written.
     """
     contact = sliding.contact
     if not contact.measures_sliding:

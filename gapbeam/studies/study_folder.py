@@ -99,11 +99,11 @@ def refuse_links(*folders: Path, places: Sequence[Path] = ()) -> None:
     """Refuse to write where links lead out of a folder of ours.
 
     Args:
-        folders: Whose entries are about to be written, as far as they are there.
+        folders: Folders whose entries are about to be written, as far as they exist.
         places: Files and folders that must be no links themselves.
 
     Raises:
-        UserError: One of their entries is a link, or one of the places is.
+        UserError: An entry of a folder is a link, or one of the places is.
     """
     for place in places:
         if place.is_symlink():

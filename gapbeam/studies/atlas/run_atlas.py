@@ -315,7 +315,7 @@ def starts_of(one: PeriodicScene, settle: int, count: int, reach: float, seed: i
     """Return drawn starts: the seat with velocities of the probes, at a time when the loads have their full amplitude.
 
     Args:
-        one: What starts.
+        one: Scene that starts.
         settle: Periods after which the motion from the seat is measured.
         count: Starts.
         reach: Largest velocity, over the velocity of the motion from the seat.

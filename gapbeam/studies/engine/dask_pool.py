@@ -50,7 +50,7 @@ class PoolPlan(NamedTuple):
     Attributes:
         workers: Where.
         size: Number of workers that are started.
-        memory: That one may take, bytes; None: not known.
+        memory: Memory that a worker may take, bytes; None: not known.
         folder: Folder of the study.
     """
 
@@ -348,7 +348,7 @@ class DaskPool:
         """Return the result of a point that is done; an error of the point is raised as it was there.
 
         Raises:
-            TimeoutError: It is there no more.
+            TimeoutError: The result no longer exists.
         """
         from distributed import CancelledError, KilledWorker
 

@@ -28,7 +28,7 @@ class StudyJournal:
         kept: Results that are there already, by the place of their point.
 
     Raises:
-        NotWritten: It cannot be written.
+        NotWritten: The journal cannot be written.
     """
 
     def __init__(self, path: Path, plan: dict[str, Any]) -> None:

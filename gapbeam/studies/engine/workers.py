@@ -160,7 +160,7 @@ class Workers:
         """Return the number of workers that this machine starts.
 
         Args:
-            points: That are to be computed.
+            points: Number of points to compute.
             room: Workers that the free memory has room for.
         """
         wanted = self.count or (cores() if dask_is_here() else 1)
@@ -215,7 +215,7 @@ def introduced(study: tuple[str, Path | None]) -> None:
         study: Version of gapbeam of the study, and its folder.
 
     Raises:
-        UserError: One of these.
+        UserError: The worker has another gapbeam, or does not see the folder.
     """
     release, folder = study
     mine = version("gapbeam")

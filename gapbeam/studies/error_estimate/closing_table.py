@@ -61,7 +61,7 @@ def closing_table(
         figures: Figures of all parts of a run, with their errors.
         reached: Up to where errors are known, s.
         whole: Whether that is the end of the run.
-        statistics: Those of the summary of a run under random loads.
+        statistics: Statistics in the summary of a run under random loads.
     """
     described = (statistics or {}).get("figures", ())
     counted = {one["name"]: one for one in described}

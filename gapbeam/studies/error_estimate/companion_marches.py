@@ -39,7 +39,7 @@ class CompanionMotion:
         step: s.
         steps: Number of marched steps.
         seconds: Wall time, s.
-        march: That of its steps alone, s.
+        march: Wall time of the steps alone, s.
         failure: Why it was refused, found no seat or did not converge; "": it was not.
     """
 
@@ -68,7 +68,7 @@ def companion_motions(
 
     Args:
         case: The case of the run.
-        companions: Which ones.
+        companions: Companions to march.
         end: End of the run, s.
         interval: Between records, s, a whole number of steps of every companion.
         longest: Wall time for all marches, s; setting up does not count. None: no limit.

@@ -58,7 +58,7 @@ class Companion:
     """A companion of a run.
 
     Attributes:
-        name: One of those above.
+        name: Name, one of those above.
         changes: Keys of the case that it replaces.
         steps: Number of its steps over those of the run.
     """

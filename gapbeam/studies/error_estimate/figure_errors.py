@@ -156,7 +156,7 @@ def figure_errors(
 
     Args:
         run: The motion of the run.
-        companions: Those of its companions, by name.
+        companions: Motions of its companions, by name.
         reference: The companion with which the others are compared; None: they are compared with the run.
         span: Part of the run.
         in_plane: Whether plane companions stand for a solid.

@@ -31,7 +31,7 @@ class MotionRecord:
         gauges: Names of the probes whose stress is recorded.
         stress: Axial and von Mises stress, (n, 2, gauges), Pa.
         active: Contact points under pressure, (n, faces); without columns where that was not recorded.
-        closings: How often each face has closed, (n, faces); without columns where that was not recorded.
+        closings: Number of closings of each face so far, (n, faces); without columns where that was not recorded.
         farthest: Largest displacement of a probe along any axis, m; None: that of `displacement`.
         figures: Figures of one's own.
         own: Quantities of those figures, (n, figures), SI; not a number where the motion has no such record.

@@ -77,7 +77,7 @@ class RunErrors:
         reached: Up to where the companions went, s.
         whole: Whether that is the end of the run.
         plan: The companions.
-        marched: What they did, without their motions: DOFs, step, steps, seconds by name.
+        marched: Results of the companions without their motions: DOFs, step, steps, seconds by name.
         whole: Whether that is the end of the run.
         later: Faces whose largest force came after it.
         repeats: Whether the second half is periodic: settled.
@@ -256,7 +256,7 @@ def estimate(case: Case, run: MotionRecord, summary: Mapping[str, Any], body: Bo
         case: The case of the run.
         run: Its motion.
         summary: Its summary.
-        body: That of its model, where it is still there.
+        body: Body of its model, where it still exists.
 
     Raises:
         EstimateError: No companion has a motion, there are too few records for one, or there is no time.

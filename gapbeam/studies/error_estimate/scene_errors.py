@@ -124,7 +124,7 @@ def marched(asked: SceneRun, signals: Signals) -> MotionRecord:
     """March a scene in memory.
 
     Raises:
-        RunError: It did not come to its end.
+        RunError: The march stopped before its end.
     """
     marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
     limits = Gates(accept_energy_growth=True, accept_energy_loss=True)

@@ -228,7 +228,7 @@ def conclude(
 
     Args:
         problem: The identification.
-        evaluations: What the search has left, and what adds to it.
+        evaluations: Evaluations of the search; new ones are added.
         tried: Sets of values that the search tried.
         leave_one_out: Predict each fitted measurement from the others too.
         report: Hears what is done next.

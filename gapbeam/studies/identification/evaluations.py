@@ -175,7 +175,7 @@ class SlopeJob(NamedTuple):
         problem: The identification.
         case: Its case file.
         record: Record of the run.
-        places: Those below and above the values, for each unknown, (2, n).
+        places: Places below and above the values, for each unknown, (2, n).
     """
 
     problem: Problem
@@ -277,7 +277,7 @@ class Evaluations:
         Args:
             values: Values of the unknowns.
             experiments: Their numbers.
-            places: Those below and above the values on the scales, for each unknown, (2, n).
+            places: Places below and above the values on the scales, for each unknown, (2, n).
         """
         pieces = [Piece(values, number) for number in experiments]
         left = [one for one in pieces if one not in self._slopes and self._records.get(one, {}).get("end")]

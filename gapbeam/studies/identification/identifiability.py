@@ -35,7 +35,8 @@ class Spread:
         freedom: Degrees of freedom of s; 0: s was given or assumed.
         sentence: Where s comes from, in words.
         missed: Misfit in given standard errors, as s would be found from it; 0 where none are given.
-        allowed: What it may be; the least that a figure of a run can tell counts as a standard error, too.
+        allowed: Largest misfit that does not contradict the model; the resolution of a figure by a run counts as an
+            error, too.
     """
 
     deviation: float

@@ -115,7 +115,7 @@ class Misfit:
         """Return the residuals at places (k, n) on the scales, (k, m); not numbers where an experiment failed.
 
         Raises:
-            BudgetSpentError: They would be more sets of values than the budget allows; none of them was tried.
+            BudgetSpentError: The places are more sets of values than the budget allows; none of them was tried.
         """
         points = [self.problem.values(row) for row in z]
         tried = self.tried | set(points)

@@ -99,7 +99,7 @@ def read_figure(figure: MotionFigure | ForceFigure, history: xr.Dataset, windows
     """Return a figure of a response, window by window.
 
     Args:
-        figure: Which.
+        figure: Figure that is asked for.
         history: The records.
         windows: After the transient.
 

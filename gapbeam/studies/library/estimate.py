@@ -113,7 +113,7 @@ class Trend:
 
     Attributes:
         rate: Per unit of the times, with its 95 % interval.
-        limit: That the value comes to; None: none was given.
+        limit: Limit that the value reaches; None: none was given.
         reached: The time at which it does, and its 95 % interval: infinite where the value need not come there.
         scatter: Root mean square of the residuals over what the intervals say: above 2, a straight line is doubtful.
     """

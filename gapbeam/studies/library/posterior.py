@@ -129,7 +129,7 @@ class Posterior(PrintedResult):
     Attributes:
         name: Name of the recording.
         samples: By path, (samples,), one row of all paths for each sample.
-        independent: How many independent samples they are worth.
+        independent: Number of independent samples that they are worth.
     """
 
     name: str
@@ -173,7 +173,7 @@ def posterior(
         found: Of `library` or `read_library`, with 40 members or more for each half of the ranges.
         recording: As of `estimate`.
         period: As of `estimate`.
-        samples: How many.
+        samples: Number of samples.
         seed: Seed of all draws.
 
     Raises:

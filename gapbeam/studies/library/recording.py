@@ -73,7 +73,7 @@ class UniversalFunction:
         """Return numbers of a line, by their widths.
 
         Raises:
-            UserError: It has none there.
+            UserError: The line has no numbers there.
         """
         text, at, found = self.lines[line], 0, list[float]()
         for width in widths:
@@ -93,7 +93,7 @@ class UniversalFunction:
             quantity: Expected.
 
         Raises:
-            UserError: It is no time response of that quantity, or its values are complex, uneven or cut off.
+            UserError: The file is no time response of that quantity, or its values are complex, uneven or cut off.
         """
         (function,) = self.numbers(FUNCTION, (5,))
         if function not in (0, 1):

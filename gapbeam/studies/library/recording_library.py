@@ -47,13 +47,13 @@ class Library(PrintedResult):
     """Members of a scene, and what estimates their values from features of a recording.
 
     Attributes:
-        paths: What is unknown, then figures of one's own by name.
+        paths: Paths of the unknown values, then figures of one's own by name.
         grid: Quantiles of each at probabilities 0, 1/1000, ..., 1, (paths, 1001); of figures among the members.
-        point: Whose motion is recorded.
+        point: Point whose motion is recorded.
         quantity: "displacement", "velocity" or "acceleration".
         period: Period of the loads, s.
         kind: Features.
-        members: That have features; others failed.
+        members: Members that have features; the others failed.
         failed: Members that failed.
         regression: Regression of the positions of values in their ranges, from 0 to 1.
     """
@@ -164,7 +164,7 @@ def library(
         scene: With loads that repeat, and known amplitudes.
         distributions: Frozen distributions of scipy.stats, by path as of `scene.with_`; estimates stay between their
             ends, or quantiles 1e-3 and 0.999 where they have none.
-        point: Whose motion is recorded: a point of one motion, by name, or as "structure.name".
+        point: Point whose motion is recorded: a point of one motion, by name, or as "structure.name".
         quantity: Recorded: "displacement", "velocity" or "acceleration", relative to the frame of the scene.
         period: Period of the loads, s.
         members: A power of two from 256 to 16384.

@@ -69,7 +69,7 @@ def passed(response: TrialResponse, names: Sequence[str], depths: Sequence[float
         depths: Depths of all faces, m.
 
     Raises:
-        RunFailed: It did not pass.
+        RunFailed: The run did not pass.
     """
     if response.exit_status:
         worn = ", ".join(f"{name} {depth:.3g} m" for name, depth in zip(names, depths, strict=True))
@@ -91,7 +91,7 @@ def record_steps(loads: Sequence[AnyLoad], end: float, step: float, interval: fl
     The work of whole periods is the same in a motion that repeats, and has no chance in it.
 
     Args:
-        loads: That may force a motion that repeats.
+        loads: Loads that may force a motion that repeats.
         end: End of the run, s.
         step: s.
         interval: s.
@@ -185,7 +185,7 @@ class CaseRates:
 
         Raises:
             RunFailed: The run did not pass.
-            UserError: It has too few records for statistics.
+            UserError: The run has too few records for statistics.
         """
         worn = list(map(float, depths))
         model = self.body.model(worn_case(self.case, worn, number))
@@ -211,7 +211,7 @@ class CaseRates:
 
         Raises:
             RunFailed: The run did not pass.
-            UserError: It has too few records for statistics.
+            UserError: The run has too few records for statistics.
         """
         steps = round(model.case.time.end / model.step)
         start = seated(model).state
@@ -380,7 +380,7 @@ class SceneRates:
 
         Raises:
             RunFailed: The run did not pass.
-            UserError: It has too few records for statistics, or there is no seat.
+            UserError: The run has too few records for statistics, or there is no seat.
         """
         subject, case = self.worn(depths, number), self.subject.case
         asked, end = subject.asked, case.time.end

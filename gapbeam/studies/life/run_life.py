@@ -47,7 +47,7 @@ class LifeResult(PrintedResult):
 
     Attributes:
         folder: Where its files are.
-        rates: What runs on worn gaps.
+        rates: Runner of marches on worn gaps.
         limits: Depth at which the life of each face ends, (faces,), m.
         faces: Names of the faces.
         worn: Result of the march.
@@ -152,7 +152,7 @@ def run_life(
 
     Raises:
         CaseError: The case has faults, or has some when it is worn.
-        UserError: It has no limit, or is no march; or the folder holds another study.
+        UserError: The case has no limit, or is no march; or the folder holds another study.
         RunFailed: A run did not pass.
         NotWritten: A file could not be written.
     """

@@ -105,7 +105,7 @@ def read_optimum_study(path: Path) -> OptimumStudy:
     """Read the file of a search.
 
     Raises:
-        CaseError: It cannot be read, or there are faults: all of them.
+        CaseError: The file cannot be read, or has faults: all of them.
     """
     study = read_tables(path, OptimumStudy, contradictions)
     if not study.free:

@@ -119,7 +119,7 @@ def read_points(sweep: Sweep) -> dict[tuple[str, ...], Subject | CaseError]:
 
     Raises:
         CaseError: Every point has faults; those of the first are reported.
-        UserError: What is asked for is no march, or a state cannot be carried along the last key.
+        UserError: The subject is no march, or a state cannot be carried along the last key.
     """
     found: dict[tuple[str, ...], Subject | CaseError] = {}
     for point in sweep.points():
@@ -194,7 +194,7 @@ def finished(folder: Path) -> dict[int, dict[str, Any]]:
     """Return the records of the responses that are on disk, by number.
 
     Raises:
-        ResultsError: One cannot be read, or is no record.
+        ResultsError: A record cannot be read, or is none.
     """
     paths = sorted(path for path in (folder / POINTS).glob("*.json") if _NUMBERED.fullmatch(path.name))
     return {int(path.stem): checked(read_object(path, remedy=REMEDY), StoredResponse, path) for path in paths}

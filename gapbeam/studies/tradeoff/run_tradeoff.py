@@ -242,7 +242,7 @@ def stored_choice(folder: Path, case: Case, tolerance: float) -> Taken | None:
 
     Raises:
         UserError: All fidelity levels of the study failed.
-        ResultsError: It cannot be read.
+        ResultsError: The study cannot be read.
     """
     path = folder / DATA_FILE
     if not path.exists():

@@ -236,7 +236,7 @@ def phase_kept(loads: Sequence[AnyLoad], step: float, end: float, before: Sequen
     """Return the first time after the smooth starts at which loads have the phase that others had at a time, s; notes.
 
     Args:
-        loads: That act from then on.
+        loads: Loads that act from then on.
         step: s, of which the time is a whole number.
         end: Time, s, of the others.
         before: The others.

@@ -60,7 +60,7 @@ class Subject(Protocol):
         """Refuse what is no march.
 
         Raises:
-            UserError: It is none.
+            UserError: The subject is no march.
         """
 
     def memory_with(self, others: Sequence[Self]) -> float | None:
@@ -77,7 +77,7 @@ class Subject(Protocol):
         """Return the end of a response of another subject as a start.
 
         Raises:
-            UserError: It does not fit.
+            UserError: The end does not fit this subject.
         """
 
     def respond(self, begin: Start, rings: bool) -> TrialResponse:
@@ -106,7 +106,7 @@ def read_subject(path: Path, overrides: Sequence[str]) -> Subject:
         overrides: KEY=VALUE.
 
     Raises:
-        CaseError: It has faults.
+        CaseError: The file has faults.
     """
     if is_scene(path):
         return SceneSubject(scene_file(path, overrides))

@@ -50,7 +50,7 @@ class SceneModel:
     """A scene under loads that repeat, as a function from values to responses and figures.
 
     Attributes:
-        scene: What all members share.
+        scene: Scene that all members share.
         period: Period of the loads, s; or a function of the values by path.
         starts: One state, or lanes of which the input "start" takes one.
         steps: In a period.

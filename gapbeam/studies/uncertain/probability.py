@@ -84,7 +84,7 @@ def mean_of(values: Array, inside: Any, independent: bool) -> IntervalEstimate:
 
     Args:
         values: (replicates, members); others than inside do not count.
-        inside: Which members, (replicates, members).
+        inside: Whether each member is inside, (replicates, members).
         independent: As in `probability`.
 
     Source: Cochran (1977), Sampling Techniques, section 2.11 (ratio).

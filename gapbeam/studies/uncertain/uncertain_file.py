@@ -238,7 +238,7 @@ def read_scene_study(path: Path, kind: type[Study], faults: Callable[[Mapping[st
         faults: Returns contradictions between its tables.
 
     Raises:
-        CaseError: It cannot be read, or there are faults: all of them.
+        CaseError: The file cannot be read, or has faults: all of them.
     """
     study = read_tables(path, kind, faults)
     if not study.variable:

@@ -122,7 +122,7 @@ def solved(ccx: str, folder: Path, name: str, deck: str) -> float:
     """Write a deck, let CalculiX run it, and return the seconds that it took.
 
     Raises:
-        RuntimeError: It failed.
+        RuntimeError: CalculiX failed.
     """
     (folder / f"{name}.inp").write_text(deck, encoding="utf-8")
     clock = time.perf_counter()

@@ -31,7 +31,7 @@ class Compared(NamedTuple):
         reason: "" where there are slopes.
         settled: A march from rest came to a periodic response.
         kind: Of structure and law.
-        slopes: That were compared.
+        slopes: Number of slopes that were compared.
         worst: Relative difference.
         place: Figure and parameter of the worst.
         unsure: Slopes whose differences of responses differ by more than `RIGHT` themselves.

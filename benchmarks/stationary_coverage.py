@@ -43,7 +43,7 @@ class Row:
     Attributes:
         name: Its name.
         exact: Exact figures, by name.
-        statistics: Those of a march with a seed.
+        statistics: Function that marches with a seed and returns the statistics.
         missed: Part of the impacts that steps could not see, mean over the faces, of each march so far.
     """
 

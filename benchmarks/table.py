@@ -124,7 +124,7 @@ def measured_apart(module: str, *arguments: str, timeout: float = 3600.0) -> Fig
     """Run a module with arguments in a process of its own and return the figures that it printed last.
 
     Raises:
-        RuntimeError: It failed; the message holds the end of what it said.
+        RuntimeError: The module failed; the message holds the end of its output.
     """
     found: Figures = json_of([sys.executable, "-m", module, *arguments], timeout)
     return found
@@ -139,7 +139,7 @@ def output_of(command: Sequence[str], timeout: float = 3600.0) -> str:
     """Run a command and return its standard output.
 
     Raises:
-        RuntimeError: It failed; the message holds the end of what it said.
+        RuntimeError: The command failed; the message holds the end of its output.
     """
     done = subprocess.run(command, capture_output=True, text=True, timeout=timeout, check=False)
     if done.returncode != 0:

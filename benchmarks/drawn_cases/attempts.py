@@ -84,8 +84,8 @@ class Attempt:
         second_seconds: Wall time of the second way.
         second_status: Status of the second way; None: there was nothing to compare.
         second_message: Message of the second way.
-        off: How far a run with another status than 0 is from the second way, over its figures; None: it has no end.
-        figures: Those that have errors.
+        off: Distance from the second way of a run with another status than 0, over its figures; None: it has no end.
+        figures: Figures that have errors.
     """
 
     number: int

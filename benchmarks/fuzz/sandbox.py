@@ -50,7 +50,7 @@ class Outcome:
     Attributes:
         kind: done, refused with a message, crash, hang, or escape: control characters reached the terminal.
         status: Exit status; negative for a signal.
-        seconds: It took.
+        seconds: Wall time, s.
         memory: Peak resident memory, bytes.
         printed: Its output.
     """

@@ -40,6 +40,13 @@ OPENERS = re.compile(
     r"|(return|yield) (what|how|where|which|why|that of|those))\b",
     re.IGNORECASE,
 )
+# Entries of docstrings name things, too: "station of each point", not "that of each point".
+ENTRY_OPENERS = re.compile(
+    r"(it|they|them|theirs|that|those|this|these|what(ever)?|which|who|whose|how|its own|one of (them|these|those)"
+    r"|(return|yield)s? (what|which))\b",
+    re.IGNORECASE,
+)
+SECTION = re.compile(r"(Args|Attributes|Raises|Returns|Yields):")
 # Keys of files that earlier releases wrote and later ones read.
 KEYS = re.compile(r"""["'`](told|rungs|ladder|change_from_last_rung)["'`]""")
 WORDS = {re.compile(rf"\b({words})\b", re.IGNORECASE): instead for words, instead in INSTEAD.items()}
@@ -87,6 +94,53 @@ def unclear(program: str) -> list[str]:
     """Return the docstrings of a program that open with one of `OPENERS`."""
     found = [(line, text) for line, text in docstrings(ast.parse(program)) if OPENERS.match(text)]
     return [f"{line}: {text.splitlines()[0].strip()}" for line, text in sorted(found)]
+
+
+def entries(text: str) -> Iterator[tuple[int, str]]:
+    """Yield the entries of the sections of a docstring without their names, each with its line in the docstring."""
+    section, deep, names = -1, -1, False
+    for number, line in enumerate(text.splitlines()):
+        depth = len(line) - len(line.lstrip())
+        if found := SECTION.fullmatch(line.strip()):
+            section, deep, names = depth, -1, found[1] not in ("Returns", "Yields")
+        elif line.strip() and depth <= section:
+            section = -1
+        elif line.strip() and section >= 0 and (deep < 0 or (names and depth == deep)):
+            deep = depth
+            yield number, re.sub(r"^[\w*., ]+(\(.*?\))?: ", "", line.strip()) if names else line.strip()
+
+
+def unclear_entries(program: str) -> list[str]:
+    """Return the entries of the docstrings of a program that open with one of `ENTRY_OPENERS`."""
+    found = [
+        (line + number, entry)
+        for line, text in docstrings(ast.parse(program))
+        for number, entry in entries(text)
+        if ENTRY_OPENERS.match(entry)
+    ]
+    return [f"{line}: {entry}" for line, entry in sorted(found)]
+
+
+@pytest.mark.parametrize("package", ["gapbeam", "benchmarks", "docs", "tests"])
+def test_entries_name_things(package: str) -> None:
+    """Entries of arguments, attributes, errors and returned values begin with a noun, not with a pronoun."""
+    files = [path for path in CODE if path.relative_to(PROJECT).parts[0] == package]
+    assert files
+    wrong = [
+        f"{path.relative_to(PROJECT)}:{found}" for path in files for found in unclear_entries(path.read_text("utf-8"))
+    ]
+    assert wrong == []
+
+
+def test_unclear_entries_are_found() -> None:
+    """In all sections, not in lines that continue an entry, nor in names and texts around."""
+    program = (
+        'def gap(it, mass):\n    """Return a gap.\n\n    That is its size.\n\n    Args:\n        it: Beam,\n'
+        "            that is its size.\n        mass (kg, moved): That of the beam.\n\n    Returns:\n"
+        "        What is open, m:\n        that is its size.\n\n    Raises:\n        ValueError: It is closed.\n\n"
+        '    Those are its parts.\n    """\n'
+    )
+    assert [found.split(":")[0] for found in unclear_entries(program)] == ["9", "12", "16"]
 
 
 @pytest.mark.parametrize("package", ["gapbeam", "benchmarks"])

@@ -177,7 +177,7 @@ def figures_of(run: Run) -> Figures:
     """Run it, and return some records of every history and the figures of its ledger.
 
     Raises:
-        RuntimeError: It did not end as a run does that can be trusted, or the other march took it.
+        RuntimeError: The run did not pass, or the other march took it.
     """
     with tempfile.TemporaryDirectory() as folder:
         outcome = gapbeam.run(CASES / f"{run.case}.toml", run.overrides, output=Path(folder) / "results")

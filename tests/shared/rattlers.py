@@ -175,7 +175,7 @@ def rattled(
     """Return the statistics and the accounts of a compiled march under white noise.
 
     Args:
-        rattler: What rattles.
+        rattler: Oscillator with play.
         seed: Seed of the noise.
         seconds: Span, s.
         steps_of_contact: Steps in the duration of a contact.

@@ -109,7 +109,7 @@ def assert_converges(found: Array, last: float, order: float = 1.5) -> None:
 
     Args:
         found: Answers on meshes of cells halved twice.
-        last: What the last step may be, of the answer.
+        last: Largest last step, relative to the answer.
         order: The least order.
     """
     first, second = np.abs(np.diff(found))

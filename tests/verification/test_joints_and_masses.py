@@ -74,8 +74,8 @@ def of_theory(start: Array, end: Any, most: float = 3000.0, count: int = 4) -> A
     Args:
         start: Rows of the state at x = 0, (2, 4).
         end: Rows at x = L, (2, 4), as a function of s.
-        most: Where to stop looking, Hz.
-        count: How many.
+        most: Frequency at which the search stops, Hz.
+        count: Number of frequencies.
     """
     free = np.linalg.svd(start)[2][2:].T
 

@@ -54,7 +54,7 @@ class BeamSurface:
     """The beam.
 
     Attributes:
-        skin: Its outer surface but for `faces`.
+        skin: Its outer surface except for `faces`.
         edges: Its outline.
         faces: Parts that face a support.
         touching: Numbers of the mesh points on each face of the supports.

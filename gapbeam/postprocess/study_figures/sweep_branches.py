@@ -46,7 +46,7 @@ DECIDING = ("rms", "lateral_rms", "contact_share")  # statistics whose intervals
 
 
 def start_words(record: Record) -> str:
-    """Return start, direction and keys of the start of a record, but for a key that says the same as the start."""
+    """Return start, direction and keys of the start of a record, except for a key that says the same as the start."""
     keys = [
         f"{key} = {value}"
         for key, value in record["values"].items()

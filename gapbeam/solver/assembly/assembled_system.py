@@ -213,7 +213,7 @@ def _of_loads(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator
 
 
 def _of_sections(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator[_Fixed]:
-    """Yield the joints, masses and fluids fixed to the beam, but for those in its operators already."""
+    """Yield the joints, masses and fluids fixed to the beam, except for those in its operators already."""
     for one, row in attached_rows(case, patterns):
         if not in_stiffness(case, one):
             added = one.attachment

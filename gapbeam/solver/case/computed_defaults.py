@@ -10,7 +10,7 @@ of their contact stand for the section: each face sinks by |c| / 2, so that the 
 
     p / (|c| / 2) = 2 E' / h
 
-Source: Hooke's law; the pressure is the same all along but for a thickness or so next to the edges of the support.
+Source: Hooke's law; the pressure is the same all along except for a thickness or so next to the edges of the support.
 """
 
 from __future__ import annotations

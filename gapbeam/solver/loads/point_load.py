@@ -163,7 +163,7 @@ class Exciter(HarmonicPointForce):
     """A harmonic force from a modal exciter: a mass on a spring and a damper, fixed to the beam.
 
     The suspension stands on the frame of the support and carries the weight of the moving mass: gravity does not act on
-    it, base motion does. It is relaxed in the undeformed pose of the beam, but for the preload.
+    it, base motion does. It is relaxed in the undeformed pose of the beam, except for the preload.
     """
 
     type: Literal["exciter"] = Field(description="kind of load")

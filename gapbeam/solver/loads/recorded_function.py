@@ -32,7 +32,7 @@ from gapbeam.solver.messages.errors import Fault, UserError
 from gapbeam.solver.system.operators import Array, Indices
 
 ALIKE = 1.0e-9
-"""Relative difference of intervals that are equal but for the digits of their times."""
+"""Relative difference of intervals that are equal except for the digits of their times."""
 CLOSEST = 1.0e-13
 """Time between rows, of the span of a record; what is closer is round-off."""
 WIDEST = 3.0

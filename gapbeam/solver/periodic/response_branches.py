@@ -317,7 +317,7 @@ def _stable_pairs(points: Sequence[CurvePoint]) -> Iterator[tuple[CurvePoint, Cu
 
 
 def _gaps(spans: Sequence[tuple[float, float]], settings: CurveSettings) -> list[tuple[float, float]]:
-    """Return the intervals of the range outside of all spans, but for the smallest."""
+    """Return the intervals of the range outside of all spans, except for the smallest."""
     reached, gaps = settings.low, list[tuple[float, float]]()
     for low, high in [*sorted(spans), (settings.high, settings.high)]:
         if low - reached > NOT_COVERED * settings.range:

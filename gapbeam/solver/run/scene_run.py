@@ -53,7 +53,7 @@ LOG = logging.getLogger("gapbeam")
 WEAR = ("coefficient", "area")
 LOOKS = 200  # at the shapes of structures over a run
 STILL = 1e-12
-"""Part of the largest squared frequency below which a motion is rigid, but for round-off."""
+"""Part of the largest squared frequency below which a motion is rigid, up to round-off."""
 Observer = Callable[[SceneStep], Any]
 
 
@@ -373,7 +373,7 @@ class SceneMarch:
         """March to the end, and yield the records of each block of steps, and None where a march may be continued.
 
         Raises:
-            RunError: As `write`, but for the disk; after the records before it.
+            RunError: As `write`, except for the disk; after the records before it.
         """
         marcher, every = self.marcher, self.asked.every
         most = min(BLOCK, -(-self.steps // LOOKS)) if self.has_shapes else BLOCK

@@ -168,7 +168,7 @@ class Joint(Feedback):
 
 
 class MotionBlocks(NamedTuple):
-    """A matrix that is 0 but for blocks, whose columns follow each other in `value` from `at` on.
+    """A matrix that is 0 except for blocks, whose columns follow each other in `value` from `at` on.
 
     The others are of (blocks,): row and column of the first entry, and the numbers of rows and columns.
     """

@@ -163,7 +163,7 @@ def frame(
         pinned: Places that do not move.
         held: Places that do not move in some directions, (place, directions).
         up: Direction of the thickness, for sections that are not as stiff both ways.
-        branches: More members. They are joined rigidly where an end of one lies on the axis of another, but for ends
+        branches: More members. They are joined rigidly where an end of one lies on the axis of another, except for ends
             that are hinged.
         elements: About so many along all members; default 40. Bends have one for each pi / 16 at least.
         added_mass: Mass of a fluid that moves with the member across its axis, per length, kg/m; it has no weight.

@@ -153,7 +153,7 @@ class LimitCycle(PeriodicOrbit):
     Attributes beside those of `PeriodicOrbit`, whose multipliers are of disturbances across the cycle:
         period: s.
         steps: In a period.
-        along: Multiplier of a shift along the cycle: 1, but for what the step leaves where contacts open and close.
+        along: Multiplier of a shift along the cycle: 1, up to what the step leaves where contacts open and close.
         growth: Largest growth rate of the scene with all contacts idle, 1/s.
     """
 

@@ -1,6 +1,6 @@
 """Tangents of periodic responses: derivatives of their figures by parameters of the scene.
 
-A step is linear but for the contact forces F, which a touch gives for the places y at both ends of the step:
+A step is linear except for the contact forces F, which a touch gives for the places y at both ends of the step:
 
     x1 = S x0 + R F + G f + ...,     y = B q + b,     F = touch(y0, y1; p).
 

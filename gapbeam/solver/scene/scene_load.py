@@ -98,7 +98,7 @@ class Load:
             finite(value, f"load {name or '?'}: value")
 
     def pattern_on(self, structure: Structure) -> Array:
-        """Return the pattern on the structure with the point masses of a scene, (DOFs,): the same but for inertia."""
+        """Return the pattern on the structure with the point masses of a scene, (DOFs,): the same except inertia."""
         del structure
         return self.pattern
 

@@ -171,7 +171,7 @@ class Layout:
 
 
 def within(places: NDArray[np.float64], support: OneSupport) -> NDArray[np.bool_]:
-    """Return True for places along the beam that lie in a support, or at its ends but for round-off."""
+    """Return True for places along the beam that lie in a support, or at its ends up to round-off."""
     near = NEAR * (support.end - support.start)
     return np.asarray((places >= support.start - near) & (places <= support.end + near))
 

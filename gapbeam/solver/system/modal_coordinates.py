@@ -118,7 +118,7 @@ def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:
 
 
 def _root(matrix: Array) -> Array:
-    """Return Y, (n, r), with matrix = Y Y^T, of a symmetric one without negative eigenvalues but for round-off."""
+    """Return Y, (n, r), with matrix = Y Y^T, of a symmetric one without negative eigenvalues up to round-off."""
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
     kept = values > ROUND_OFF * values.max(initial=0.0)
     return np.ascontiguousarray(vectors[:, kept] * np.sqrt(values[kept]))

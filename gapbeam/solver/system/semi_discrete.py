@@ -183,7 +183,7 @@ class ContactOperator:
         return np.asarray(-(self.gap_matrix @ interface_values) - self.walls.opening_speed(time))
 
     def penetration(self, interface_values: Array, time: float = 0.0) -> Array:
-        """Return the penetration of the faces themselves at a time, (m,), m: the same but for Nitsche's method."""
+        """Return the penetration of the faces themselves at a time, (m,), m: the same except for Nitsche's method."""
         matrix = self.gap_matrix if self.geometry_matrix is None else self.geometry_matrix
         return np.asarray(-(self.initial_gap + matrix @ interface_values) - self.walls.opened(time))
 

@@ -345,7 +345,7 @@ class DaskPool:
             return {}
 
     def _result(self, future: Future) -> Any:
-        """Return the result of a point that is done; an error of the point is raised as it was there.
+        """Return the result of a point that is done; an error of the point is raised unchanged.
 
         Raises:
             TimeoutError: The result no longer exists.

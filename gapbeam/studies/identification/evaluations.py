@@ -381,7 +381,7 @@ def prepare(problem: Problem, folder: Path, overwrite: bool) -> None:
 
 
 def _plan(problem: Problem) -> dict[str, Any]:
-    """Return the inputs of evaluations and results, key by key, but for the settings of the search."""
+    """Return the inputs of evaluations and results, key by key, except for the settings of the search."""
     file = problem.file.model_dump(mode="json", exclude={"title", "case", "set", "search"})
     plan: dict[str, Any] = {"format": FORMAT} | flat(problem.base.model_dump(mode="json"))
     for table in ("unknown", "figure", "measurement"):

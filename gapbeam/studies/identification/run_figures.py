@@ -6,7 +6,7 @@ A response x = P(x, p) of the map P over its period moves with a parameter by
 
     dx/dp = (1 - P')^-1 dP/dp,
 
-with P' from the linearized steps of the period. A march from x + d dx/dp at p + d is on its response but for d^2: a few
+with P' from the linearized steps of the period. A march from x + d dx/dp at p + d is on its response up to d^2: a few
 periods of it give the figures there, as no transient has to pass.
 
 Source: Parker and Chua (1989), Practical Numerical Algorithms for Chaotic Systems, sec. 5.3.

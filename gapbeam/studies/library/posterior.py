@@ -86,7 +86,7 @@ class Likelihood:
         return s - middle - kernel(D / width) @ weights, C.reshape(len(u), self.count, self.count)
 
     def __call__(self, u: Array, s: Array) -> Array:
-        """Return the logarithm of the density of s, (values,), at positions u, (n, values), but for a constant."""
+        """Return the logarithm of the density of s, (values,), at positions u, (n, values), up to a constant."""
         inside = np.all((u >= 0.0) & (u <= 1.0), axis=1)
         r, C = self._gaussian(np.clip(u, 0.0, 1.0), s)
         far = np.einsum("ni,nij,nj->n", r, np.linalg.inv(C), r) / self.scale

@@ -88,7 +88,7 @@ def rate_verdict(rate: Mapping[str, Any]) -> str:
 def record_steps(loads: Sequence[AnyLoad], end: float, step: float, interval: float) -> int:
     """Return the steps between records: of an interval, or a period of a forcing that repeats often enough.
 
-    The work of whole periods is the same in a motion that repeats, and has no chance in it.
+    The work of whole periods is the same in a motion that repeats, and is not random.
 
     Args:
         loads: Loads that may force a motion that repeats.

@@ -223,7 +223,7 @@ class Taken:
 
 
 def study_key(case: Case) -> dict[str, Any]:
-    """Return the inputs of a trade-off: the case but for its title, model, outputs, gates and its end."""
+    """Return the inputs of a trade-off: the case except for its title, model, outputs, gates and its end."""
     tables = case.model_dump(mode="json")
     time = {name: value for name, value in tables.pop("time").items() if name != "end"}
     return {name: table for name, table in tables.items() if name not in FREE} | {"time": time}

@@ -389,7 +389,7 @@ def _hold_points(
 def open_gaps(around: AroundPoints | None, opened: Array, depth: Array) -> None:
     """Subtract the opening of walls, (m,), from penetrations or their rates, (m,): still walls change no digit.
 
-    Walls around sections that share their motions stand still, but for round holes (`scheme_kernels.move_walls`).
+    Walls around sections that share their motions stand still, except for round holes (`scheme_kernels.move_walls`).
     """
     if around is None:
         for i in range(len(depth)):

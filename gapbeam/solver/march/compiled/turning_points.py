@@ -60,7 +60,7 @@ def aim(around: AroundPoints | None, found: Solution, first: bool) -> float:
     """Set the directions of stations that may touch to those of the step that is known so far.
 
     Args:
-        around: Places, what the step adds to them without a change of the contact forces and, but for the first time,
+        around: Places, what the step adds to them without a change of the contact forces and, except the first time,
             what this change adds in `motions`.
         found: The solution so far; its factor is that of other directions.
         first: Whether no solution is known yet.

@@ -265,7 +265,7 @@ def lowest_modes(
 def with_rigid_motions(modes: Modes, operators: PetscOperators) -> Modes:
     """Return the modes with rigid motions that the eigensolver missed among them; the same modes where it missed none.
 
-    Rigid motions share the frequency 0, and a Krylov space of one vector holds a frequency once but for round-off.
+    Rigid motions share the frequency 0, and a Krylov space of one vector holds a frequency once up to round-off.
     What the modes leave of a rigid motion is a missed mode where its Rayleigh quotient lies below the highest mode.
 
     Args:

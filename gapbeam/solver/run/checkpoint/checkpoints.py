@@ -268,7 +268,7 @@ def refuse(faults: list[str], what: str) -> None:
 
 
 def refuse_another_case(folder: Path, model: Model, comm: MPI.Comm, free: frozenset[str]) -> None:
-    """Refuse a results folder whose `case.toml` is another case but for some keys; one without that file passes.
+    """Refuse a results folder whose `case.toml` is another case except for some keys; one without that file passes.
 
     Raises:
         UserError: The folder holds another case.

@@ -379,7 +379,7 @@ def clear(folder: Path, name: str) -> None:
 
 
 def _places(folder: Path) -> Iterator[Path]:
-    """Yield the files of runs, but for temporary ones, which never are written through."""
+    """Yield the files of runs, except for temporary ones, which never are written through."""
     yield from (folder / name for name in (*FILES, records.LOCK_FILE))
     for name in FOLDERS:
         if not (folder / name).is_symlink():

@@ -358,7 +358,7 @@ def _surface(points: FacePoints, fit: Array, motions: Sequence[csr_matrix]) -> c
 
     Args:
         points: Points of the face, all around the beam.
-        fit: From values at the points to those at the stations, (k, points).
+        fit: Map from values at the points to those at the stations, (k, points).
         motions: Motions of the points along x, y and z, (points, size) each.
     """
     y, z = points.positions[:, 1:].T

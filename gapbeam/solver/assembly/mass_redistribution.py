@@ -37,7 +37,7 @@ def extrapolation(space: Any, facets: Indices, lumped: bool = False) -> PETSc.Ma
     Args:
         space: Blocked vector Lagrange space.
         facets: Local numbers of the facets of both contact faces.
-        lumped: For lumped masses.
+        lumped: Whether the masses are lumped.
 
     Raises:
         UserError: There are too few nodes between the faces to extrapolate from.

@@ -202,7 +202,7 @@ class MotionRow:
 
     Attributes:
         nodes: Owned nodes (blocks), (k,).
-        factors: Of their displacements, (components, k, components).
+        factors: Factors of their displacements, (components, k, components).
     """
 
     nodes: Indices
@@ -320,8 +320,8 @@ def load_patterns(case: Case, sections: SectionRows, operators: Operators) -> tu
 
     Args:
         case: The case.
-        sections: On its vector space.
-        operators: On the same space.
+        sections: Sections on its vector space.
+        operators: Operators on the same space.
 
     Raises:
         UserError: A point or a section lies outside the mesh.

@@ -195,7 +195,7 @@ def centering_faults(support: AnySupports, key: Key) -> Iterator[Fault]:
 
     Args:
         support: The supports.
-        key: Of what asks for it.
+        key: Key that asks for the start.
     """
     found: list[tuple[Key, Play]] = [
         (place, play) for place, one in keyed(support) if (play := play_of(one)) is not None

@@ -186,7 +186,7 @@ def needed_motions(
         loads: The loads.
         joints: The joints.
         masses: The masses.
-        contact: With or without friction.
+        contact: Contact table, with or without friction.
         analysis: Table [analysis] of the case.
     """
     dimension, rubs = mesh.dimension, acting_friction(contact, layout) is not None

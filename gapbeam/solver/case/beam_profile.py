@@ -292,7 +292,7 @@ class BeamProfile:
     """The pieces of a beam, in their order along it.
 
     Attributes:
-        pieces: At least one; each begins where the one before ends.
+        pieces: Pieces, at least one; each begins where the one before ends.
     """
 
     pieces: tuple[BeamPiece, ...]

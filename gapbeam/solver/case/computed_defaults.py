@@ -215,7 +215,7 @@ def _wanted(pressure: float, clearance: float, limit: float, least: float) -> fl
 
     Args:
         pressure: Pressure of an impact, Pa.
-        clearance: Without its sign, m.
+        clearance: Absolute value of the clearance, m.
         limit: The stiffest, Pa/m.
         least: The softest, Pa/m.
     """
@@ -252,7 +252,7 @@ def contact_damping(case: Case, stiffness: float, support: OneSupport | None = N
     Args:
         case: The case.
         stiffness: K of the contact, Pa/m, or N/m of a point.
-        support: At which; None: at one that stands still.
+        support: Support with this contact; None: one that stands still.
     """
     contact, piece = case.contact, lightest_supported(case)
     mass, unit = piece.face_mass, "kg/m^2"
@@ -343,7 +343,7 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
         case: The case.
         stiffness: Stiffness of the contact, Pa/m.
         cell_length: h of the contact faces, m.
-        area: Of both faces, m^2.
+        area: Area of both faces, m^2.
     """
     body, profile = contact_modulus(case) / cell_length, case.profile
     if bending_rank(case.joint, held_only=False) == BOTH:

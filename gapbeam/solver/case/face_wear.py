@@ -12,8 +12,8 @@ class FaceWear(NamedTuple):
 
     Attributes:
         coefficient: Archard's k, 1/Pa.
-        area: Over which the volume is spread, m^2.
-        depth_limit: At which its life ends, m.
+        area: Area over which the volume is spread, m^2.
+        depth_limit: Depth at which the life of the face ends, m.
     """
 
     coefficient: float | None

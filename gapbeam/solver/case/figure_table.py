@@ -205,7 +205,7 @@ class Figure(Table):
         """Return the quantity at the records, (times,).
 
         Args:
-            records: By name, (times, ...).
+            records: Records by name, (times, ...).
             labels: Names along their dimensions.
 
         Raises:
@@ -301,7 +301,7 @@ def figure(name: str, quantity: str, place: str | None = None, **keys: Any) -> F
     """Return a figure of one's own, of the history of a run (`figure(...).of(history)`) or for `run(scene, figures=)`.
 
     Args:
-        name: In results.
+        name: Name in results.
         quantity: As history.h5 names it, such as "contact_force".
         place: Probe, face, joint, load, support body or support; of a scene a point or contact.
         keys: Others of the table [[figure]] of case files: statistic, component, limit, level, time, start, end ...
@@ -330,7 +330,7 @@ def figure_values(
 
     Args:
         figures: Figures that are asked for.
-        records: By name, (times, ...), and "time".
+        records: Records by name, (times, ...), and "time".
         labels: Names along their dimensions.
     """
     found: dict[str, dict[str, Any]] = {}
@@ -347,7 +347,7 @@ def figure_faults(figures: Mapping[int, Figure], places: Mapping[str, Sequence[s
     """Yield the faults of figures, by number.
 
     Args:
-        figures: By number.
+        figures: Figures by number.
         places: Names along each dimension that has places; "support" has whole supports. Others are not checked.
         end: End of the run, s.
     """

@@ -35,7 +35,7 @@ class SceneFigures(NamedTuple):
         highest: Highest frequency of interest, Hz.
         length: Length of the beam, m.
         thickness: Thickness of the beam where it is thickest, m.
-        wavelength: Of bending waves of the highest frequency, where they are shortest, m.
+        wavelength: Wavelength of bending waves of the highest frequency, where they are shortest, m.
         shortest_support: Length of the shortest support, m.
         squeezed: Whether a support is an interference fit, which squeezes the section.
         graded: Number of graded elements that supports and waves ask for.

@@ -263,7 +263,7 @@ def twin(function: Any, name: str, **others: Any) -> Any:
 
     Args:
         function: The entry.
-        name: Of the twin.
+        name: Name of the twin.
         others: Functions that it calls instead of those of these names.
     """
     source = function.py_func

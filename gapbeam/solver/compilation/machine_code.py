@@ -64,9 +64,9 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any], folder: Pa
     """Return a function that numba compiles when it is called.
 
     Args:
-        function: In Python.
+        function: Function in Python.
         options: Options of numba.
-        folder: For its machine code; None: it is not kept.
+        folder: Folder for its machine code; None: it is not kept.
         report: Called with the folder and the error where machine code cannot be kept or read.
     """
     if folder is None:

@@ -89,8 +89,8 @@ class PoseWatch:
     Attributes:
         rows: Rows of a pose.
         scales: Its scales.
-        moved: By how much the supports of the points on faces have moved at a time, with marched DOFs (n,),
-            (on_faces, d) or 0, m: travel and motion across are those in them.
+        moved: Function that returns the displacement of the supports of the points on faces at a time, with marched
+            DOFs (n,), (on_faces, d) or 0, m: travel and motion across are those in them.
         closest: Row by row of ROTATION, STRAIN, STRESS, TRAVEL, ASIDE: value, time and place, (5, 5).
         due: When the next look is due, s.
         highest: Largest strain energy looked at, J.
@@ -217,7 +217,7 @@ class Assumption:
     """Assumption of the equations, with its limits.
 
     Attributes:
-        name: In a few words.
+        name: Name in a few words.
         quantity: The watched quantity.
         unit: Its SI unit, "1" where there is none.
         limit: Beyond it, the run warns.

@@ -151,7 +151,7 @@ class Episodes:
     """Counts the contact episodes of every face.
 
     Attributes:
-        contact: To distinguish the faces.
+        contact: Contact operator, which distinguishes the faces.
         count: Episodes that ended.
         short: Number of episodes of fewer than `RESOLVING_STEPS` steps.
         impulse: Contact force over time of all episodes, N s.
@@ -305,7 +305,7 @@ def approach_speed(before: float, depth: float, dt: float) -> float:
 
     Args:
         before: Largest penetration at its start, m.
-        depth: At its end, m.
+        depth: Penetration at the end of the step, m.
         dt: Size of the step, s.
     """
     return max(depth - before, 0.0) / dt if np.isfinite(before) else max(depth, 0.0) / dt

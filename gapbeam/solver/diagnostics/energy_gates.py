@@ -46,7 +46,7 @@ class EnergyGates:
 
     Attributes:
         limits: The gates of the case.
-        contact: To distinguish the faces; None: `look` is called with each.
+        contact: Contact operator, which distinguishes the faces; None: `look` is called with each.
         impacts: Impacts that ended so far.
         largest_growth: Largest relative algorithmic growth in one impact.
         largest_loss: Largest relative algorithmic loss in one impact.
@@ -113,7 +113,7 @@ class EnergyGates:
 
         Args:
             scheme: Its name.
-            ledger: At the end.
+            ledger: Ledger at the end.
 
         Raises:
             EnergyCreated: More energy was created over the run than the gate of an impact allows.
@@ -130,7 +130,7 @@ class EnergyGates:
 
         Args:
             scheme: Its name.
-            ledger: At the end.
+            ledger: Ledger at the end.
             otherwise: Advice besides a smaller step.
 
         Raises:

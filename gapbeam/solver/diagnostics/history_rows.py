@@ -45,9 +45,10 @@ class Instants(NamedTuple):
         times: (times,), s.
         u: DOFs that are marched and that this rank owns, (times, n).
         v: Their velocities, (times, n).
-        contact_force: By face, (times, faces), N.
+        contact_force: Contact force by face, (times, faces), N.
         contact_moment: (times, faces), N m.
-        contact_resultant: Across the beam, y and z, (times, faces, 2), N; None where no face is around the beam.
+        contact_resultant: Contact force across the beam, y and z, (times, faces, 2), N; None where no face is around
+            the beam.
         contact_area: (times, faces), m^2.
         active_points: (times, faces).
         penetration: (times, faces), m.
@@ -62,7 +63,7 @@ class Instants(NamedTuple):
         work_by_mode: Its parts, (times, faces, 3), J.
         point_work: Sliding work of each point, (times, m), J; None: not asked for.
         kinetic: (times,), J, like the rest of the ledger.
-        strain: With the restraint.
+        strain: Strain energy, with the restraint.
         restraint: Energy in the restraint.
         contact: Potential of the contact.
         load_work: (times, loads).

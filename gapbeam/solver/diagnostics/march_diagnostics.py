@@ -131,7 +131,7 @@ class ContactTimes:
     penetration, pressure at the end of the step counts.
 
     Attributes:
-        contact: To distinguish the faces.
+        contact: Contact operator, which distinguishes the faces.
         by_depth: Whether penetration shows contact.
         time: Time in contact, (faces,), s.
         closings: Number of closings, (faces,).

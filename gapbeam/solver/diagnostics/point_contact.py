@@ -177,7 +177,7 @@ class Peaks:
     """Impulse and peaks of every face, and the contact iterations since the last report.
 
     Attributes:
-        contact: To distinguish the faces.
+        contact: Contact operator, which distinguishes the faces.
         impulse: Contact force integrated over time on each face, N s.
         square: Its square integrated over time on each face, N^2 s; of the mean force of each step.
         deepest: Largest penetration so far on each face, m.
@@ -243,7 +243,8 @@ class SlidingWork:
     """Sums over the accepted steps of a march.
 
     Attributes:
-        contact: To distinguish the faces; its `measures_sliding` says whether anything is measured.
+        contact: Contact operator, which distinguishes the faces; its `measures_sliding` says whether anything is
+            measured.
         work: W at each point, (m,), J; (0,) where nothing is measured.
         parts: Its parts by `SLIP_MODES`, (3, m), J.
         pressed_for: Time that each face has been pressed, (faces,), s; infinite: since the march began; 0 where nothing

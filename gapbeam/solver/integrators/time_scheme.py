@@ -52,8 +52,8 @@ class NoiseBias(NamedTuple):
     """Relative bias of the figures of a rattling mass.
 
     Attributes:
-        steps: In the duration of a contact.
-        mean_square: Of its place.
+        steps: Steps in the duration of a contact.
+        mean_square: Mean square of the displacement.
         contact_share: Share of the time in contact.
         mean_force: Mean contact force.
         mean_square_force: Mean square of the mean forces of steps.
@@ -76,7 +76,7 @@ def bias_at(table: tuple[NoiseBias, ...], steps: float) -> NoiseBias | None:
 
     Args:
         table: Rows by rising numbers of steps, each twice the number before.
-        steps: In the duration of a contact, > 0.
+        steps: Steps in the duration of a contact, > 0.
     """
     if not table:
         return None
@@ -115,7 +115,7 @@ class KernelNumbers(NamedTuple):
     Attributes:
         form: Form of the law in its step, `gapbeam.solver.contact.laws.law_tables`: MEAN and IMPLICIT march by the
             kernel of the midpoint rule, ENDPOINT by that of generalized-alpha.
-        alpha_m: Of generalized-alpha, like the next three; of no meaning to the midpoint rule.
+        alpha_m: Parameter alpha_m of generalized-alpha, like the next three; of no meaning to the midpoint rule.
         alpha_f: Share of the old forces.
         beta: Weight of the new acceleration in the displacement.
         gamma: Its weight in the velocity.

@@ -47,11 +47,11 @@ class KernelVariable:
 
     Attributes:
         name: Such as "tip.displacement" or "left.clearance".
-        place: In the block.
+        place: Place in the block.
         role: Input, parameter or output.
         unit: SI.
         start: Its value at the start.
-        meaning: In a sentence.
+        meaning: Meaning, in a sentence.
     """
 
     name: str

@@ -50,8 +50,8 @@ class LinearSolver:
     """Choice of the solver for effective operators.
 
     Attributes:
-        iterative: By conjugate gradients; otherwise by a factor.
-        tolerance: Of conjugate gradients: the error over the solution, in the energy norm of the operator.
+        iterative: Whether conjugate gradients solve; otherwise a factor.
+        tolerance: Tolerance of conjugate gradients: the error over the solution, in the energy norm of the operator.
         columns_limit: Bytes that the columns A^-1 G^T may take over all ranks; None: no limit.
         reason: Why, in a few words.
     """
@@ -311,7 +311,7 @@ class PetscOperators:
 
         Args:
             matrix: The matrix; it is taken over.
-            prefix: Of PETSc's options.
+            prefix: Prefix of PETSc's options.
             tolerance: Error over solution, if by iterations.
 
         Raises:

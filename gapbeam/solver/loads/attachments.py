@@ -80,7 +80,7 @@ class MeanMotion:
     Attributes:
         x: The place, m.
         name: Name of this motion.
-        offset: From the centroid of the section to the point, along x, y and z, m; displacements alone have one.
+        offset: Vector from the centroid of the section to the point, along x, y and z, m; displacements alone have one.
     """
 
     x: float

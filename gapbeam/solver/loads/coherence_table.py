@@ -84,7 +84,7 @@ def joint_acceptance(
     """Return J^2_mn of shapes along a load, (shapes, shapes).
 
     Args:
-        shapes: At places from 0 to the length.
+        shapes: Shapes as a function of places from 0 to the length.
         coherence: Coherence of the load.
         length: Length of the load, m.
         half_waves: Most half waves of a shape in the length: what the number of Gauss points follows.

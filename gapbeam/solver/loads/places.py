@@ -85,8 +85,8 @@ class Attachment:
 
     Attributes:
         mass: kg.
-        stiffness: Along the direction of the load, N/m.
-        damping: Along the direction of the load, N s/m.
+        stiffness: Stiffness along the direction of the load, N/m.
+        damping: Damping along the direction of the load, N s/m.
     """
 
     mass: float
@@ -105,7 +105,7 @@ class StaticForce:
 
     Attributes:
         name: Its name there.
-        force: Along the direction of the load, N.
+        force: Force along the direction of the load, N.
     """
 
     name: str
@@ -117,7 +117,7 @@ class LoadPart:
     """A part of a load.
 
     Attributes:
-        name: In results.
+        name: Name in results.
         place: Where it acts.
         time_function: Returns s(t).
     """

@@ -364,7 +364,7 @@ def compared(signal: RandomSignal, end: float) -> dict[str, Any]:
     """Return the comparison of what was generated up to a time with what was asked for.
 
     Args:
-        signal: Without its smooth start.
+        signal: Signal without its smooth start.
         end: s.
 
     Returns:

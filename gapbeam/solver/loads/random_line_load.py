@@ -64,7 +64,7 @@ def line_patterns(
     """Return the patterns of a load, the strongest first.
 
     Args:
-        coherence: Over distance.
+        coherence: Coherence over distance.
         span: Where the load begins and ends, x on the beam axis, m.
         stations: n.
         profile: v(x); None: 1.
@@ -85,10 +85,10 @@ def station_covariance(
     """Return the places of the stations, x on the beam axis, m, and C, (stations, stations), m^2.
 
     Args:
-        coherence: As in `line_patterns`, like the rest.
-        span: Likewise.
-        stations: Likewise.
-        profile: Likewise.
+        coherence: Coherence over distance.
+        span: Span of the load, x on the beam axis, m.
+        stations: Number of stations.
+        profile: Profile of the flow velocity.
     """
     (start, end), (nodes, weights) = span, np.polynomial.legendre.leggauss(stations)
     length = end - start
@@ -128,7 +128,7 @@ def compared_coherence(
         weights: Weights of the patterns at the stations, (patterns, stations).
         coherence: Asked for.
         span: Span of the load, x on the beam axis, m.
-        profile: Of its velocity.
+        profile: Profile of the flow velocity.
         end: s.
 
     Returns:

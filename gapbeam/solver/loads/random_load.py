@@ -124,7 +124,7 @@ class CrossSpectrum(Table):
 
         Args:
             key: The way to its table in the case.
-            interval: Between frequencies of the filter, Hz.
+            interval: Interval between frequencies of the filter, Hz.
             rate: Samples of the noise in a second.
         """
         if abs(self.delay) * rate > LONGEST_DELAY:
@@ -306,7 +306,7 @@ class PairedNoiseLoad(NoiseLoad):
         """Return a signal with its share of the other load's signal.
 
         Args:
-            signal: Of its own.
+            signal: Signal of the load alone.
             part: Suffix to the names of both loads in the names of their signals.
         """
         cross = self.cross_spectrum

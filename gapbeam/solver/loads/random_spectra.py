@@ -289,7 +289,7 @@ class PowerSpectrum:
 
     Attributes:
         frequencies: Hz, ascending; the first may be 0 where the density does not change up to the second.
-        densities: At these, positive, in the square of the unit of the load over Hz.
+        densities: Densities at these frequencies, positive, in the square of the unit of the load over Hz.
     """
 
     frequencies: tuple[float, ...]
@@ -383,7 +383,7 @@ def smoothed(values: Array) -> Array:
     """Return means over neighbors, (count,); below 0 Hz the values are conjugate complex, beyond the last they are 0.
 
     Args:
-        values: At equal steps from 0 Hz, real or complex, (count,).
+        values: Values at equal steps from 0 Hz, real or complex, (count,).
     """
     reach = len(SMOOTHING) // 2
     mirrored = np.concatenate([np.conj(values[reach:0:-1]), values])

@@ -222,7 +222,7 @@ def read_record(file: str, time_column: Column, value_column: Column, kind: RowK
     Args:
         file: Its path.
         time_column: Number from 1, or name.
-        value_column: Likewise.
+        value_column: Number from 1, or name.
         kind: Contents of the columns.
 
     Raises:

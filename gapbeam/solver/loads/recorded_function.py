@@ -249,7 +249,7 @@ class RecordedSignal:
         constant: Offset added to that, less the mean.
         ramp: Duration of the smooth start, s.
         beyond: Load before the first row and after the last.
-        derivative: Of q, that is s.
+        derivative: Derivative of q, which is s.
     """
 
     name: str

@@ -11,7 +11,7 @@ class RunError(Exception):
 
     Attributes:
         exit_status: Exit status of the command.
-        reason: In a few words, for `summary.json`: several reasons may share a status.
+        reason: Reason in a few words, for `summary.json`: several reasons may share a status.
         run_status: End of the run, for `summary.json`: "failed", "interrupted" or "completed".
     """
 

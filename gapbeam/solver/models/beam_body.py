@@ -71,7 +71,7 @@ class RigidPart:
 
     Attributes:
         middle: Where along the beam the section lies whose motions are the DOFs, m.
-        dimension: Of displacements, 2 or 3.
+        dimension: Dimension of displacements, 2 or 3.
         mass: M, (size, size).
         centroid: Returns (y, z) of the centroid of the cross-section at x, m.
     """
@@ -187,7 +187,7 @@ class BeamOfParts:
     Attributes:
         parts: Bending in its plane and other motions that the case asks for, or those of a rigid body.
         motions: The names of all.
-        dimension: Of displacements, 2 or 3.
+        dimension: Dimension of displacements, 2 or 3.
         neutral: Height of the centroid above the axis, m, where axial motions are those of the centroid.
     """
 

@@ -143,7 +143,7 @@ class Body:
             the model has not.
         gamma: Nitsche's parameter at each point, (m,), Pa/m; None for other formulations.
         patch: Size of the patches of `contact.points` with its reason; None without.
-        expansion: From the DOFs marched to those of the mesh that this rank owns; None: they are the same.
+        expansion: Map from the DOFs marched to those of the mesh that this rank owns; None: they are the same.
         basis: Size and error of the reduced basis; None for other models.
         holding: Operator for the forces of joints that hold motions the basis has not; None: there are none.
         bending: Accuracy of the bending stiffness of a mesh.

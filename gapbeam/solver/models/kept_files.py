@@ -46,7 +46,7 @@ def kept_or_found(comm: MPI.Comm, kind: type[Found], inputs: Iterable[Any], find
 
     Args:
         comm: All ranks.
-        kind: Of what is found.
+        kind: Type of the object.
         inputs: All that it follows from, on this rank: text, numbers, tables, arrays, sparse matrices.
         find: Finds it. Collective.
 

@@ -329,8 +329,8 @@ class BendingPart:
     Attributes:
         beam: The plane beam.
         axis: Component of its deflection.
-        dimension: Of displacements, 2 or 3.
-        names: Of its deflection and rotation.
+        dimension: Dimension of displacements, 2 or 3.
+        names: Names of its deflection and rotation.
     """
 
     beam: SteppedBeam
@@ -386,7 +386,7 @@ class AxialPart:
 
     Attributes:
         rod: The rod.
-        dimension: Of displacements, 2 or 3.
+        dimension: Dimension of displacements, 2 or 3.
     """
 
     rod: ElasticRod

@@ -94,7 +94,7 @@ class HarmonicBalance:
             max_iterations: Limit.
 
         Raises:
-            NotConverged: With the residual of every iteration.
+            NotConverged: The iterations did not converge; the error has the residual of every one.
             UserError: There are more unknowns than a dense Jacobian is good for.
         """
         self.refuse_large()
@@ -228,7 +228,7 @@ class HarmonicBalance:
         """Refuse more unknowns than a dense Jacobian is good for.
 
         Raises:
-            UserError: There are.
+            UserError: There are more unknowns.
         """
         if self.unknowns > MOST_UNKNOWNS:
             rank = self.basis[1].shape[0]

@@ -48,11 +48,11 @@ class Climb:
     """The highest stage, and the way to it.
 
     Attributes:
-        solution: On the highest stage.
+        solution: Solution on the highest stage.
         stages: All that were tried.
         change: Largest change of the harmonics 1-5 of the traces from the last stage but one, relative to the largest
             of them; None where only one stage converged.
-        before: On the last stage but one that converged; None where only one did.
+        before: Solution on the last stage but one that converged; None where only one did.
     """
 
     solution: HarmonicSolution

@@ -195,7 +195,7 @@ def shoot_marched(
         pause: Called before every march of a disturbance, of which an iteration has dozens; may raise. Collective.
 
     Raises:
-        NotConverged: With the residual of every iteration.
+        NotConverged: The iterations did not converge; the error has the residual of every one.
 
     Collective.
     """

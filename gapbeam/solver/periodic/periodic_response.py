@@ -249,7 +249,7 @@ def find_response(
         talk: Called with the time of the march before the search, s, and the steps since the last call.
 
     Raises:
-        NotConverged: There is none near the start, or the method does not get there.
+        NotConverged: There is no response near the start, or the method does not reach it.
         UserError: Harmonic balance would be too large.
         Interrupted: The user asked to stop.
 

@@ -103,7 +103,7 @@ def shoot(
         pause: Called before every iteration; what it raises ends the search.
 
     Raises:
-        NotConverged: With the residual of every iteration.
+        NotConverged: The iterations did not converge; the error has the residual of every one.
     """
     x, length, residuals = start, 1.0, list[float]()
     kept: tuple[Array, Array] | None = None  # where the last update started from, and the update

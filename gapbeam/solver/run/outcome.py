@@ -49,9 +49,9 @@ def work_rate(work: float, time: float, figure: Mapping[str, Any] | None) -> dic
     """Return the work rate of a face, W, with its interval and verdict.
 
     Args:
-        work: Of sliding, J.
-        time: In which it was done, s.
-        figure: From the statistics; None: the rate is the mean, without an interval.
+        work: Work of sliding, J.
+        time: Time in which it was done, s.
+        figure: Figure from the statistics; None: the rate is the mean, without an interval.
     """
     if figure is None:
         return {"value": work / time if time > 0.0 else 0.0, "low": None, "high": None, "verdict": NO_INTERVAL}
@@ -63,7 +63,7 @@ def all_rates(rate: Mapping[str, Any], coefficient: float | None, area: float | 
 
     Args:
         rate: The work rate, of `work_rate`.
-        coefficient: Of wear, 1/Pa; None: not known.
+        coefficient: Coefficient of wear, 1/Pa; None: not known.
         area: Worn area, m^2; None: not known.
     """
     volume = None if coefficient is None else times_rate(rate, coefficient)

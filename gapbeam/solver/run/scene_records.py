@@ -64,7 +64,7 @@ def contacts_of(scene: Scene, places: Array, forces: Array, before: Array | None
     Args:
         scene: The scene.
         places: Places of the contact motions, (steps, motions), m.
-        forces: Likewise, N. The normal force is -F . n, and friction what is across it.
+        forces: Contact forces, (steps, motions), N. The normal force is -F . n, and friction what is across it.
         before: Places before the first step, (motions,); default none: nothing has slid.
     """
     shape = len(places), len(scene.contacts)
@@ -110,8 +110,8 @@ class SceneAccounts:
     """The accounts of a march, kept from its start on.
 
     Attributes:
-        gates: On the energy.
-        ledger: After the last step.
+        gates: Gates on the energy.
+        ledger: Ledger after the last step.
         impacts: Impacts of each contact.
         depth: Largest penetration of each contact, m; negative: its smallest gap.
         force: Largest normal force of a step, N.
@@ -119,7 +119,7 @@ class SceneAccounts:
         impulse: Normal force over time since the start, N s.
         sliding: Work of sliding since the start, J.
         worn: The same at the ends of blocks of steps.
-        time: In contact since the start, s.
+        time: Time in contact since the start, s.
         closings: Since the start.
         square: Square of the normal force over time since the start, N^2 s.
         approaches: Sum of the approach speeds of all impacts since the start, m/s.
@@ -325,7 +325,7 @@ class SceneRecords:
 
         Args:
             own: Figures of one's own; those that average are among them.
-            is_random: Under noise a motion remembers as long as its slowest linear vibration does.
+            is_random: Whether loads are random: then a motion remembers as long as its slowest linear vibration does.
         """
         scene = self.scene
         growth = float(eigenvalues(scene)[0].real) if is_random and not scene.is_large else 0.0
@@ -375,7 +375,7 @@ class SceneRecords:
 
         Args:
             count: Steps before.
-            times: After each step, s.
+            times: Time after each step, s.
             kept: Records of the march.
             contacts: The contacts.
             energies: The energies.

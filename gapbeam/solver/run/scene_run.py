@@ -118,7 +118,7 @@ class SceneRun:
         """Refuse arguments out of range.
 
         Raises:
-            UserError: There are such.
+            UserError: An argument is out of range.
         """
         check_fields(self, "run")
         if self.every < 1:

@@ -85,11 +85,11 @@ class StopRule:
         """Return the result of the rule for the summary.
 
         Args:
-            statistics: At the end of the run.
+            statistics: Statistics at the end of the run.
             end: Time of this end, s.
             narrow: Whether the rule ended the run: the interval is narrow enough.
-            doubts: On the figures. A doubt on the figure of the rule, beyond the error asked for, leaves the rule not
-                met: a longer run would not help.
+            doubts: Doubts on the figures. A doubt on the figure of the rule, beyond the error asked for, leaves the
+                rule not met: a longer run would not help.
         """
         described = statistics.describe()
         figure = next((one for one in described["figures"] if one["name"] == self.figure), None)

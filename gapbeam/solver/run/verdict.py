@@ -297,10 +297,10 @@ def wear_figures(
 
     Args:
         model: Model of the run.
-        accounts: At its end.
+        accounts: Accounts at the end of the run.
         statistics: Statistics in the summary; None: the run has none.
         gathered: Gathered records that the statistics come from.
-        too_few_steps: Of `Doubts`: how many steps an impact has and needs; None: it has enough.
+        too_few_steps: Value of `Doubts`: how many steps an impact has and needs; None: it has enough.
     """
     wear, work, parts = model.case.wear, accounts.sliding.by_face, accounts.sliding.parts_by_face
     if wear is None or work is None or parts is None:

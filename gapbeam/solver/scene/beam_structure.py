@@ -56,7 +56,7 @@ def section(
         type: "rectangle", "round", "tube", "box", "i" or "polygon".
         thickness: Outer size in the bending direction, m.
         width: Outer size across it, m; default the thickness.
-        poisson_ratio: For the shear coefficient.
+        poisson_ratio: Poisson's ratio, for the shear coefficient.
         values: Other keys of the section's table, such as wall = 1e-3.
 
     Raises:
@@ -135,8 +135,8 @@ def beam(
 
     Args:
         length: m.
-        section: Of `section`, or own figures.
-        material: Of `material`.
+        section: Result of `section`, or own figures.
+        material: Result of `material`.
         points: Places along the beam by name, m from its start; each moves across the beam.
         model: "beam", or "rigid": deflection and rotation only.
         clamped: Places that neither move nor rotate, m.

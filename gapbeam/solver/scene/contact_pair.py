@@ -36,7 +36,7 @@ class Contact:
         offset: Place at rest, m; a number, or one for each motion. Members of an ensemble: (members,) for one motion,
             (members, motions) for more.
         wall: Given motion of the region, a function of time, m; a number, or one for each motion.
-        name: For results and paths; unique in a scene.
+        name: Name in results and paths; unique in a scene.
 
     Raises:
         UserError: Motions do not fit, or a value is out of range.

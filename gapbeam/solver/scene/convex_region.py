@@ -35,11 +35,11 @@ class RegionKind:
     """A compiled kind of region with its traits.
 
     Attributes:
-        name: For messages.
+        name: Name in messages.
         faces: Number of faces.
-        names: Of its values; one called "clearance" is how far the faces stand off.
+        names: Names of its values; one called "clearance" is the distance of the faces.
         face: See the module.
-        period: Of the values that move outward: every so many, from `outward` on; 0 where none does.
+        period: Period of the values that move outward: every so many, from `outward` on; 0 where none does.
         outward: The first of them.
     """
 
@@ -198,7 +198,7 @@ def Slot(clearance: Any, center: float = 0.0) -> ConvexRegion:  # noqa: N802
 
     Args:
         clearance: Total play of the slot, m; negative for an interference fit.
-        center: Of the slot, m.
+        center: Center of the slot, m.
     """
     return ConvexRegion(_SLOT, (_numbers(clearance, "Slot: clearance"), float(center)), EVERY_WAY[:2], 1)
 
@@ -271,7 +271,7 @@ def region(distance: Callable[..., Any], name: str | None = None, bounded: bool 
 
     Args:
         distance: distance(x, y, *values): negative inside, the distance to the wall outside; numbers only, compiled.
-        name: For messages; default the function's.
+        name: Name in messages; default the function's.
         bounded: Whether the region ends in every direction.
 
     Returns:

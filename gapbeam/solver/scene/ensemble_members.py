@@ -42,21 +42,21 @@ class Members:
         v: Velocities at the end.
         z: States of the feedback at the end.
         span: Time over which features count, (members,), s.
-        peak: By point, the largest displacement in absolute value, (members,), or (motions, members), m.
-        rms: By point, the root of the mean square of the displacement, m.
-        harmonics: By point, complex amplitudes a_j of x = sum_j Re(a_j exp(2 pi i j t / period)), j = 0, 1, ...:
+        peak: Largest displacement in absolute value by point, (members,), or (motions, members), m.
+        rms: Root of the mean square of the displacement by point, m.
+        harmonics: Complex amplitudes a_j of x = sum_j Re(a_j exp(2 pi i j t / period)) by point, j = 0, 1, ...:
             (harmonics + 1, members), or (harmonics + 1, motions, members), m.
-        peak_force: By contact, the largest force in absolute value, (members,), N.
-        impulse: By contact, the integral of the absolute value of the force, N s.
-        impacts: By contact, how often it closed.
-        closed: By contact, time in contact, s.
-        work: By contact, energy lost by its law and by friction, J.
+        peak_force: Largest force in absolute value by contact, (members,), N.
+        impulse: Integral of the absolute value of the force by contact, N s.
+        impacts: Number of closings by contact.
+        closed: Time in contact of each contact, s.
+        work: Energy lost by the law and by friction of each contact, J.
         energy: As of `step.energy`, by name, (members,), J.
         balance: Energy that the scheme made or lost, (members,), J.
         strobes: States (q, v) at the ends of the last periods, (strobes, 2 n, members).
-        displacement: By point, histories of every so many steps, (times, members), or (times, motions, members).
-        force: By contact, likewise, N.
-        figures: Of one's own, by name, (members,).
+        displacement: Histories of every so many steps by point, (times, members), or (times, motions, members).
+        force: Histories of the force by contact, likewise, N.
+        figures: Figures of one's own, by name, (members,).
         failed: Members whose contact forces did not converge in some step.
         untrusted: Members that failed, or whose energy is out of balance by more than 1e-8 of what passed: created, or
             also lost where the scheme keeps the balance.

@@ -82,7 +82,7 @@ class Feedback:
         B: (n, 2 motions of `sense`): displacements first.
         C: (motions of `act`, n).
         D: (motions of `act`, 2 motions of `sense`); default 0.
-        name: For messages and paths.
+        name: Name in messages and paths.
 
     Raises:
         UserError: A shape does not fit, or a state grows by itself and no output shows that.
@@ -152,9 +152,9 @@ class Joint(Feedback):
 
     Args:
         between: A point, or (point, point).
-        stiffness: In each motion, N/m.
-        damping: In each motion, N s/m.
-        name: For messages and paths.
+        stiffness: Stiffness in each motion, N/m.
+        damping: Damping in each motion, N s/m.
+        name: Name in messages and paths.
 
     Raises:
         UserError: A value is negative or not finite.

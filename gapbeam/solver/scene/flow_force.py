@@ -40,8 +40,8 @@ class FlowSpan:
     Attributes:
         points: StructurePoints of the same motions: 1 across the flow, or 2, along and across the flow.
         lengths: Length that each point stands for, (points,), m.
-        velocity: At each point over the reference velocity, (points,).
-        density: At each point over the reference density, (points,).
+        velocity: Velocity at each point over the reference velocity, (points,).
+        density: Density at each point over the reference density, (points,).
     """
 
     points: tuple[StructurePoint, ...]
@@ -175,12 +175,12 @@ class Flow(Feedback):
     """The force of a flow on a span or at points; its paths are "name.velocity" and "name.density".
 
     Args:
-        law: Of `quasi_steady`, `unsteady`, `measured` or `aerodynamic_lag`.
+        law: Result of `quasi_steady`, `unsteady`, `measured` or `aerodynamic_lag`.
         where: A span; or a point, or a list of points, whose motions the law couples.
         velocity: Reference velocity, m/s.
         density: Reference density, kg/m^3.
         modes: The force acts on so many modes of the structure, from the lowest; default all.
-        name: For messages and paths.
+        name: Name in messages and paths.
 
     Raises:
         UserError: A value is out of range, or motions do not fit.

@@ -97,7 +97,7 @@ def root_locus(scene: Scene, path: str, values: ArrayLike, closed: Closed = (), 
     Args:
         scene: See `eigenvalues`.
         path: As in `scene.with_`, such as "flow.velocity".
-        values: In the order in which they are followed; steps must be small beside the distance of two modes.
+        values: Values in the order in which they are followed; steps must be small beside the distance of two modes.
         closed: See `eigenvalues`.
         modes: Followed modes; default all that oscillate.
 
@@ -121,7 +121,7 @@ class CriticalVelocity:
     Attributes:
         value: Value of the path, m/s for a velocity.
         frequency: Angular frequency of the mode that turns unstable, rad/s; 0 for divergence.
-        eigenvalue: At this value, 1/s.
+        eigenvalue: Eigenvalue at this value, 1/s.
         residual: Growth rate that is left there over the size of the eigenvalue.
     """
 

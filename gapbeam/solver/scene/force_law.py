@@ -30,8 +30,8 @@ class LawKind:
     """Functions and traits of a law; called with its parameters, it gives a `ForceLaw`.
 
     Attributes:
-        name: For messages.
-        names: Of its parameters.
+        name: Name in messages.
+        names: Names of its parameters.
         spring: spring(x, *parameters): force at penetration x > 0, N.
         potential: potential(x, *parameters): integral of the spring from 0, J.
         damper: damper(N, share, rate, *parameters): force that the damper adds to the mean spring force N; or None.

@@ -43,11 +43,11 @@ class SpaceSection(NamedTuple):
 
     Attributes:
         area: m^2.
-        second_moment: For bending along the thickness, m^4.
-        lateral_moment: For bending along the width, m^4.
+        second_moment: Second moment of area for bending along the thickness, m^4.
+        lateral_moment: Second moment of area for bending along the width, m^4.
         torsion_constant: m^4.
         shear_area: Area that carries shear along the thickness, m^2; infinite: shear does not strain.
-        lateral_shear_area: Along the width.
+        lateral_shear_area: Shear area along the width.
         mean_radius: Mean radius of a tube, m; 0: no tube, whose elbows do not ovalize.
         wall: Wall of a tube, m.
     """
@@ -153,10 +153,10 @@ def frame(
 
     Args:
         route: Its ends and corners, (count, 3), m.
-        section: Of `space_section`, or own figures.
-        material: Of `material`.
-        points: By name where, and the direction, (3,), or two directions at right angles, (2, 3), of its motions. Six
-            numbers are a motion and a rotation: (0, 0, 0, 0, 0, 1) is the rotation about z, rad.
+        section: Result of `space_section`, or own figures.
+        material: Result of `material`.
+        points: Place and direction of each point by name: the direction, (3,), or two at right angles, (2, 3), of its
+            motions. Six numbers are a motion and a rotation: (0, 0, 0, 0, 0, 1) is the rotation about z, rad.
         bends: Radius of the bends at the corners, m: one for all, or one for each; 0: sharp corners that are rigid.
         flexibility: Factor of all elbows; default by the standard formula for tubes, 1 for other sections.
         clamped: Places that neither move nor rotate.

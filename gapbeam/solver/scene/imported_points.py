@@ -45,7 +45,7 @@ class Nodes:
         """Return the nodes of a set.
 
         Raises:
-            ArgumentError: There is none of that name.
+            ArgumentError: No set has this name.
         """
         if name.upper() not in self.sets:
             known = ", ".join(sorted(self.sets)) or "none"
@@ -207,7 +207,7 @@ class Rows:
         """Return the rows of a DOF, a node, or a set of nodes.
 
         Raises:
-            ArgumentError: There is none.
+            ArgumentError: The label names no rows.
         """
         if label in self.places:
             return [self.places[label]]

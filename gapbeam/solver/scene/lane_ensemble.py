@@ -41,10 +41,10 @@ class FeaturePlan:
     """Features that an ensemble takes, in steps.
 
     Attributes:
-        steps: Of the march.
+        steps: Steps of the march.
         settle: Steps before features count.
         period: Steps of a period; 0: none.
-        harmonics: Of the period.
+        harmonics: Harmonics of the period.
         strobes: Ends of the last periods at which states are kept.
         every: Steps from one kept place of a history to the next; 0: no histories.
     """
@@ -74,7 +74,7 @@ class LaneFeatures:
         lanes: Members side by side.
         h: Step, s.
         t0: Time of the start, s.
-        figures: Of one's own.
+        figures: Figures of one's own.
     """
 
     def __init__(
@@ -201,15 +201,15 @@ def ensemble(
         start: One state for all, or lanes of one for each member.
         members: Their number, where neither values nor start say so.
         threads: Blocks of 64 members side by side; default the processors of this process.
-        scheme: Of the time integration.
+        scheme: Scheme of the time integration.
         settle: Time from which features count, s; default the start.
-        period: Of the load, s: a whole number of steps.
+        period: Period of the load, s: a whole number of steps.
         harmonics: Amplitudes of so many harmonics of the period, and of the mean; over whole periods.
         strobes: States at the ends of the last so many periods.
         every: Steps from one place of kept histories to the next; 0 keeps none.
         output: A folder for finished blocks. A call with the same folder continues there, to the same bits.
-        figures: Of one's own (`gapbeam.figure`), from the time `settle` on: of displacements and velocities at points
-            and contact forces; all statistics but quantile and probability.
+        figures: Figures of one's own (`gapbeam.figure`), from the time `settle` on: of displacements and velocities at
+            points and contact forces; all statistics but quantile and probability.
 
     Raises:
         UserError: A figure cannot be gathered in lock-step, a path names nothing, lengths differ, times are no whole

@@ -29,7 +29,7 @@ class Optimum:
 
     Attributes:
         values: Parameters by path.
-        scene: With them.
+        scene: Scene with these values.
         tangents: Figures there, their derivatives, and the state of the response.
         orbits: Values and figures of each response that was computed, in turn.
     """
@@ -115,11 +115,11 @@ def optimize(
         figure: Such as "stop.peak_force"; see `tangents`.
         over: (lowest, first, highest) value by path.
         period: s; or a function of the values by path.
-        steps: In a period.
+        steps: Steps in a period.
         start: Start of the response at the first values, or near it.
         limits: Highest values of other figures, above 0.
         scheme: Scheme of the time integration.
-        passes: Of the search at most.
+        passes: Largest number of passes of the search.
 
     Raises:
         UserError: A path, range or figure cannot be, or the response at the first values has no derivatives.

@@ -36,10 +36,10 @@ class PeriodicOrbit:
     """A response that repeats after a period.
 
     Attributes:
-        state: At the start of a period: a march from it repeats.
-        multipliers: Of small disturbances over a period, (2 n + states,), complex.
+        state: State at the start of a period: a march from it repeats.
+        multipliers: Multipliers of small disturbances over a period, (2 n + states,), complex.
         residual: Change over a period, over the size of the motion.
-        passes: Of Newton's method.
+        passes: Passes of Newton's method.
     """
 
     state: SceneState
@@ -65,9 +65,9 @@ def periodic(
     Args:
         scene: Its loads repeat after the period.
         period: s.
-        steps: In a period.
+        steps: Steps in a period.
         start: Where to begin; default at rest. March some periods first where that is far away.
-        passes: Of Newton's method at most.
+        passes: Largest number of passes of Newton's method.
         scheme: Scheme of the time integration; without accelerations as states.
 
     Raises:
@@ -190,12 +190,12 @@ def limit_cycle(
     begins at once: that finds unstable cycles, too. Where shooting does not converge, the march settles first.
 
     Args:
-        scene: With feedback that makes it unstable, and contacts that limit the motion.
-        steps: In a period.
+        scene: Scene with feedback that makes it unstable, and contacts that limit the motion.
+        steps: Steps in a period.
         start: Where to begin.
         period: Estimate of the period, s; default: from a march.
         cycles: Cycles that the march may take to settle.
-        passes: Of Newton's method at most.
+        passes: Largest number of passes of Newton's method.
 
     Raises:
         UserError: A load varies, nothing limits the motion, or rest is stable and no start is given.

@@ -37,8 +37,8 @@ class LinearScheme(NamedTuple):
     """Numbers of a scheme; see the module.
 
     Attributes:
-        level: Of stiffness and loads within the step.
-        law: Of the contact forces; 0: their mean over the step.
+        level: Place within the step at which stiffness and loads are taken.
+        law: Place within the step at which contact forces are taken; 0: their mean over the step.
         inertia: i0, i1, i2.
         drag: d0, d1, d2.
         velocity: e0, e1, e2.
@@ -94,7 +94,7 @@ def growth_of(scheme: LinearScheme, angles: Array) -> Array:
 
     Args:
         scheme: The scheme.
-        angles: Of (modes,), rad.
+        angles: Angles w h of the modes, (modes,), rad.
     """
     found = np.zeros(len(angles))
     for i, x in enumerate(angles):
@@ -164,8 +164,8 @@ def newmark(beta: float = 0.25, gamma: float = 0.5) -> LinearScheme:
     """Return Newmark's scheme. It creates energy in contacts that the step does not resolve.
 
     Args:
-        beta: Above 0; below (gamma + 1/2)^2 / 4, marches refuse steps beyond the limit of the fastest mode.
-        gamma: From 1/2 on; above, modes are damped.
+        beta: Parameter beta > 0; below (gamma + 1/2)^2 / 4, marches refuse steps beyond the limit of the fastest mode.
+        gamma: Parameter gamma >= 1/2; above 1/2, modes are damped.
 
     Raises:
         UserError: A number is out of that range.

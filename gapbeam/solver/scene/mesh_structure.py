@@ -49,12 +49,14 @@ def from_mesh(
         file: Input of Abaqus or CalculiX (`.inp`), or what meshio reads: Nastran (`.bdf`), gmsh (`.msh`), VTK, MED.
             Cells of one kind, order 1 or 2: tetrahedra or hexahedra; triangles or quadrilaterals in a plane z =
             constant.
-        materials: Of `material` or `orthotropic`: one for all cells, or by group of cells; "" are all other cells.
+        materials: Results of `material` or `orthotropic`: one for all cells, or by group of cells; "" are all other
+            cells.
         units: Units of the coordinates: "m", "cm", "mm" or "inch".
-        points: By name, as in `read_structure`; sets are those of nodes, and the nodes of groups of cells or faces.
+        points: Points by name, as in `read_structure`; sets are those of nodes, and the nodes of groups of cells or
+            faces.
         clamped: As in `read_structure`.
         plane: Cells in the plane: "stress" or "strain".
-        thickness: Of cells in the plane, m.
+        thickness: Thickness of cells in the plane, m.
         frame: As in `read_structure`.
         place: Where the structure is in space.
         name: Name of the structure.

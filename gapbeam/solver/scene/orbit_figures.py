@@ -21,7 +21,7 @@ class OrbitFigure:
     """A figure of displacements or contact forces of all steps of a period.
 
     Attributes:
-        name: With its owner.
+        name: Name with its owner.
         kind: "peak", "rms", "harmonic_3", "peak_force", "impulse" or "work".
         columns: Columns of the motions of its owners; for the work those of forces, then those of moves.
         harmonic: Number of the harmonic.
@@ -92,7 +92,7 @@ class OrbitFigure:
             growth: Derivative of the step.
 
         Raises:
-            UserError: There is none.
+            UserError: The figure has no derivative.
         """
         x, moves, (value, weight) = self.own(series), self.own(moves), self.value(series, h)
         if not (moves * weight if self.kind == "work" else moves).any():
@@ -115,7 +115,7 @@ def figure_of(scene: Scene, name: str) -> OrbitFigure:
     """Return a figure by its name, "owner.kind"; a star in the name of contacts of as many motions stands for letters.
 
     Raises:
-        UserError: There is none.
+        UserError: The scene has no such figure.
     """
     owner, _, kind = name.rpartition(".")
     at, columns = 0, dict[str, list[int]]()

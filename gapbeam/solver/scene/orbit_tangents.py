@@ -53,9 +53,9 @@ class OrbitTangents:
         values: Figures by name.
         slopes: Derivatives by name of the figure, then by path of the parameter.
         periods: Derivative of the period by path: not 0 where the loads' period follows a parameter, s.
-        state: At the start of a period.
+        state: State at the start of a period.
         moved: Derivative of coordinates, velocities and states there by path.
-        multipliers: Of small disturbances over a period, complex.
+        multipliers: Multipliers of small disturbances over a period, complex.
         residual: Change over a period, over the range of the motion.
     """
 
@@ -88,8 +88,8 @@ def tangents(
         figures: Their names.
         over: Values of parameters by path, as of `scene.with_`.
         period: s.
-        steps: In a period.
-        start: On the orbit, as of `periodic`.
+        steps: Steps in a period.
+        start: Start on the orbit, as of `periodic`.
         scheme: Scheme of the time integration; without accelerations as states.
 
     Raises:
@@ -144,7 +144,7 @@ def _along(
     """Return the derivatives of figures, period and start by the shift of a parameter, compared with marches.
 
     Raises:
-        UserError: There are none.
+        UserError: A figure has no derivatives there.
     """
     base = orbit.problem
     turn = _following(shifted, base, path)
@@ -231,8 +231,8 @@ class _Problem:
     """A scene with its step: the march, and the linear part of a step.
 
     Attributes:
-        S, R, G: Of x1 = S x0 + R F + G f with the loads f.
-        B, b: Of the places y_k = B q_k + b_k.
+        S, R, G: Matrices of x1 = S x0 + R F + G f with the loads f.
+        B, b: Matrix and vector of the places y_k = B q_k + b_k.
         loads: f of each step, (steps, loads).
     """
 

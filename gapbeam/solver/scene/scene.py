@@ -157,7 +157,7 @@ class Scene:
         """Return the scene with other values.
 
         Args:
-            changes: By path, "name.value": a contact's "left.clearance", "left.stiffness", "left.friction", or
+            changes: Changes by path, "name.value": a contact's "left.clearance", "left.stiffness", "left.friction", or
                 "left.stiffness_factor" over the present one; a load's
                 "shaker.value", or one of its parameters; "beam.damping_factor": the damping matrix of a structure times
                 a number; the "velocity" or "density" of a flow. A star stands for any letters: "gland *.stiffness" are
@@ -221,7 +221,7 @@ class Scene:
         """Return a point, also by its name where that is unique in the scene, or by "structure.name".
 
         Raises:
-            UserError: There is none, or there are several.
+            UserError: The scene has no such point, or several.
         """
         if isinstance(key, StructurePoint):
             return key
@@ -385,8 +385,8 @@ class Scene:
         Args:
             lanes: Members side by side.
             h: Step, s.
-            delassus: Of the condensed scene: what friction that sticks is stiff against.
-            level: Of the step at which laws are asked.
+            delassus: Delassus operator of the condensed scene, against which friction that sticks is stiff.
+            level: Level of the step at which laws are asked.
             rough: False leaves out friction.
 
         Raises:
@@ -452,7 +452,7 @@ class Scene:
         """Refuse contacts whose laws remember, where a state is displacements, velocities and states of the feedback.
 
         Raises:
-            UserError: There is one.
+            UserError: A contact has such a law.
         """
         found = [one.name or "?" for one in self.contacts if one.law.kind.memory]
         if found:

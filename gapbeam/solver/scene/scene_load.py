@@ -44,11 +44,11 @@ def sine(
 
     Args:
         t: s.
-        amplitude: In the unit of the load.
+        amplitude: Amplitude in the unit of the load.
         frequency: Hz.
         phase: Degrees.
         ramp: Time in which the sine rises smoothly from 0, s, the same for all members of an ensemble.
-        mean: In the unit of the load.
+        mean: Mean in the unit of the load.
         scale: Factor on all of it.
 
     Raises:
@@ -67,7 +67,7 @@ class Load:
         pattern: Generalized forces of a value of 1, (DOFs,).
         value: A number; a function of time, of arrays if it can; or (times, values), straight between. A number may be
             set between steps: `load.value = 3.0`.
-        name: For results and paths; unique in a scene.
+        name: Name in results and paths; unique in a scene.
         parameters: More arguments of the function by name; members of an ensemble may differ in them.
 
     Raises:
@@ -158,7 +158,7 @@ class Force(Load):
     Args:
         point: Where it acts.
         value: See `Load`.
-        direction: In the motions of the point; default its first motion.
+        direction: Direction in the motions of the point; default its first motion.
         name: See `Load`.
         parameters: See `Load`.
     """
@@ -298,7 +298,7 @@ class Track:
     """Points along the way of a moving point, and where it is.
 
     Attributes:
-        points: Along the way, all of one structure.
+        points: Points along the way, all of one structure.
         places: Places of the points along the way, m, growing.
         position: s, m, a function of time.
         shapes: N, a spline.
@@ -370,7 +370,7 @@ def moving_point(
         points: Points of the structure along the way, two or more, with as many motions each.
         places: Places of the points along the way, m, growing.
         position: Place on the way, m, a function of time; or a speed, m/s, at which it starts from 0.
-        name: For messages.
+        name: Name in messages.
 
     Raises:
         UserError: Points and places do not fit, or points are of several structures.
@@ -398,12 +398,12 @@ def moving_force(
     f(t) = F(t) b(s(t)); see the module.
 
     Args:
-        points: Along its way, two or more.
+        points: Points along its way, two or more.
         places: Places of the points along the way, m, growing.
         force: F, N; see `Load`.
         position: s, m, a function of time; or a speed, m/s, at which it starts from 0.
         name: "wheel" makes loads "wheel-0", "wheel-1", ...
-        direction: In the motions of the points; default their first motion.
+        direction: Direction in the motions of the points; default their first motion.
 
     Raises:
         UserError: Points and places do not fit.

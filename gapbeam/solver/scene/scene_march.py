@@ -125,7 +125,7 @@ def steps_to(end: float, begin: float, step: float) -> int:
     """Return the number of steps to the end.
 
     Raises:
-        UserError: There is none.
+        UserError: There is no step up to the end.
     """
     steps = round((end - begin) / step) if np.isfinite(end) else 0
     if steps < 1:
@@ -147,8 +147,8 @@ class History:
 
     Attributes:
         t: Times, (steps,), s.
-        displacement: By point, (steps,) for one motion, else (steps, motions), m.
-        force: By contact, likewise, N: the mean over the step on the first point.
+        displacement: Displacement by point, (steps,) for one motion, else (steps, motions), m.
+        force: Force by contact, likewise, N: the mean over the step on the first point.
         last: The last step.
     """
 

@@ -70,11 +70,11 @@ def snubber(
         between: A point of one motion, or two: the motion of the first relative to the second.
         stiffness: Stiffness of the locked snubber, from the place where it locked, N/m.
         release: Velocity, m/s, or acceleration, m/s^2, at which it opens again; below that at which it locks.
-        velocity: At which it locks, m/s.
-        acceleration: At which it locks, m/s^2; one of both.
+        velocity: Velocity at which it locks, m/s.
+        acceleration: Acceleration at which it locks, m/s^2; one of both.
         damping: Damping of the locked snubber beside its spring, N s/m.
         drag: Drag of the free snubber, N s/m.
-        name: For results and paths; unique in a scene.
+        name: Name in results and paths; unique in a scene.
 
     Raises:
         UserError: A value is out of range, or both velocity and acceleration are given, or none.

@@ -36,7 +36,7 @@ class CellKind(NamedTuple):
     """A kind of cell.
 
     Attributes:
-        corners: In the reference cell, (corners, dimension).
+        corners: Corners in the reference cell, (corners, dimension).
         facets: Corners of each facet.
         between: Corners of whose mean each further node is.
         order: 1 or 2.
@@ -134,7 +134,7 @@ def shapes_at(name: str, points: Array) -> tuple[Array, Array]:
 
     Args:
         name: Name of the kind, in meshio.
-        points: In the reference cell, (points, dimension).
+        points: Points in the reference cell, (points, dimension).
     """
     exponents, inverse = _powers(name)
     slopes = np.empty((len(points), exponents.shape[1], len(exponents)))
@@ -202,7 +202,7 @@ class Cells:
             moduli: C of each material, (materials, components, components), Pa.
             of_cell: Material of each cell, (cells,).
             densities: Densities of each material, kg/m^3.
-            thickness: In the plane, m; 1 in space.
+            thickness: Thickness in the plane, m; 1 in space.
         """
         d, count, size = self.kind.dimension, self.nodes.shape[1], len(self.places)
         rows, columns, stiff, heavy = [], [], [], []

@@ -58,7 +58,7 @@ def read_structure(
             MATRIX INPUT and DMIG name their rows themselves.
         nodes: File with "node x y z" lines, input of Abaqus or CalculiX (`.inp`) with its sets, or a mesh that meshio
             reads: rigid motions then follow in closed form.
-        points: By name, one or two DOFs, "node.direction" as in `dofs` or row numbers from 0 on; or
+        points: Points by name, one or two DOFs, "node.direction" as in `dofs` or row numbers from 0 on; or
             {"node": 12, "direction": [0, 0, 1]} with a direction or two, where "node" may be "set" (the mean motion of
             its nodes) or "nearest" (to coordinates in m).
         clamped: Nodes (whole), sets or "node.direction" that do not move: their rows and columns are left out.
@@ -149,7 +149,7 @@ class ImportedModel:
 
         Args:
             free: Numbers of the rows that are kept.
-            places: Of its points.
+            places: Places of its points.
         """
         nodes = self.places
         if not nodes:

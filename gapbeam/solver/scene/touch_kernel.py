@@ -49,7 +49,7 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
         rough: Whether there is friction.
         exact: Whether friction sticks without creep, by Coulomb's own law.
         damped: Whether the damper of the law acts.
-        level: Of the step at which the law is asked; 0: the mean over the step.
+        level: Level of the step at which the law is asked; 0: the mean over the step.
     """
     key = (region, law, motions, rough, exact, damped, level)
     if key in _touches:

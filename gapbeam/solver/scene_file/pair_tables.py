@@ -342,7 +342,7 @@ def meeting_faults(
     Args:
         key: The way to the table of the pair.
         pair: The table.
-        places: Of its points.
+        places: Places of its points.
         bodies: Extents of its structures.
     """
     if len(places) < 2 or any(one is None or one.place is None for one in places) or None in bodies:

@@ -22,9 +22,9 @@ class PlacedBody:
 
     Attributes:
         names: Nodes of matrices; empty: a straight line from the first place to the second.
-        places: Of these nodes, or the ends of the line, (count, 3), m.
+        places: Places of these nodes, or the ends of the line, (count, 3), m.
         ways: Directions in which points of the line move, (motions, 3); None: nodes move in any.
-        half: From the line to the surface, m; 0 for nodes; the largest of a frame.
+        half: Distance from the line to the surface, m; 0 for nodes; the largest of a frame.
         halves: Half of each of the names, m; empty: `half` of all.
     """
 
@@ -72,9 +72,9 @@ class NearestPlaces(NamedTuple):
     Attributes:
         first: Node, or length along the line, m, of the first.
         second: The same of the second.
-        direction: Of motion of both points, (3,).
+        direction: Direction of motion of both points, (3,).
         normal: 1 or -1: the second is ahead of the first along the direction, or behind.
-        gap: Between their surfaces, m.
+        gap: Gap between their surfaces, m.
     """
 
     first: str | float

@@ -230,7 +230,7 @@ def lowest_squares(structure: Structure, most: int = MOST) -> list[float]:
 
     Args:
         structure: A structure of any size.
-        most: At most so many.
+        most: Largest number of frequencies.
 
     Raises:
         RunError: The modes of a large structure did not converge.

@@ -128,7 +128,7 @@ class ReadScene:
         scene: Its scene.
         spans: Lengths of tubes in a flow, by name of the [[feedback]].
         name: Name of the file, without folder and suffix.
-        reason: Of its step, where that is computed; empty: the file gives it.
+        reason: Reason for its step, where that is computed; empty: the file gives it.
     """
 
     case: SceneCase

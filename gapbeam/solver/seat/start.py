@@ -186,8 +186,8 @@ class ModeMotion:
 
     Attributes:
         frequency: Hz.
-        displacement: On the DOFs of the model that this rank owns, (n,), m.
-        velocity: Likewise, (n,), m/s.
+        displacement: Displacement on the DOFs of the model that this rank owns, (n,), m.
+        velocity: Velocity on the same DOFs, (n,), m/s.
     """
 
     frequency: float

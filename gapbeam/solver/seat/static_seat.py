@@ -441,9 +441,9 @@ def _stand_still(
 
     Args:
         contact: The contact.
-        forces: Of its points, (m,), N.
-        moved: By how much the beam moved, (n,), m.
-        noise: By how much round-off moves it, where that is known, (n,), m.
+        forces: Forces of the contact points, (m,), N.
+        moved: Displacement of the beam, (n,), m.
+        noise: Displacement of the beam by round-off, where that is known, (n,), m.
         operators: Operators of the system.
     """
     circles = contact.circles

@@ -27,7 +27,7 @@ def closed_part(before: float, depth: float) -> float:
 
     Args:
         before: Largest penetration at its start, m.
-        depth: At its end, m. Where no end has penetration, contact lasts over the step.
+        depth: Penetration at the end of the step, m. Where no end has penetration, contact lasts over the step.
     """
     highest, lowest = max(before, depth), min(before, depth)
     if not (highest > 0.0 and lowest <= 0.0):
@@ -84,7 +84,7 @@ def by_mode(work: float, speed: float, share: float, modes: SlipModes) -> tuple[
     Args:
         work: Work of the point in the step, J.
         speed: Mean of |v_t| in it, m/s.
-        share: Of `impact_share`.
+        share: Result of `impact_share`.
         modes: Limits between the modes.
     """
     struck = share * work

@@ -61,7 +61,7 @@ class Damper:
     Attributes:
         law: Name of the law in a case file, whose formula it is.
         coefficient: One number or one per contact point, (m,).
-        parameters: At most `ROOM` numbers that are the same at all points.
+        parameters: Parameters that are the same at all points, at most `ROOM` numbers.
     """
 
     law: str
@@ -73,7 +73,7 @@ def padded(law: str, parameters: tuple[float, ...]) -> Parameters:
     """Return the `ROOM` parameters of a formula of a law.
 
     Raises:
-        ValueError: There are more.
+        ValueError: The law has more than `ROOM` parameters.
     """
     if len(parameters) > ROOM:
         raise ValueError(f"{len(parameters)} parameters of the law {law}; expected at most {ROOM}")
@@ -111,7 +111,7 @@ class CoulombFriction:
         """Return the law of points that stick or slide during a step; itself where that makes no difference.
 
         Args:
-            slides: Above 0 where a point slides, (m,), no unit; None: nothing is known.
+            slides: Amount of sliding, (m,), no unit: above 0 where a point slides; None: nothing is known.
         """
         if self.static_coefficient is None or slides is None:
             return self

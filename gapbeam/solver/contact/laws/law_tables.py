@@ -64,7 +64,7 @@ class ChosenLaw(Table):
         """Refuse names that nothing asks for, as a `pressure`: the law would be marched without it.
 
         Raises:
-            TypeError: There are such names; names of its own begin with an underscore.
+            TypeError: The class has such names; names of its own begin with an underscore.
         """
         known = {*dir(ChosenLaw), *cls.model_fields}
         unknown = sorted(name for name in vars(cls) if not name.startswith("_") and name not in known)

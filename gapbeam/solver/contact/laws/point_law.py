@@ -111,7 +111,7 @@ class Point(NamedTuple):
 
     Attributes:
         stiffness: K.
-        coefficient: Of the damper.
+        coefficient: Coefficient of the damper.
         old_depth: Penetration at the start of the step, m.
         old_pressure: Pressure that acted last, Pa.
         guess_depth: Penetration of the predictor, ENDPOINT, m.

@@ -100,7 +100,8 @@ def solve_contact(
         round-off of the penetration allows.
 
     Raises:
-        NotConverged: With the history of the residual (Pa), after `max_iterations`.
+        NotConverged: The iterations did not converge within `max_iterations`; the error has the history of the
+            residual, Pa.
     """
     first = held if start is None else start
     patience = max_iterations if patience is None else patience

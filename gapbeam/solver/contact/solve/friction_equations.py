@@ -80,8 +80,8 @@ class Rubbing(NamedTuple):
         parts: The rows of B of each of their motions in the step, (m (1 + k), 3).
         share: And their shares S, (m (1 + k), 3).
         forces: f - f_held and h of each, (m (1 + k),), N.
-        missed: By how much they miss their laws, (m (1 + k),), N.
-        order: Of them, those that the laws do not give at once, (m (1 + k),).
+        missed: Residuals of their laws, (m (1 + k),), N.
+        order: Numbers of the forces that the laws do not give at once, (m (1 + k),).
         right: Right side of their equations, (m (1 + k),).
         matrix: Room for these equations, (m (1 + k), m (1 + k)).
         on_rows: Forces on the rows of B, (b,), N.

@@ -118,7 +118,7 @@ def solve_contact_and_friction(
         The solution; its forces satisfy both laws to 1e-11 of the largest, or as well as round-off allows.
 
     Raises:
-        NotConverged: With the history of what missed the laws, N.
+        NotConverged: The iterations did not converge; the error has the history of the residual, N.
     """
     if sliding is None:
         return solve_contact(condensed, scale, held_depth, weights, law, held, max_iterations, augmented)

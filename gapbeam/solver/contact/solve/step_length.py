@@ -15,10 +15,10 @@ def root_of_slope(slope: Callable[[float], float]) -> float:
     By the method of Chandrupatla (1997): inverse quadratic interpolation where it is safe, bisection elsewhere.
 
     Args:
-        slope: Of other signs at 0 and at 1.
+        slope: Slope, with different signs at 0 and at 1.
 
     Raises:
-        ValueError: Of the same sign there.
+        ValueError: The slope has the same sign at both ends.
     """
     a, b, part = 1.0, 0.0, 0.5  # the last point, the one beyond the root, and where to look between them
     at_a, at_b = slope(a), slope(b)

@@ -378,7 +378,7 @@ def interval_of_percentile(samples: Array, share: float) -> Interval:
 
     Args:
         samples: Values at even distances in time, (n,).
-        share: Between 0 and 1.
+        share: Share of the percentile, between 0 and 1.
     """
     value = float(np.quantile(samples, share))
     means = batch_means((samples <= value).astype(float), BATCHES)
@@ -449,7 +449,7 @@ def burn_in(series: list[Array], decay: float = 0.0) -> int:
     """Return the number of values to leave out at the start: a tenth, at least 5 relaxation times, at most a third.
 
     Args:
-        series: Of one record, each (n,); the slowest one counts.
+        series: Series of one record, each (n,); the slowest one counts.
         decay: A relaxation time that is known, in values.
     """
     count = len(series[0])

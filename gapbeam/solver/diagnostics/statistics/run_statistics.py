@@ -169,7 +169,7 @@ class RunStatistics:
         """Return the figures for the summary.
 
         Args:
-            doubts: On the figures; None: not known.
+            doubts: Doubts on the figures; None: not known.
         """
         found = [one.doubted(doubts or Doubts()) for one in self.figures()]
         marched = self.blocks.records * self.interval

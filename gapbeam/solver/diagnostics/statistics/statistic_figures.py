@@ -70,7 +70,7 @@ class Doubts:
 
     Attributes:
         missed: Part of the impacts that steps could not see, by face.
-        energy: By how much the energy is off that the scheme leaves, relative; negative: too little.
+        energy: Relative error of the energy that the scheme leaves; negative: too little.
         contacts: Steps in the median contact, by face.
         table: Bias of the scheme; empty: not measured.
         impact_steps: Steps in the time at the begin of a contact that counts as its impact.
@@ -233,7 +233,7 @@ class AveragedSeries:
         positive: Whether the figure is positive by its meaning.
         rare: Whether it counts events that blocks may lack.
         root: Whether the figure is the square root of the mean.
-        share: Of values below a percentile; None: the figure is a mean.
+        share: Share of values below a percentile; None: the figure is a mean.
         events: Number of events in each block, for a mean over events, (blocks,).
     """
 
@@ -313,8 +313,8 @@ def face_series(face: str, means: Array) -> list[AveragedSeries]:
 
     Args:
         face: Its name.
-        means: Of contact time, impulse, closings, approach speeds, square of the force, and the work of sliding with
-            its parts where it is measured, per second, (blocks, 5 or 9).
+        means: Means of contact time, impulse, closings, approach speeds, square of the force, and the work of sliding
+            with its parts where it is measured, per second, (blocks, 5 or 9).
     """
     closings = means[:, _CLOSINGS]
     rates = [
@@ -354,7 +354,7 @@ def probe_series(probe: str, means: Array, ends: Array, direction: str = "") -> 
 
     Args:
         probe: Its name.
-        means: Of displacement, its square and the square of the acceleration, (blocks, 3).
+        means: Means of displacement, its square and the square of the acceleration, (blocks, 3).
         ends: Displacement at the ends of the blocks, (blocks,).
         direction: "" for the bending direction, "lateral_" across it.
     """
@@ -376,7 +376,7 @@ def own_series(name: str, unit: str, means: Array, statistic: str) -> AveragedSe
     Args:
         name: Name of the figure.
         unit: Unit of the figure.
-        means: Of its quantity, of a share of 1 above the limit and 0 below, and of the square, (blocks, 2).
+        means: Means of its quantity, of a share of 1 above the limit and 0 below, and of the square, (blocks, 2).
         statistic: "mean", "rms" or "share".
     """
     x = means[:, 0]

@@ -48,7 +48,7 @@ def solve_with_friction(
         step: Input of the law.
         law: The contact law.
         rubbed: Memory of the points at the start of the step, see `KernelState`.
-        velocity: Of the balance while the forces stay, (n,).
+        velocity: Velocity in the balance while the forces stay, (n,).
         weight: c, what a unit of T A^-1 (H^T f + T^T h) adds to the slip velocity.
         found: The solution.
         most: Limit of the iterations.

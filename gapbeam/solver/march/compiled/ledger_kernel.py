@@ -297,11 +297,11 @@ def enter_arrays(
     """Bring accounts to what the ledger arrays hold after some more whole steps that took some seconds.
 
     Args:
-        ledgers: After the steps.
+        ledgers: Ledgers after the steps.
         accounts: Changed in place.
         steps: Whole steps.
         seconds: Their wall time, s.
-        records: Of the steps, with the impacts that ended in them.
+        records: Records of the steps, with the impacts that ended in them.
         origin: Start of the march, s.
     """
     _enter_impacts(records, accounts, origin)

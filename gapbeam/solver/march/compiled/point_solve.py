@@ -109,7 +109,7 @@ def turn_with_forces(
         step: Input of the law.
         law: The law.
         found: The solution along the directions before, brought up to date in place.
-        left: By how much directions turned after it, no unit.
+        left: Largest turn of the directions after it, no unit.
     """
     updates = 0
     if around is not None:

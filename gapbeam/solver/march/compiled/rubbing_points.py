@@ -150,7 +150,7 @@ def keep_friction(
 
     Args:
         friction: None: nothing rubs.
-        form: Of the law in the step.
+        form: Form of the law in the step.
         weights: w, (m,), m^2.
         pressure: Pressure at the end, (m,), Pa.
         new_v: Velocity at the end, (n,).

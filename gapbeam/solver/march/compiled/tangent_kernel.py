@@ -59,7 +59,7 @@ def linearized_steps(
         factors: Factors of these updates, (k,).
         gaps: Phi, (m, n).
         before: Derivatives of the point forces of each step by the penetrations at its start, (steps, m), N/m.
-        after: By those at its end, (steps, m), N/m.
+        after: Derivatives of the same forces by the penetrations at its end, (steps, m), N/m.
         dt: Step, s.
     """
     steps, n = len(before), len(squares)

@@ -205,7 +205,7 @@ def choose_near(around: AroundPoints, initial_gap: Array, pressure: Array, every
     Args:
         around: Changed in place.
         initial_gap: g0, (m,), m.
-        pressure: Of the state, (m,), Pa; points under pressure are chosen.
+        pressure: Pressure of the state, (m,), Pa; points under pressure are chosen.
         everything: Whether all points are.
     """
     count = 0

@@ -233,7 +233,7 @@ def flexibilities(
         factor: The factor of K + sigma M.
         basis: V and its frequencies.
         shift: sigma, 1/s^2.
-        pressures: At the contact points, (m, k), Pa.
+        pressures: Pressures at the contact points, (m, k), Pa.
 
     Collective.
     """

@@ -73,7 +73,7 @@ class Neglected:
     Attributes:
         local: Its share for pressures that vary from point to point.
         smooth: Its share for smooth pressures.
-        section: By how much a section deforms under a force of 1 N, where sections are rigid, m/N; else None.
+        section: Deformation of a section under a force of 1 N, where sections are rigid, m/N; else None.
     """
 
     local: float

@@ -48,7 +48,7 @@ class BasisReport:
         neglected_smooth: The same for pressures that vary over half a shape; for rigid sections, that press on half of
             the circumference.
         modes_left: Error of the mode shapes in the energy norm, where round-off left more than was asked for; else 0.
-        section_flexibility: By how much a section deforms under a force of 1 N on half of its circumference, which
+        section_flexibility: Deformation of a section under a force of 1 N on half of its circumference, which
             rigid sections leave out, m/N; None: sections deform.
     """
 
@@ -237,7 +237,7 @@ def _contact_responses(rows: Array, factor: tuple[Array, bool]) -> Array:
 
     Args:
         rows: Motions of contact points, (points, n).
-        factor: Of K.
+        factor: Factor of K.
     """
     if len(rows) == 0:
         return np.zeros((rows.shape[1], 0))

@@ -28,7 +28,7 @@ class ModelPose:
         places: The points, (k, 3), m.
         on_faces: Number of them on base and gland; they come first.
         dimension: d.
-        matrix: From `interface` values, or from the DOFs of a small model, (k d (1 + d), n).
+        matrix: Map from `interface` values, or from the DOFs of a small model, (k d (1 + d), n).
         interface: DOFs of the mesh that the rows depend on; None: the model is small, on every rank.
         operators: Operators of the model.
     """

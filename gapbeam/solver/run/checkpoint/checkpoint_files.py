@@ -63,7 +63,7 @@ class Contents:
 
         Raises:
             BrokenCheckpoint: The checkpoint cannot be read.
-            KeyError: There is none.
+            KeyError: The checkpoint has no such array.
         """
         if name not in self.shapes:
             raise KeyError(name)
@@ -131,7 +131,7 @@ def write_checkpoint(
         folder: The results folder.
         step: Steps that are done.
         header: Everything but arrays, for JSON.
-        arrays: By name.
+        arrays: Arrays by name.
         pieces: Function that yields the pieces of arrays that are tables on all ranks.
         spared: Steps whose checkpoints stay.
 

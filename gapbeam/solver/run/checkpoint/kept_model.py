@@ -70,7 +70,7 @@ def taken_up(body: Body, matrices: Mapping[str, NDArray[Any]], expansion: Array 
     Args:
         body: The body as it was found anew.
         matrices: Result of `matrices_of`.
-        expansion: From the DOFs marched to those of the mesh that this rank owns; None: as it was found.
+        expansion: Map from the DOFs marched to those of the mesh that this rank owns; None: the one that was found.
 
     Raises:
         ValueError: The matrices are not those of such a body; likewise KeyError.

@@ -32,7 +32,7 @@ def no_place(folder: Path, error: OSError) -> RunError:
 
     Args:
         folder: The folder.
-        error: By the operating system. A disk without room is no fault of the input: `NotWritten`.
+        error: Error of the operating system. A disk without room is no fault of the input: `NotWritten`.
     """
     if is_of_disk(error) and error.errno != errno.EROFS:
         return NotWritten(f"{error.filename or folder} could not be written: {error.strerror}; {ADVICE}")
@@ -47,7 +47,7 @@ def written(path: Path) -> Iterator[None]:
         path: The file.
 
     Raises:
-        NotWritten: By the operating system or by HDF5.
+        NotWritten: The operating system or HDF5 reports an error.
     """
     try:
         yield
@@ -92,7 +92,7 @@ def new_file(path: Path) -> int:
     So nothing is ever written through a link that somebody put where a file is about to be written.
 
     Raises:
-        OSError: By the operating system, also where another process makes such a file at the same time.
+        OSError: The operating system reports an error, also where another process makes such a file at the same time.
     """
     path.unlink(missing_ok=True)
     return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
@@ -190,7 +190,7 @@ class Sink:
         """Raise what went wrong.
 
         Raises:
-            OSError: By the operating system.
+            OSError: The operating system reports an error.
         """
         if self.trouble is not None:  # a new error each time: one that is raised again would become its own cause
             raise OSError(self.trouble.errno, self.trouble.strerror)

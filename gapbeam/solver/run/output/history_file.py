@@ -294,7 +294,7 @@ def write_points(folder: Path, points: PointContact | None, impulses: Array) -> 
 
     Args:
         folder: Folder of the results.
-        points: At the end of the run.
+        points: Contact of the points up to the end of the run.
         impulses: Impulses of the faces, (faces,), N s.
 
     Raises:

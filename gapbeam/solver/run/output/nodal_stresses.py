@@ -23,7 +23,7 @@ class StressFields:
     Attributes:
         gradients: Give its gradient.
         scales: Material, and how strain is completed.
-        displacement: On the mesh, which the values go to; None where a rank has all that it needs.
+        displacement: Displacement on the mesh, which the values go to; None where a rank has all that it needs.
     """
 
     gradients: CornerGradients

@@ -204,7 +204,7 @@ def on_rank_zero_with(comm: MPI.Comm, tables: Mapping[str, ParallelTable], work:
 
     Args:
         comm: The ranks.
-        tables: By name, the same names on all ranks.
+        tables: Tables by name, the same names on all ranks.
         work: Called on rank 0 only, with a function that yields the pieces of a table; it must not communicate.
 
     Returns:

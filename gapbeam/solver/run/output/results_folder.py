@@ -336,7 +336,7 @@ def _refuse_to_replace_a_case(folder: Path) -> None:
     """Refuse to overwrite a case file that no run has left: `gapbeam run case.toml --output . --overwrite`.
 
     Raises:
-        UserError: There is one.
+        UserError: The folder has such a case file.
     """
     path = folder / records.CASE_FILE
     with suppress(OSError):

@@ -35,7 +35,7 @@ def write_wear(
 
     Args:
         folder: Folder of the results.
-        sliding: At the end of the run.
+        sliding: Work of sliding up to the end of the run.
         seconds: Its span, s.
         faces: Wear of each face; without a coefficient no depth rate is known, and its cell is empty.
         rates: Work rate of each point behind the burn-in, W; empty: there are no statistics.

@@ -22,7 +22,7 @@ class Placement:
         clearance: Clearance of the support, m.
         offset: Offset of the support, upward from the axis of the undeformed beam, m.
         lateral: As offset, sideways, toward +y, m.
-        tilt: By how much the support rises along the beam, no unit.
+        tilt: Rise of the support along the beam, no unit.
         middle: The middle of the support along the beam, where its offset is meant, m.
     """
 

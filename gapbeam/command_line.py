@@ -292,7 +292,7 @@ def _refuse_empty(arguments: list[str]) -> None:
     """Refuse words without a letter: `--output "$RESULTS"` with nothing in RESULTS would fill the current folder.
 
     Raises:
-        UsageError: There is one.
+        UsageError: A word has no letter.
     """
     for before, word in pairwise(["gapbeam", *arguments]):
         if not word.strip():

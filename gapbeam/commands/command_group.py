@@ -64,7 +64,7 @@ class SuggestingGroup(TyperGroup):
         """Return the command of the first word.
 
         Raises:
-            UsageError: There is none; with the command that was probably meant.
+            UsageError: The word is no command; the message has the command that was probably meant.
         """
         if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
             ctx.fail(f"No such command '{harmless(args[0])}'; {_hint(args[0], self.list_commands(ctx))}")

@@ -116,7 +116,7 @@ def plot(
         begin: First time that is looked at, s; None: from the start.
         end: Last time, s; None: to the end.
         psd: Names of records to draw the power spectral density of, such as "contact_force".
-        resolution: Of these densities, Hz; None: from the length of the record.
+        resolution: Frequency resolution of these densities, Hz; None: from the length of the record.
         shock: Names of records to draw the shock response spectrum of, accelerations or forces.
         damping: Damping of the oscillators, as a part of critical damping.
         rainflow: Names of records to count the cycles of.

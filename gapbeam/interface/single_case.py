@@ -62,7 +62,7 @@ def run(
             +- this part of it.
         of: Name of that statistic, such as "probe.tip.rms".
         at_most: Longest time that is marched, s; None: 10 times `time.end`.
-        march: For a scene, see `gapbeam.solver.run.scene_run.SceneRun`: `step` and `end`, s; `start`, a state;
+        march: Options of a scene, see `gapbeam.solver.run.scene_run.SceneRun`: `step` and `end`, s; `start`, a state;
             `every`, steps from one record to the next; `scheme`; `gates`, as the table [gates] of case files;
             `observers`, functions of the step after each record, which may set loads; `period` of the forcing, s;
             `title`; `checkpoint`, wall time between checkpoints, s; `errors=False` estimates no errors; `penalty`,
@@ -143,7 +143,7 @@ def _refuse(names: Collection[str], what: str) -> None:
     """Refuse arguments of `run`.
 
     Raises:
-        UserError: There are any.
+        UserError: There are such arguments.
     """
     if names:
         from gapbeam.solver.messages.errors import UserError
@@ -269,7 +269,7 @@ def _check_measured(measured: Mapping[int, float], count: int) -> None:
     """Refuse frequencies that are none, do not ascend, or belong to no mode.
 
     Raises:
-        UserError: There are such, or only one.
+        UserError: There are such frequencies, or only one.
     """
     from gapbeam.solver.messages.errors import UserError
 

@@ -70,10 +70,10 @@ class CaseAnswers:
         material: One of `MATERIALS`, or another name with the figures beside.
         figures: Figures of the material.
         supports: 1: base and gland at x = 0; more: spread evenly along the beam.
-        region: Of several supports: flat faces or round holes.
+        region: Kind of the regions of several supports: flat faces or round holes.
         clearance: Play in each support.
         load: One of `LOADS`.
-        amplitude: In the unit of the load.
+        amplitude: Amplitude in the unit of the load.
         frequency: Frequency of the load, Hz.
     """
 
@@ -264,7 +264,7 @@ def template_named(name: str) -> Template:
     """Return the shipped case of a name.
 
     Raises:
-        UserError: There is none.
+        UserError: No shipped case has this name.
     """
     known = {one.name: one for one in templates()}
     wanted = name.removesuffix(SUFFIX).removeprefix("cases/")

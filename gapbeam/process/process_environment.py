@@ -67,7 +67,7 @@ def refuse_cramped() -> None:
     """Refuse a limit of addresses (RLIMIT_AS, `ulimit -v`) under which OpenBLAS would try for ever to get its buffer.
 
     Raises:
-        OutOfMemory: There is such a limit.
+        OutOfMemory: The process has such a limit.
     """
     limit = resource.getrlimit(resource.RLIMIT_AS)[0]
     least = LEAST_SPACE + SPACE_A_THREAD * threads_a_rank()

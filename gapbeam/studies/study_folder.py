@@ -79,7 +79,7 @@ def checked(found: Any, kind: type[Kind], path: Path) -> dict[str, Any]:
 
     Args:
         found: Contents of the file.
-        kind: Of record that it must be.
+        kind: Type of record that it must be.
         path: The file, for the message.
 
     Raises:
@@ -173,7 +173,7 @@ def study_written(path: Path) -> Iterator[None]:
     """Turn an error while a study writes a file into one that names the file and what to try.
 
     Raises:
-        NotWritten: By the operating system.
+        NotWritten: The operating system reports an error.
     """
     try:
         yield
@@ -188,7 +188,7 @@ def write_table(path: Path, heads: Iterable[Any], rows: Iterable[Iterable[Any]])
     """Write a table of a study as CSV.
 
     Raises:
-        NotWritten: By the operating system.
+        NotWritten: The operating system reports an error.
     """
     text = io.StringIO()
     csv.writer(text).writerows([heads, *rows])

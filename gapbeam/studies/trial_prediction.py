@@ -112,7 +112,7 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
 
     Raises:
         NotConverged: No seat was found.
-        Interrupted: By the user.
+        Interrupted: The user interrupted.
 
     Collective.
     """

@@ -69,7 +69,7 @@ def wear_of_span(run: SpanOfRun, statistics: Mapping[str, Any] | None) -> dict[s
 
     Args:
         run: The span.
-        statistics: Of its records, with their intervals; None: the run has none.
+        statistics: Statistics of its records, with their intervals; None: the run has none.
     """
     whole, history = run.summary.get("wear"), run.history
     if not whole or "sliding_work" not in history:

@@ -26,7 +26,7 @@ def draw_responses(found: Atlas, point: str) -> Figure:
     Two parameters: the number of stable periodic responses, and the share of chaotic starts.
 
     Args:
-        found: Over one or two parameters.
+        found: Atlas over one or two parameters.
         point: Point of the scene, with one motion.
 
     Raises:
@@ -84,9 +84,9 @@ def draw_basins(found: Atlas, x: tuple[str, str], y: tuple[str, str], scene: Any
     """Draw the response that each start comes to.
 
     Args:
-        found: With starts as of `gridded_starts` or `drawn_starts`.
+        found: Atlas with starts as of `gridded_starts` or `drawn_starts`.
         x: Point of the scene and "displacement" or "velocity": what is drawn to the right.
-        y: Likewise, upward.
+        y: Point and quantity that are drawn upward.
         scene: Scene of the atlas.
         at: Number of the parameter point.
 

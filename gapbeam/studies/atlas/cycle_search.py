@@ -241,12 +241,12 @@ def cycle_atlas(
     """Find the limit cycles and rests that drawn starts come to.
 
     Args:
-        scene: Without loads that vary.
+        scene: Scene without loads that vary.
         rest: State at rest.
         starts: Number of starts.
         reach: Largest start over the motion that first touches a contact.
         seed: Seed of the draws.
-        steps: In a period of the fastest growing oscillation.
+        steps: Steps in a period of the fastest growing oscillation.
         settle: Periods of a march; `rounds` of these at most.
         rounds: See settle.
 

@@ -57,8 +57,9 @@ class FollowedResponse:
         order: Periods of the load after which it repeats.
         values: Values of the parameter, increasing.
         numbers: Its number among the responses of the atlas at each value; None: no start came to it.
-        states: At the start of a period, (values, 2 n + states).
-        ends: Below and above: "end of range", "fold", "period doubling", "Neimark-Sacker" or "grazing".
+        states: States at the start of a period, (values, 2 n + states).
+        ends: Reasons for the ends below and above: "end of range", "fold", "period doubling", "Neimark-Sacker" or
+            "grazing".
         limits: Values below and above at which it is gone, unstable or another one; NaN at the end of the range.
     """
 
@@ -167,7 +168,7 @@ def follow(
 
     Args:
         scene: Scene of the atlas.
-        found: Of `atlas`, over one parameter whose values increase.
+        found: Result of `atlas`, over one parameter whose values increase.
         period: As of the atlas.
         steps: As of the atlas.
         scheme: As of the atlas.

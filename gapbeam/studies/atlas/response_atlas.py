@@ -31,18 +31,18 @@ class Response:
     Attributes:
         order: Periods of the load after which it repeats; without such a load 1, a limit cycle, or 0, rest; -1: it has
             two frequencies, and never repeats.
-        state: At the start of a period: a march from it repeats.
+        state: State at the start of a period: a march from it repeats.
         strobes: States (q, v) at its periods, (order, 2 n).
-        multipliers: Of small disturbances over all its periods, complex; the largest is below 1 in size. Of two
-            frequencies: the one of the largest exponent over a period, about 1.
+        multipliers: Multipliers of small disturbances over all its periods, complex; the largest is below 1 in size. Of
+            two frequencies: the one of the largest exponent over a period, about 1.
         count: Starts that come to it.
         share: Share of all starts at this parameter point.
         interval: Interval of the share, 95 % (Wilson), for starts drawn at random.
-        peak: By point, the largest displacement in absolute value, m.
-        impacts: By contact, impacts a period of the load.
-        peak_force: By contact, N.
+        peak: Largest displacement in absolute value by point, m.
+        impacts: Impacts a period of the load by contact.
+        peak_force: Largest force by contact, N.
         period: Period of a limit cycle, s; NaN where the loads have a period, and at rest.
-        figures: Of one's own, by name.
+        figures: Figures of one's own, by name.
         frequencies: Hz, where there are two: under a load its own, and the one beside it, up to a half of it.
     """
 
@@ -93,7 +93,7 @@ class Atlas:
         points: One for each combination of values, the last path fastest.
         which: Response of each start, (points, starts): its number in `responses`; -1 chaotic, -2 unsettled, -3 failed.
         starts: The starts.
-        strobes: By point of the scene, displacements at the last periods, (points, starts, periods), or (..., motions).
+        strobes: Displacements by point at the last periods, (points, starts, periods), or (..., motions).
     """
 
     over: dict[str, Array]
@@ -127,14 +127,14 @@ def atlas(
         period: Period of the loads, s; or a function of the parameters by path.
         starts: A set of starts, as of `drawn_starts`.
         over: Values by path; two paths: all combinations.
-        steps: In a period.
+        steps: Steps in a period.
         settle: Periods before strobes are compared.
         rounds: Marches of so many periods at most.
         orders: Highest number of periods after which a response may repeat.
         exponents: Periods over which exponents are taken.
         scheme: Scheme of the time integration; without accelerations as states.
         threads: As of `ensemble`.
-        figures: Of one's own, by `gapbeam.figure`, as of `ensemble`, over whole responses.
+        figures: Figures of one's own, by `gapbeam.figure`, as of `ensemble`, over whole responses.
 
     Raises:
         UserError: A path, number, figure or period cannot be, or loads do not repeat after the period.
@@ -222,8 +222,8 @@ def drawn_starts(
     Args:
         scene: The scene.
         count: Starts.
-        displacement: By point of one motion, (lowest, highest), m, from `rest`.
-        velocity: Likewise, m/s.
+        displacement: Ranges by point of one motion, (lowest, highest), m, from `rest`.
+        velocity: Ranges of velocities likewise, m/s.
         seed: Seed of the draws.
         rest: State to which they are added, such as a seat; default undeformed.
 
@@ -253,8 +253,8 @@ def gridded_starts(
 
     Args:
         scene: The scene.
-        displacement: By point of one motion, values, m, from `rest`.
-        velocity: Likewise, m/s.
+        displacement: Values by point of one motion, m, from `rest`.
+        velocity: Values of velocities likewise, m/s.
         rest: See `drawn_starts`.
 
     Raises:

@@ -31,9 +31,9 @@ class StrobeMap:
 
     Attributes:
         scene: The scene.
-        values: By path, (parameter points,).
+        values: Values by path, (parameter points,).
         period: (parameter points,), s.
-        steps: In a period.
+        steps: Steps in a period.
         scheme: Scheme of the time integration.
         t: Time of all starts, s.
         floor: Energy norm below which a motion is rest.
@@ -99,7 +99,8 @@ class ShotOrbit:
 
     Attributes:
         x: The state, (2 n + states,).
-        multipliers: Over all periods of the orbit, complex; of two frequencies: of the exponent over a period.
+        multipliers: Multipliers over all periods of the orbit, complex; of two frequencies: of the exponent over a
+            period.
     """
 
     x: Array

@@ -50,7 +50,7 @@ class PeriodicScene:
         period: Period of all loads, s; NaN: none varies after `rise`.
         step: Step of the case, s: the atlas takes the whole part of a period below it.
         rise: Time after which all loads have their full amplitude, s.
-        figures: Of one's own.
+        figures: Figures of one's own.
     """
 
     scene: Scene
@@ -152,9 +152,9 @@ def run_atlas(
 
     Args:
         scene_at: Returns the scene with these overrides, KEY=VALUE.
-        axes: At most two keys, with numbers as values.
+        axes: Axes of the atlas, at most two keys, with numbers as values.
         folder: Where the files go.
-        starts: At each point.
+        starts: Number of starts at each point.
         settle: See `atlas`.
         rounds: See `atlas`.
         orders: See `atlas`.

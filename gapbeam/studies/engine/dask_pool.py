@@ -182,7 +182,7 @@ class JobWatch:
     """Notices jobs all of whose workers have gone: at a time limit, with a machine, out of memory.
 
     Args:
-        cluster: Of jobs.
+        cluster: Cluster of jobs.
         plan: Their number.
     """
 

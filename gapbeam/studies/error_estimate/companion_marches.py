@@ -70,7 +70,7 @@ def companion_motions(
         case: The case of the run.
         companions: Companions to march.
         end: End of the run, s.
-        interval: Between records, s, a whole number of steps of every companion.
+        interval: Interval between records, s, a whole number of steps of every companion.
         longest: Wall time for all marches, s; setting up does not count. None: no limit.
         body: Body of the run, which companions with its mesh and model share; None: they set up their own.
     """

@@ -73,7 +73,7 @@ class CompanionPlan:
     """The companions of a run.
 
     Attributes:
-        companions: In the order in which they are marched.
+        companions: Companions in the order in which they are marched.
         in_plane: Whether they are plane and the run is a solid.
         left_out: Errors that no companion shows, and why.
         records: Every how many records of the run fall on a step of every companion.

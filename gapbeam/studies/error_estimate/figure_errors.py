@@ -164,7 +164,7 @@ def figure_errors(
         records: Companions have the first of every so many records of the run.
         lost: Shares of figures that the step may falsify in short contacts, by face and OF_MOTION.
         meshed: Whether all that the finest companion changes is the mesh and the basis of a solid.
-        factors: From the difference of a companion to the error that it shows.
+        factors: Factors from the difference of a companion to the error that it shows.
     """
     reported = key_figures(run, span, averages)
     mine = reported if records == 1 else key_figures(run.thinned(records), span, averages)

@@ -121,7 +121,7 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None, rep
     Args:
         case: The case.
         end: End of the records, s.
-        interval: Between records, s.
+        interval: Interval between records, s.
         horizon: Up to where the motion is predictable, s; None: up to the end.
         repeats: The second half is periodic: its figures can be predicted, whatever the horizon is.
     """
@@ -142,7 +142,7 @@ def spans_between(
         last: Up to where the run goes, s.
         frequency: Frequency of the forcing, Hz; None: it has none, or several.
         rise: Smooth start of the loads, s.
-        interval: Between records, s.
+        interval: Interval between records, s.
         horizon: Up to where the motion is predictable, s; None: up to the end.
         repeats: The second half is periodic: its figures can be predicted, whatever the horizon is.
     """
@@ -234,7 +234,7 @@ def lost_in_steps(motion: MotionRecord, step: float) -> dict[str, float]:
         step: Time step h, s.
 
     Returns:
-        By face, and of the face with the largest impulse by OF_MOTION; at most 1, 0 without contact.
+        Shares by face, and of the face with the largest impulse by OF_MOTION; at most 1, 0 without contact.
     """
     found = dict.fromkeys((*motion.faces, OF_MOTION), 0.0)
     for number, face in enumerate(motion.faces):
@@ -291,7 +291,7 @@ def hides_blows(motion: MotionRecord, face: int) -> bool:
     the contact of the largest force do so for less than five records.
 
     Args:
-        motion: Over a part of a run.
+        motion: Motion over a part of a run.
         face: Its number.
     """
     force = motion.force[:, face]
@@ -331,7 +331,7 @@ def force_peaks(run: MotionRecord, spans: Iterable[Span]) -> ForcePeaks:
         spans: Its parts.
 
     Returns:
-        By part of the run and face: LARGEST_FORCE, MEAN_FORCE and DURATION.
+        Peaks by part of the run and face: LARGEST_FORCE, MEAN_FORCE and DURATION.
     """
     found: ForcePeaks = {}
     for span in spans:
@@ -351,7 +351,7 @@ def doubtful_peaks(found: Mapping[str, Mapping[str, Mapping[str, float]]], inter
 
     Args:
         found: As `force_peaks` returns them.
-        interval: Between records, s.
+        interval: Interval between records, s.
     """
     worst: dict[str, Mapping[str, float]] = {}
     for faces in found.values():

@@ -22,7 +22,7 @@ class MotionRecord:
     Attributes:
         times: Times of the records, evenly spaced from t = 0, (n,), s.
         probes: Names of the probes, in space followed by the same with "lateral".
-        displacement: In the bending direction, and of lateral ones across it, (n, probes), m.
+        displacement: Displacement in the bending direction, and of lateral ones across it, (n, probes), m.
         velocity_gained: Absolute acceleration integrated over time, (n, probes), m/s.
         faces: Names of the contact faces.
         force: Normal contact force, (n, faces), N.
@@ -61,7 +61,7 @@ class MotionRecord:
         """Return the motion in the records of a run, up to the last whole interval.
 
         Args:
-            records: By name, (times, ...), and "time".
+            records: Records by name, (times, ...), and "time".
             labels: Names along their dimensions.
             in_space: Whether the motion across the bending plane counts, too.
             figures: Figures of one's own.

@@ -59,8 +59,8 @@ class ParameterFinding:
     Attributes:
         word: "identifiable", "only in combination", or "not identifiable".
         sentence: The finding in one sentence.
-        half_width: Of its interval, all other unknowns free, on the scale; infinite where nothing holds it.
-        alone: The same with all others fixed.
+        half_width: Half-width of its interval, all other unknowns free, on the scale; infinite where nothing holds it.
+        alone: Half-width with all others fixed.
     """
 
     word: str
@@ -75,7 +75,7 @@ class Identifiability:
 
     Attributes:
         spread: Spread of the residuals.
-        singular_values: Of J, (min(m, n),), in descending order.
+        singular_values: Singular values of J, (min(m, n),), in descending order.
         combinations: Directions on the scales that go with them, and those that nothing determines, (n, n) row by row.
         widths: Half-width of the interval along each of them, (n,).
         covariance: (n, n), on the scales; infinite entries where a direction is not determined.
@@ -98,7 +98,7 @@ def spread_of(
     """Return the standard deviation of the residuals with its quantile.
 
     Args:
-        residuals: At the best place, (m,).
+        residuals: Residuals at the best place, (m,).
         unknowns: n.
         per_logarithm: Change of each residual with the logarithm of its figure, (m,).
         given: Whether the residuals were divided by given standard errors.

@@ -46,7 +46,7 @@ class Coordinate:
 
     Attributes:
         unknown: Key and bounds.
-        unit: Of its values.
+        unit: Unit of its values.
         entries: Length of the list that the key holds; None: a number.
     """
 

@@ -101,7 +101,7 @@ def read_figure(figure: MotionFigure | ForceFigure, history: xr.Dataset, windows
     Args:
         figure: Figure that is asked for.
         history: The records.
-        windows: After the transient.
+        windows: Windows after the transient.
 
     Raises:
         SignalError: The records are too coarse or too short for it.
@@ -173,7 +173,7 @@ def figure_slopes(
         model: Model of the run.
         end: Its end, as of `end_of_run`, after a whole number of periods of the loads.
         cycle: Periods of the loads in a period of the response.
-        figures: Of its motion.
+        figures: Figures of the motion.
         shifted: Models beside it, by unknown; None: of another body.
 
     Raises:

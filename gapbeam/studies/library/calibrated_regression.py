@@ -47,7 +47,7 @@ class Regression:
         width: Width of the kernel.
         correction: B, (1 + values, values).
         floor: Median of |r|, (values,).
-        quantile: By value, (values,).
+        quantile: Quantile of each value, (values,).
         scores: Figures of members, (members + held, 2).
         held: Values of the members held out, and what the others give for them, (2, held, values).
 

@@ -30,8 +30,8 @@ class EstimatedValues(PrintedResult):
 
     Attributes:
         name: Name of the recording.
-        values: By path, and figures by name, with 95 % intervals; `count`: windows of the recording, of which features
-            are means.
+        values: Values by path, and figures by name, with 95 % intervals; `count`: windows of the recording, of which
+            features are means.
         rarity: Share of members of the library that are as far off, at most 1.
         ends: Paths whose interval comes to an end of their range: the value may lie beyond it.
     """
@@ -67,7 +67,7 @@ def estimate(found: Library, recording: Recording, period: float | None = None) 
     """Estimate the values of a scene from a recording of its motion, in milliseconds.
 
     Args:
-        found: Of `library` or `read_library`.
+        found: Result of `library` or `read_library`.
         recording: Recording of the point and quantity of the library, at least one window of its periods long.
         period: Period of the loads in the recording where a little different from the library's, s.
 
@@ -135,8 +135,8 @@ class Series(PrintedResult):
 
     Attributes:
         times: Times of the recordings, in a unit of the user's.
-        estimates: In this order; those outside of the library are left out of trends.
-        trends: By path; empty with fewer than three estimates inside the library.
+        estimates: Estimates in this order; those outside of the library are left out of trends.
+        trends: Trends by path; empty with fewer than three estimates inside the library.
     """
 
     times: Array
@@ -193,9 +193,9 @@ def series(
     error of a + b t.
 
     Args:
-        estimates: Of `estimate`.
+        estimates: Results of `estimate`.
         times: Times of the recordings, in any unit; default 0, 1, 2, ...
-        limits: By path.
+        limits: Limits by path.
 
     Raises:
         UserError: Times and estimates differ in number, times are all one, or a limit is of no value.

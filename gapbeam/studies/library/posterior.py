@@ -42,7 +42,7 @@ class Likelihood:
     determine has estimates near its mean, whatever it is: s is then as likely for all u.
 
     Args:
-        regression: Of a library.
+        regression: Regression of a library.
         count: Number of its values; figures come after them.
 
     Source: Wood (2010), Statistical inference for noisy nonlinear ecological dynamic systems, Nature 466;
@@ -128,7 +128,7 @@ class Posterior(PrintedResult):
 
     Attributes:
         name: Name of the recording.
-        samples: By path, (samples,), one row of all paths for each sample.
+        samples: Samples by path, (samples,), one row of all paths for each sample.
         independent: Number of independent samples that they are worth.
     """
 
@@ -170,7 +170,7 @@ def posterior(
     that fit. See `Likelihood` in gapbeam.studies.library.posterior. Figures of one's own are left out.
 
     Args:
-        found: Of `library` or `read_library`, with 40 members or more for each half of the ranges.
+        found: Result of `library` or `read_library`, with 40 members or more for each half of the ranges.
         recording: As of `estimate`.
         period: As of `estimate`.
         samples: Number of samples.

@@ -57,7 +57,7 @@ class UniversalFunction:
         path: The file.
         number: Among its data sets 58, from 1.
         first: Number of the first line of its header, from 1.
-        lines: Of header and values.
+        lines: Lines of header and values.
     """
 
     path: Path
@@ -192,7 +192,7 @@ class Recording:
         times: Increasing, (samples,), s.
         values: (samples,), in SI units of the quantity.
         quantity: "displacement", "velocity" or "acceleration".
-        name: For messages and tables.
+        name: Name in messages and tables.
 
     Raises:
         UserError: Something is not finite, times do not increase, or lengths differ.
@@ -282,7 +282,7 @@ def read_recording(
         file: Its path; a name that ends in ".wav" is a WAV file, in ".uff" or ".unv" a universal file.
         unit: Unit of the values: m, mm, um, m/s, mm/s, um/s, m/s2, mm/s2 or g.
         column: Column of a text file, number from 1 or name.
-        time_column: Likewise.
+        time_column: Column of times of a text file, number from 1 or name.
         channel: Channel of a WAV file, or the data set 58 of a universal file, from 1.
         full_scale: Value of full scale of a WAV file, in the unit.
 
@@ -356,7 +356,7 @@ class FeatureKind:
     at the noise, so that noise of that size and none look alike where there is no more. A shift in time changes none.
 
     Attributes:
-        periods: In a window.
+        periods: Periods in a window.
         harmonics: Harmonics of the period.
         noise: Largest noise over the root mean square.
     """

@@ -161,7 +161,7 @@ def library(
     from estimates, and calibrate intervals and the test of membership.
 
     Args:
-        scene: With loads that repeat, and known amplitudes.
+        scene: Scene with loads that repeat, and known amplitudes.
         distributions: Frozen distributions of scipy.stats, by path as of `scene.with_`; estimates stay between their
             ends, or quantiles 1e-3 and 0.999 where they have none.
         point: Point whose motion is recorded: a point of one motion, by name, or as "structure.name".
@@ -172,15 +172,15 @@ def library(
         periods: Periods of a recording that features are taken from; an even number.
         harmonics: Harmonics of the period, up to which features go.
         settle: Periods before that.
-        steps: In a period, rounded up to a multiple of eight times the harmonics.
+        steps: Steps in a period, rounded up to a multiple of eight times the harmonics.
         starts: Starts of the members; default at rest, undeformed.
         seed: Seed of all draws.
         scheme: Scheme of the time integration.
         threads: As of `ensemble`.
         output: A folder for the library and finished members: a call with the same arguments continues there.
         progress: Called with the number of members that are done.
-        figures: Of one's own, by `gapbeam.figure`, over the periods of a recording: estimated, too, such as a force
-            that nobody records.
+        figures: Figures of one's own, by `gapbeam.figure`, over the periods of a recording: estimated, too, such as a
+            force that nobody records.
 
     Raises:
         UserError: A distribution, path, point, figure or number cannot be, or the folder has another library.
@@ -323,7 +323,7 @@ def read_library(folder: str | Path) -> Library:
     """Read a library from its folder.
 
     Raises:
-        UserError: There is none, or it is damaged.
+        UserError: The folder holds no library, or a damaged one.
     """
     path = Path(folder)
     if not (path / NOTE).is_file():

@@ -52,7 +52,7 @@ class RunFailed(RunError):  # noqa: N818 - as other ends of runs are called
     """A run on worn gaps did not pass.
 
     Attributes:
-        exit_status: Of that run.
+        exit_status: Exit status of that run.
     """
 
     def __init__(self, message: str, exit_status: int) -> None:
@@ -126,7 +126,7 @@ def work_rates(
         statistics: Statistics of a run.
         names: Names of the faces.
         end: End of the run, s.
-        doubts: On the statistics.
+        doubts: Doubts on the statistics.
 
     Raises:
         UserError: The run has too few records for statistics.
@@ -205,8 +205,8 @@ class CaseRates:
         """March a model and gather its statistics; return the work rate of each face, of `work_rates`.
 
         Args:
-            model: On worn gaps.
-            statistics: Of `statistics_of`.
+            model: Model on worn gaps.
+            statistics: Result of `statistics_of`.
             depths: Depths of all faces, for the message, m.
 
         Raises:

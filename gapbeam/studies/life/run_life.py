@@ -146,7 +146,7 @@ def run_life(
         fixed: Overrides, KEY=VALUE.
         tolerance: Share of the depth of a block that its error may be.
         longest: Time after which the march ends, s.
-        runs: At most so many.
+        runs: Largest number of runs.
         overwrite: Begin anew.
         progress: Called with the number of runs, and how many there may be.
 

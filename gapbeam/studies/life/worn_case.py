@@ -109,7 +109,7 @@ def of_faces(worn: Worn, owners: Array) -> Worn:
     """Return a march of points as one of faces, each as its deepest point; of points as deep, that which wears fastest.
 
     Args:
-        worn: Of points.
+        worn: Wear of points.
         owners: Index of the face of each point, (m,).
     """
     first = None if worn.first is None else int(owners[worn.first])

@@ -51,7 +51,7 @@ class DepthRates:
         values: (faces,), m/s, at least 0.
         low: Lower ends of their 95 % intervals.
         high: Upper ends.
-        verdicts: On each interval: good, biased, too short, not settled, no event.
+        verdicts: Verdicts on each interval: good, biased, too short, not settled, no event.
     """
 
     values: Array
@@ -102,7 +102,7 @@ class Blocks:
         tolerance: Largest share of the depth of a block that its error may be.
         longest: Time after which it ends, s.
         runs: Rates that it may ask for.
-        factor: By which all blocks are shorter or longer than they would be.
+        factor: Factor by which all blocks are longer than they would be.
     """
 
     limit: float
@@ -117,7 +117,7 @@ class Worn:
     """Result of a march of wear.
 
     Attributes:
-        states: At the start and at the end of each block.
+        states: States at the start and at the end of each block.
         reason: Why it ended.
         first: The face that reached the limit first, or was deepest; None where nothing slides.
         life: When it did, s; None: it did not.

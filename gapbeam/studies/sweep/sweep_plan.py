@@ -160,7 +160,7 @@ def prepare(sweep: Sweep, folder: Path, subjects: Sequence[Subject], overwrite: 
     Args:
         sweep: The sweep.
         folder: Its folder.
-        subjects: At the points, as far as they have no faults.
+        subjects: Subjects at the points, as far as they have no faults.
         overwrite: Remove what an earlier sweep left.
 
     Returns:
@@ -209,7 +209,7 @@ def _check_responses(sweep: Sweep, folder: Path) -> None:
     """Refuse records of other responses than those of the sweep.
 
     Raises:
-        ResultsError: There is one.
+        ResultsError: A record belongs to another response.
     """
     tasks = {task.number: task for chain in chains_of(sweep, folder) for task in chain.tasks}
     for number, record in finished(folder).items():

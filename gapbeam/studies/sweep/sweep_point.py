@@ -64,7 +64,7 @@ def random_response(
         statistics: Its statistics.
         after: Time from which peaks count, s; statistics find their own start.
         notes: Receives remarks.
-        doubts: On the figures of its statistics.
+        doubts: Doubts on the figures of its statistics.
 
     Raises:
         SignalError: No probe, nothing after that time, or values that are not finite.
@@ -90,7 +90,7 @@ def with_intervals(data: dict[str, Any], found: Mapping[str, Any]) -> dict[str, 
     """Return the record of a response with its statistics, as far as they are judged good, among its figures.
 
     Args:
-        data: With `figures`.
+        data: Data with `figures`.
         found: Described statistics of the response; empty: there are none.
     """
     if not found:

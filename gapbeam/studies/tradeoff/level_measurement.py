@@ -245,11 +245,11 @@ class Level:
     """One way to compute a case.
 
     Attributes:
-        name: In words.
+        name: Name in words.
         changes: Keys of the case that it replaces; None removes one.
         size: DOFs of its mesh, roughly.
         full: Whether it marches all DOFs of a mesh, which costs most.
-        dimension: Of its mesh, 2 or 3.
+        dimension: Dimension of its mesh, 2 or 3.
     """
 
     name: str

@@ -38,7 +38,7 @@ class Answers:
 
     Attributes:
         response: The name of the response of each member, (members,).
-        figures: By name, (members,); NaN where a member failed or did not settle.
+        figures: Figures by name, (members,); NaN where a member failed or did not settle.
     """
 
     response: Any
@@ -53,7 +53,7 @@ class SceneModel:
         scene: Scene that all members share.
         period: Period of the loads, s; or a function of the values by path.
         starts: One state, or lanes of which the input "start" takes one.
-        steps: In a period.
+        steps: Steps in a period.
         settle: Periods before responses are looked for.
         rounds: Marches of so many periods at most.
         orders: Highest number of periods after which a response may repeat.
@@ -61,7 +61,7 @@ class SceneModel:
         exponents: Periods over which exponents are taken.
         scheme: Scheme of the time integration.
         threads: As of `ensemble`.
-        figures: Of one's own.
+        figures: Figures of one's own.
     """
 
     scene: Scene

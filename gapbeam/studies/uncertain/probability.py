@@ -236,7 +236,7 @@ class Inputs:
     A rank correlation r (Spearman) needs the correlation 2 sin(pi r / 6).
 
     Attributes:
-        distributions: By path.
+        distributions: Distributions by path.
         factor: L, (inputs, inputs).
 
     Source: Nelsen (2006), An Introduction to Copulas, section 5.1.2; Liu and Der Kiureghian (1986).

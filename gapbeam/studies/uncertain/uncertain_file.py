@@ -290,18 +290,18 @@ def uncertain(
             (members,), NaN where it has none. Its members have no responses.
         distributions: Frozen distributions of scipy.stats, by path as of `scene.with_`.
         correlation: Rank correlations (Spearman) by pairs of paths, by a Gaussian copula.
-        limits: By figure; probabilities that it is exceeded.
+        limits: Limits by figure; the result has the probabilities that they are exceeded.
         members: Members of all replicates.
         sampling: "sobol", randomised Sobol points; "latin", Latin hypercubes; "random".
         replicates: Randomised on their own: their scatter gives the intervals.
         seed: Seed of all draws.
         rare: Probabilities of exceeding the limits by subset simulation, too.
         rare_members: Members of a level of each replicate.
-        rare_replicates: Of subset simulation.
+        rare_replicates: Replicates of subset simulation.
         sensitivity: Points of Sobol indices, a power of two; each takes (inputs + 2) evaluations; 0: none.
         period: Period of the loads, s; or a function of the values by path.
         starts: Starts of all members; default at rest, undeformed.
-        steps: In a period.
+        steps: Steps in a period.
         settle: See `atlas`.
         rounds: See `atlas`.
         orders: See `atlas`.
@@ -309,7 +309,7 @@ def uncertain(
         exponents: See `atlas`.
         scheme: Scheme of the time integration.
         threads: As of `ensemble`.
-        figures: Of one's own, by `gapbeam.figure`, of a scene: as of `ensemble`, over whole periods.
+        figures: Figures of one's own, by `gapbeam.figure`, of a scene: as of `ensemble`, over whole periods.
         output: A folder for tables, a picture, and finished members: a call with the same arguments continues there.
         progress: Called with the number of members that are done.
 

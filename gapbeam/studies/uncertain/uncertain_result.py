@@ -33,9 +33,9 @@ class Distribution:
     """A figure over the members of one response.
 
     Attributes:
-        mean: With its 95 % interval.
+        mean: Mean with its 95 % interval.
         deviation: Standard deviation.
-        quantiles: By probability.
+        quantiles: Quantiles by probability.
         least: Least value of all members.
         largest: Largest value of all members.
     """
@@ -53,7 +53,7 @@ class Convergence:
 
     Attributes:
         members: Their numbers.
-        exceeded: By figure, the estimates.
+        exceeded: Estimated probabilities by figure.
     """
 
     members: list[int]
@@ -65,16 +65,16 @@ class Uncertain(PrintedResult):
     """Distributions of figures for each response, and probabilities.
 
     Attributes:
-        values: By path, (members,); "start": the number of the start.
+        values: Values by path, (members,); "start": the number of the start.
         response: Name of the response of each member, (members,): "order 1: stop 1" strikes "stop" once in each period;
             "chaotic", "unsettled", "failed"; "all" for members of a function.
-        figures: By name, (members,); NaN where a member failed or did not settle. See `figures_of` in
+        figures: Figures by name, (members,); NaN where a member failed or did not settle. See `figures_of` in
             gapbeam.studies.uncertain.member_responses.
         replicates: Members of one replicate follow each other.
-        limits: By figure.
+        limits: Limits by figure.
         responses: Probability of each response.
         unknown: Share of members that failed or did not settle.
-        distributions: By (response, figure).
+        distributions: Distributions by (response, figure).
         exceeded: Probability that a figure is above its limit.
         rare: The same by subset simulation.
         inputs: Names in the order of `indices`.

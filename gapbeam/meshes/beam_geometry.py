@@ -67,9 +67,9 @@ class BeamGeometry:
 
     Attributes:
         dimension: 2 for a slice in the bending plane, 3 for the solid beam.
-        length: along x.
-        thickness: in the bending direction; the largest one of a beam with steps.
-        width: across the bending plane, the largest one; in 2D it is not meshed.
+        length: size along x.
+        thickness: size in the bending direction; the largest one of a beam with steps.
+        width: size across the bending plane, the largest one; in 2D it is not meshed.
         support_length: base and gland reach from x = 0 to here; with spans, where the last of them ends.
         points: coordinates, `dimension` of them each, that fall on mesh nodes.
         spans: regions that face a support; () stands for base and gland.

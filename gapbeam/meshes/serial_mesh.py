@@ -101,7 +101,7 @@ class SerialMap:
     """Numbers of cells, facets or nodes, all on rank 0.
 
     Attributes:
-        size_local: Of this rank.
+        size_local: Number on this rank.
         size_global: Number over all ranks.
     """
 
@@ -125,7 +125,7 @@ class SerialMesh:
     Args:
         comm: The ranks.
         cell: Type of the cells, such as "hexahedron".
-        order: Of their shapes.
+        order: Order of their shapes.
         x: Nodes, (n, 3), m; (0, 3) on ranks but the first one.
         cells: Nodes of each cell in the order of basix, (cells, k).
 

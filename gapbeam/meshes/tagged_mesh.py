@@ -143,7 +143,7 @@ def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing, assem
         Mesh with a group of facets for each face of a support, end (x = 0) and tip (x = length).
 
     Raises:
-        MeshError: on all ranks, for sizes that make no sense or when gmsh fails.
+        MeshError: sizes make no sense, or gmsh fails; on all ranks.
 
     Collective.
     """

@@ -84,7 +84,7 @@ class AnalysisTable:
     """A table of numbers.
 
     Attributes:
-        name: Of its file, without suffix: the name of the picture.
+        name: Name of its file, without suffix: the name of the picture.
         heads: Heads of the columns, with units.
         rows: As many cells each as there are heads.
     """
@@ -119,7 +119,7 @@ def write_tables(tables: Iterable[AnalysisTable], folder: Path) -> list[Path]:
     """Write tables as CSV files into a folder, and return the files.
 
     Args:
-        tables: With different names.
+        tables: Tables with different names.
         folder: An existing folder.
 
     Raises:

@@ -181,8 +181,8 @@ class ComparedFigure:
     Attributes:
         name: Name of the figure.
         unit: SI unit.
-        a: Of the first run, the mean over its windows.
-        b: Of the second run.
+        a: Value in the first run, the mean over its windows.
+        b: Value in the second run.
         scatter: Standard deviations over the windows, of both.
         difference: |a - b| relative to the larger (harmonics: to the largest of the probe).
         allowed: Allowance beyond the tolerance, for the standard errors of the means; same measure.
@@ -209,7 +209,7 @@ class RunComparison:
         steady: Figures of both over their windows.
         rows: Their figures.
         overlays: Their waveforms; for different branches of several cycles side by side.
-        phases: By probe, the phase of A minus that of B of every harmonic, rad.
+        phases: Phase of A minus that of B of every harmonic, by probe, rad.
         costs: Wall times, sizes and the like: name, of A, of B.
         way: "cycle", "same times", "statistics" or "branches": what the verdict rests on.
         agree: Whether they agree within the tolerance.

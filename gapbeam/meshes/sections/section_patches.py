@@ -55,7 +55,7 @@ class SectionPatches:
 
     Attributes:
         curves: All sides of patches, each once.
-        patches: For each patch the numbers of its sides in turn, and whether it passes the side backward.
+        patches: Numbers of the sides of each patch in turn, and whether it passes the side backward.
     """
 
     curves: tuple[SectionCurve, ...]
@@ -176,7 +176,7 @@ def shared_patches(sections: Sequence[SectionPatches]) -> Shared:
     """Return the patches that some cross-sections have in common.
 
     Args:
-        sections: Of rectangles on a grid all of them, or round about the axis all of them.
+        sections: Sections made of rectangles on a grid all of them, or round about the axis all of them.
 
     Raises:
         MeshError: Round sections beside others, or surfaces of two sections that almost coincide.

@@ -49,7 +49,7 @@ def cells_at(kind: int, cells: Nodes, x: Coordinates, points: Coordinates, exclu
         cells: Nodes of the cells, (cells, nodes).
         x: Coordinates of the nodes, (nodes, dimension), m.
         points: (points, dimension), m.
-        excluded: For each point the cell that is not looked at, (points,).
+        excluded: Cell that is not looked at, for each point, (points,).
 
     Returns:
         Pairs of point and cell, by rising point: the points, and the cells.
@@ -222,7 +222,7 @@ def _covered(kind: int, cells: Nodes, x: Coordinates, facets: Facets, samples: C
         cells: Nodes of the cells.
         x: Coordinates of the nodes, (nodes, dimension), m.
         facets: Facets of the cells.
-        samples: For each side of the reference cell, (sides, samples, dimension).
+        samples: Points on each side of the reference cell, (sides, samples, dimension).
 
     Returns:
         Positions in the list of facets on the surface, each once, and the cell that covers each.

@@ -35,8 +35,8 @@ def read_mesh(comm: MPI.Comm, path: str | PathLike[str], geometry: BeamGeometry)
         Mesh with the facet groups of the spans, and end and tip when the file has them.
 
     Raises:
-        MeshError: on all ranks: the file cannot be read, groups or elements are missing or unsuitable, or the
-            mesh is not the beam of the geometry.
+        MeshError: the file cannot be read, groups or elements are missing or unsuitable, or the
+            mesh is not the beam of the geometry; on all ranks.
 
     Collective.
     """

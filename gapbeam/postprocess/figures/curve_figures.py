@@ -164,7 +164,7 @@ def draw_wear(maps: Mapping[str, WearMap]) -> Figure:
     """Draw the work rate per area: of planes over x together, of each face around the beam over x and angle.
 
     Args:
-        maps: At least one, by face; see `gapbeam.postprocess.results.columns_of_run.wear_of`.
+        maps: Maps by face, at least one; see `gapbeam.postprocess.results.columns_of_run.wear_of`.
     """
     planes = {face: one for face, one in maps.items() if not one.around}
     around = {face: one for face, one in maps.items() if one.around}
@@ -211,7 +211,7 @@ def draw_impacts(impacts: Mapping[str, np.ndarray]) -> Figure:
     """Draw the share of impacts by approach speed, impulse and duration.
 
     Args:
-        impacts: At least one, (k, 5) by face; see `gapbeam.postprocess.results.columns_of_run.impacts_of`.
+        impacts: Impacts by face, (k, 5), at least one; see `gapbeam.postprocess.results.columns_of_run.impacts_of`.
     """
     figure, ((*drawn,),) = panels(1, len(QUANTITIES), width=DOUBLE, height=2.4)
     for column, (panel, (name, (unit, factor))) in enumerate(zip(drawn, QUANTITIES.items(), strict=True), start=1):

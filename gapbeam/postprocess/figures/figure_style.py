@@ -93,8 +93,8 @@ def panels(
         rows: Number of rows.
         columns: Number of columns.
         width: Width of the figure, inches.
-        height: Of one row, inches.
-        options: For `Figure.subplots`.
+        height: Height of one row, inches.
+        options: Options of `Figure.subplots`.
 
     Returns:
         The figure and the array of its axes, (rows, columns).

@@ -22,7 +22,7 @@ def draw_amplitude_spectrum(analysis: Analysis, highest: int = 10) -> Figure:
     """Draw amplitude over frequency: displacement left, acceleration right, on logarithmic axes of amplitude.
 
     Args:
-        analysis: With at least one spectrum.
+        analysis: Analysis with at least one spectrum.
         highest: Highest harmonic shown; without forcing the whole band is.
     """
     left, right = analysis.displacement, analysis.acceleration
@@ -120,7 +120,7 @@ def draw_time_history(analysis: Analysis, zoom: int = 3) -> Figure:
     """Draw displacement and acceleration, raw and smoothed; left the whole record, right a part of it.
 
     Args:
-        analysis: With a displacement.
+        analysis: Analysis with a displacement.
         zoom: Forcing periods on the right; without forcing the tenth of the record where most happens.
     """
     rows = [signal for signal in (analysis.displacement, analysis.acceleration) if signal is not None]
@@ -179,7 +179,7 @@ def draw_period_peaks(analysis: Analysis) -> Figure:
     """Draw extremes per forcing period of displacement, acceleration and smoothed acceleration.
 
     Args:
-        analysis: With at least one signal that lasts a forcing period.
+        analysis: Analysis with at least one signal that lasts a forcing period.
     """
     names = ("displacement", "acceleration", "smoothed acceleration")
     rows = [(name, analysis.signals[name]) for name in names if name in analysis.signals]
@@ -216,7 +216,7 @@ def draw_phase_portrait(analysis: Analysis) -> Figure:
     The portrait shows the settled response, or the last twelve periods where it has not settled.
 
     Args:
-        analysis: With displacement and velocity; without a section only the portrait of the whole record is
+        analysis: Analysis with displacement and velocity; without a section only the portrait of the whole record is
             drawn.
     """
     assert analysis.displacement is not None
@@ -311,7 +311,7 @@ def draw_power_density(found: PowerDensity) -> Figure:
     """Draw density over frequency, both logarithmic, a line for each probe, face or component.
 
     Args:
-        found: With at least one column.
+        found: Densities of at least one column.
     """
     unit, factor = shown(found.unit)
     figure, ((panel,),) = panels(1, 1, height=3.0)

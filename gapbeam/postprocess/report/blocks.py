@@ -33,7 +33,7 @@ class Words:
     """Paragraphs.
 
     Attributes:
-        text: With a little Markdown.
+        text: Text with a little Markdown.
     """
 
     text: str
@@ -45,7 +45,7 @@ class Verdict:
 
     Attributes:
         level: "passed", "note", "warning" or "error".
-        text: With a little Markdown.
+        text: Text with a little Markdown.
     """
 
     level: Level
@@ -99,7 +99,7 @@ class TableBlock:
         caption: Description.
         columns: Heads, with the unit in parentheses.
         rows: A cell a column: words, numbers (shown to `digits` significant digits, integers whole) or None.
-        notes: Below the table.
+        notes: Notes below the table.
         digits: Significant digits of numbers.
         command: Command that makes the numbers.
 
@@ -128,9 +128,9 @@ class Compared:
         what: Name of the number.
         reference: Printed or measured elsewhere, in `unit`; None where there is none.
         here: Computed here, in `unit`; None where it was not.
-        unit: Of both; empty where there is none.
+        unit: Unit of both; empty where there is none.
         note: Remark on this row.
-        uncertainty: Of `here`, in `unit`.
+        uncertainty: Uncertainty of `here`, in `unit`.
     """
 
     what: str
@@ -158,7 +158,7 @@ class ComparisonBlock:
         rows: One row for each number.
         reference: Origin of the other numbers: "paper", "measured", "closed form".
         here: Name of ours.
-        notes: Below the table.
+        notes: Notes below the table.
         digits: Significant digits.
         command: Command that makes the numbers of gapbeam.
     """
@@ -179,7 +179,7 @@ class ReportSection:
     Attributes:
         title: The heading.
         anchor: Its address in the page: lower-case letters, digits and hyphens.
-        blocks: In reading order.
+        blocks: Blocks in reading order.
         folded: Whether readers open it first; a link to it, and print, do so too.
 
     Raises:
@@ -201,7 +201,7 @@ class LiveModel:
     """A reduced model that the reader's browser marches.
 
     Attributes:
-        data: Of `KernelData.as_json`.
+        data: Result of `KernelData.as_json`.
         caption: Description.
     """
 
@@ -231,8 +231,8 @@ class Report:
 
     Attributes:
         title: Title of the page.
-        subtitle: Below it; may be empty.
-        sections: In reading order.
+        subtitle: Subtitle below it; may be empty.
+        sections: Sections in reading order.
         meta: Sources and programs of the report: names and values, at its end.
 
     Raises:
@@ -279,7 +279,7 @@ def number(value: float, digits: int = 4) -> str:
 
     Args:
         value: Integers are written whole; what is not finite is a dash.
-        digits: Of numbers that are no integers.
+        digits: Significant digits of numbers that are no integers.
     """
     if isinstance(value, int):
         return _grouped(str(value))

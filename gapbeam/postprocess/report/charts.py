@@ -25,14 +25,15 @@ class ChartCurve:
     """One line, or one cloud of points, of a chart.
 
     Attributes:
-        name: In the legend; curves of one name in several choices look the same.
+        name: Name in the legend; curves of one name in several choices look the same.
         x: (n,); not-a-number breaks a line.
         y: (n,).
         mode: "lines", "markers", "lines+markers", "stems" (spectral lines from the foot of the chart) or "bars".
         choice: The choice with which it is shown; None: always.
         dashed: Whether the line is dashed, as for unstable branches and references.
         texts: Text of each point, shown when it is pointed at, (n,); empty: its coordinates only.
-        times: Of its points, (n,), s, increasing: a dot on the curve follows the time of the page; empty: none does.
+        times: Times of its points, (n,), s, increasing: a dot on the curve follows the time of the page; empty: none
+            does.
         bars: Half heights of error bars, (n,); empty: none.
         like: Name of the curve whose color it shares, such as that whose points it marks; empty: a color of its own.
 

@@ -65,7 +65,7 @@ def report_on(folders: Sequence[Path], command: str, kinds: Sequence[Kind]) -> R
     """Return the report on results folders, several runs as a comparison.
 
     Args:
-        folders: At least one.
+        folders: Folders, at least one.
         command: Command that makes the report.
         kinds: Kinds of results folders that studies write, the most particular first; runs are known besides.
 
@@ -114,8 +114,8 @@ class Kind:
     """A kind of results folder.
 
     Attributes:
-        name: In one word.
-        title: In a heading.
+        name: Kind in one word.
+        title: Kind in a heading.
         files: Names of files, of which every such folder has one.
         blocks: Function that returns the blocks on a folder, given the command that makes the report.
     """
@@ -191,7 +191,7 @@ def span_report(
 
     Args:
         run: The span.
-        statistics: Of its records, as the summary of a run has them; None: the run has none.
+        statistics: Statistics of its records, as the summary of a run has them; None: the run has none.
         command: Command that makes the report.
         wear: Wear of the span, in the form of the summary of a run; None: nothing wears.
 

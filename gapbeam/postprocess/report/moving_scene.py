@@ -26,7 +26,7 @@ class SceneBeam:
         half: Half of its width and height at every station, (s, 2), m.
         middle: y and z of the middle of that box, (s, 2), m.
         lateral: Displacement of the stations along y, (frames, s), m.
-        vertical: Along the bending direction, (frames, s), m.
+        vertical: Displacement along the bending direction, (frames, s), m.
         twist: Rotation about x, (frames, s), rad.
         slide: Mean displacement along x, (frames,), m; drawn as large as it is.
         planar: Whether the model is a slice, whose width is drawn only.
@@ -92,9 +92,9 @@ class FacePressure:
     Attributes:
         face: Its name.
         x: Places along the beam, (p,), m.
-        angles: From the lowest line, positive toward +y, (p,), degrees; empty on a plane, where x increases.
+        angles: Angles from the lowest line, positive toward +y, (p,), degrees; empty on a plane, where x increases.
         triangles: Numbers of the places at the corners of triangles between them, (t, 3); none on a plane.
-        pressures: In every frame, (frames, p), Pa; on a plane the largest across the beam.
+        pressures: Pressures in every frame, (frames, p), Pa; on a plane the largest across the beam.
     """
 
     face: str
@@ -143,7 +143,7 @@ class MovingScene:
         times: Times of the frames, (frames,), s.
         beam: The moving beam.
         walls: The walls around it.
-        magnification: Of displacements and gaps at the start.
+        magnification: Magnification of displacements and gaps at the start.
         opening: Number of the frame that is shown first, and on paper.
         command: Command that makes the scene.
         maps: Contact pressures at the same times.

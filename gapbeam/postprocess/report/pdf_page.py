@@ -52,7 +52,7 @@ def find_browser() -> str:
     """Return the browser that prints: the one that the variable GAPBEAM_BROWSER names, or the first that is installed.
 
     Raises:
-        BrowserError: There is none.
+        BrowserError: No browser was found.
     """
     named = os.environ.get(VARIABLE)
     candidates = (named,) if named else BROWSERS

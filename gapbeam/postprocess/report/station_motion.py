@@ -86,7 +86,7 @@ def _normals(corners: np.ndarray, outward: np.ndarray) -> np.ndarray:
 
     Args:
         corners: Corners of the sides, (s, corners, 3), m; two in a plane.
-        outward: From the middle of the cell behind each to its own, m.
+        outward: Vectors from the middle of the cell behind each to its own, m.
     """
     along = corners[:, 1] - corners[:, 0]
     other = np.array([0.0, 0.0, 1.0]) if corners.shape[1] == 2 else corners[:, 2] - corners[:, 0]

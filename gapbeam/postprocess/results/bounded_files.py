@@ -90,7 +90,7 @@ def check_hdf5(path: Path, file: h5py.File) -> None:
         file: The same, open.
 
     Raises:
-        ResultsError: There is such an entry.
+        ResultsError: The file has such an entry.
     """
     size = os.fstat(file.id.get_vfd_handle()).st_size  # another file may stand in its place by now
     room = 2 * size + _SPARE

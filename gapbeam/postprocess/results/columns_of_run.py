@@ -370,11 +370,11 @@ class RunFace(NamedTuple):
         around: Whether it is a hole around the beam.
         offset: Height of the middle of a hole above the axis of the beam, m.
         lateral: Distance from that axis toward +y, m.
-        tilt: By how much the face rises along the beam, no unit.
+        tilt: Rise of the face along the beam, no unit.
         angles: Directions in which `recesses` hold, degrees from straight down, positive toward +y; none: all alike.
         recesses: Distance of the wall beyond the gap there, m.
         flat: Whether it is made of flat walls in these directions, and not of a curve through them.
-        moves: By how much gap, offset and lateral change with a unit of each of the `wall_motions`, by name.
+        moves: Change of gap, offset and lateral by a unit of each of the `wall_motions`, by name.
     """
 
     face: str

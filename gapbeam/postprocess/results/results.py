@@ -214,7 +214,7 @@ def records_in(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, list[str]
     """Return the records that a run has just left, by name, and the names along their dimensions, without xarray.
 
     Raises:
-        ResultsError: There are none, or none that can be read.
+        ResultsError: There are no records, or none that can be read.
     """
     if len(history_pieces(folder)) > 1:  # it was stopped
         from gapbeam.solver.case.figure_table import labels_of

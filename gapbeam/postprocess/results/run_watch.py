@@ -155,7 +155,7 @@ def motion_of(results: Results, frequency: float | None) -> xr.Dataset:
     """Return the records of a run; of a computed periodic response as they repeat.
 
     Args:
-        results: Of any run.
+        results: Results of any run.
         frequency: Frequency of the forcing, Hz.
 
     Raises:

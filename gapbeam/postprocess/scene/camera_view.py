@@ -159,7 +159,7 @@ class View:
             size: Width and height of the picture in pixels.
             scale: Factor of displacements and clearance.
             color: Color of the surface.
-            direction: From what is seen to the camera.
+            direction: Direction from the target to the camera.
             meshed: Whether the cells of the mesh are drawn.
         """
         self._body, self._scale, self._color = body, scale, color

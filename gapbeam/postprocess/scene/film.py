@@ -118,7 +118,7 @@ def write_film(path: Path, frames: Iterable[np.ndarray], frames_per_second: floa
     """Write a film.
 
     Args:
-        path: Without suffix.
+        path: Path without suffix.
         frames: Pictures of one size, (height, width, 3 or 4), 8 bits, each written before the next one is asked for.
         frames_per_second: Speed of the film.
 

@@ -53,7 +53,7 @@ def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
     """Go through all frames once.
 
     Args:
-        fields: At least one frame.
+        fields: Fields of at least one frame.
         near: Limits of x within which points count as near the support, m.
     """
     x, bending = fields.points[:, 0], fields.dimension - 1
@@ -202,7 +202,7 @@ class CarryingSection:
     Attributes:
         points: Numbers of the mesh points of the section, (p,).
         center: c, their mean place, m, (3,).
-        fit: From their displacements, (3 p,), to a and w, (6, 3 p).
+        fit: Map from their displacements, (3 p,), to a and w, (6, 3 p).
     """
 
     points: np.ndarray
@@ -227,7 +227,7 @@ def carrying_section(points: np.ndarray, x: float) -> CarryingSection:
 
     Args:
         points: Points of the mesh, m, (n, 3).
-        x: Along the beam, m.
+        x: Place along the beam, m.
     """
     away = np.abs(points[:, 0] - x)
     nearest = points[np.argmin(away), 0]

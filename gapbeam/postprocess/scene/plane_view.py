@@ -217,7 +217,7 @@ class Shot(NamedTuple):
         window: Window of the view.
         size: Width and height of the picture in pixels.
         scale: Factor of displacements and clearance.
-        direction: From what is seen to the camera, of a solid.
+        direction: Direction from the target to the camera, of a solid.
     """
 
     window: Window

@@ -57,7 +57,7 @@ class SetUp:
         title: Title of the case.
         points: Points of the mesh, (points, 3), m.
         cells: Their corners, by type of cell.
-        supports: Along the beam.
+        supports: Supports along the beam.
         regions: The types of their regions, by name.
         sections: The beam in each support, by its name; none where it is not known.
         loads: The loads.

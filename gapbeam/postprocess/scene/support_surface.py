@@ -134,7 +134,7 @@ class SupportBoxes:
         dimension: 2 or 3; the bending direction is y or z.
         blocks: The faces of all supports.
         near: The support that is shown from near: where it begins and ends along the beam.
-        clearance: Of this support.
+        clearance: Clearance of this support.
         start: x of one end of the beam.
         end: x of the other end.
         bottom: Bottom of the beam, in the bending direction.
@@ -320,8 +320,8 @@ def placed(
         marks: The marks.
         support: Beam and supports.
         heights: Limits of what the picture shows in the bending direction, m: a fluid is shaded from one to the other.
-        fractions: From points (k, 3), m, to places in the picture (k, 2).
-        motion: From a mark and undeformed points (k, 3), m, to where they are drawn, (k, 3), m; None: there.
+        fractions: Map from points (k, 3), m, to places in the picture (k, 2).
+        motion: Map from a mark and undeformed points (k, 3), m, to drawn points, (k, 3), m; None: the same points.
     """
     for mark in marks:
         x = mark.x if mark.end is None else 0.5 * (mark.x + mark.end)

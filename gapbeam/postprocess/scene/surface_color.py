@@ -36,7 +36,7 @@ class SurfaceColor:
 
     Attributes:
         field: Its name.
-        colors: From the lowest to the highest value.
+        colors: Colors from the lowest to the highest value.
         limits: Lowest and highest value, Pa.
         everywhere: Whether all of the surface has them, or the faces of supports alone.
     """
@@ -106,7 +106,7 @@ class ColoredCells:
         """Draw them within an outline, whose edge is smooth.
 
         Args:
-            renderer: Of Agg. It takes an outline for its last one if both are at the same place in memory.
+            renderer: Renderer of Agg. It takes an outline for its last one if both are at the same place in memory.
             outline: Outline of the beam, pixels.
             corners: All points of the mesh, (n, 2), pixels.
             values: The field there, (n,).

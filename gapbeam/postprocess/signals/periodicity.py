@@ -169,7 +169,7 @@ def periodicity(
     difference may still move by it.
 
     Args:
-        signals: At the same times, for example displacement and velocity of a probe.
+        signals: Signals at the same times, for example displacement and velocity of a probe.
         forcing_frequency: f in Hz.
         tolerance: As a fraction of the range.
         longest: Longest cycle to try; the record must hold four of them.
@@ -226,7 +226,7 @@ def left_to_change(signal: Signal, forcing_frequency: float, p: int) -> float:
         p: Forcing periods in a cycle of the response.
 
     Returns:
-        In the unit of the signal: the largest difference of neighboring cycles among the last four, and the rest of the
+        Largest difference of neighboring cycles among the last four, in the unit of the signal, and the rest of the
         geometric series that these begin, where they begin one.
     """
     cycles = min(whole_periods(signal, forcing_frequency) // p, REPEATS + 1)

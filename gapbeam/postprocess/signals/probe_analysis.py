@@ -58,7 +58,7 @@ class Options:
     Attributes:
         probe: Name of the probe; None the first.
         component: "x", "y" or "z"; None the bending direction.
-        acceleration: In the inertial frame or relative to the support.
+        acceleration: Acceleration in the inertial frame or relative to the support.
         rate: Sampling rate in Hz of the smoothed acceleration; None: that at which its points span `smoothing_window`.
         points: Points of its moving average.
         sampling: "mean" over the sampling interval, or "pick" at its end.
@@ -103,7 +103,7 @@ class Analysis:
         velocity: Relative to the support.
         acceleration: As recorded: means over the history interval.
         smoothed: The acceleration after the moving average.
-        periodicity: From displacement and velocity.
+        periodicity: Periodicity from displacement and velocity.
         section: Their Poincaré section.
         warnings: Warnings, every text once.
     """
@@ -261,7 +261,7 @@ def as_text(analysis: Analysis, title: str = "") -> str:
     """Print peaks, harmonics and period as tables, in mm, mm/s and g.
 
     Args:
-        analysis: From `gapbeam.postprocess.signals.probe_analysis.analyze`.
+        analysis: Analysis from `gapbeam.postprocess.signals.probe_analysis.analyze`.
         title: First line.
     """
     lines = [title] if title else []

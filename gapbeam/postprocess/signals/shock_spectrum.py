@@ -62,7 +62,7 @@ def shock_spectrum(history: xr.Dataset, record: str, damping: float = DAMPING) -
 
     Args:
         history: History that holds the record, evenly spaced.
-        record: Of accelerations or forces.
+        record: Record of accelerations or forces.
         damping: zeta, at least 0, below 1.
 
     Raises:

@@ -216,7 +216,7 @@ class HarmonicLine:
     Attributes:
         order: Frequency over forcing frequency.
         frequency: Hz.
-        amplitude: In the unit of the spectrum.
+        amplitude: Amplitude in the unit of the spectrum.
         phase: rad, of amplitude * sin(2 pi f t + phase).
     """
 
@@ -232,7 +232,7 @@ def harmonics(spectrum: Spectrum, highest: int = 10) -> tuple[HarmonicLine, ...]
     Orders that fall between the lines of the spectrum or above half the sampling rate are left out.
 
     Args:
-        spectrum: Over a whole number of forcing periods.
+        spectrum: Spectrum over a whole number of forcing periods.
         highest: n.
 
     Raises:

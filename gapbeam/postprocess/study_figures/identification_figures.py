@@ -31,7 +31,7 @@ def read_identification_data(folder: Path) -> dict[str, Any]:
     """Return the data of an identification.
 
     Raises:
-        ResultsError: There is none, or it cannot be read.
+        ResultsError: The folder has no data of an identification, or the file cannot be read.
     """
     return read_object(folder / DATA, ("measurements", "unknowns", "notes"))
 

@@ -134,7 +134,7 @@ def census(records: Sequence[Record], tolerance: float) -> list[SweepPoint]:
     """Sort the records of a sweep into points, and those of a point into responses.
 
     Args:
-        records: In the order of the points.
+        records: Records in the order of the points.
         tolerance: Relative difference of amplitudes that are the same.
     """
     places: dict[tuple[tuple[str, str], ...], list[Record]] = {}
@@ -392,7 +392,8 @@ def grid_of(points: Sequence[SweepPoint]) -> tuple[tuple[str, str], Array, Array
     """Return the two keys of a grid and their ascending values, SI; None: the sweep is over no such grid.
 
     Args:
-        points: Of the sweep. A grid has every pair of at least three numbers of each of two keys, and no other key.
+        points: Points of the sweep. A grid has every pair of at least three numbers of each of two keys, and no other
+            key.
     """
     keys = [key for key in points[0].values if len({point.values[key] for point in points}) > 1]
     if len(keys) != 2:

@@ -24,7 +24,7 @@ def motion_section(analyses: Mapping[str, Analysis], command: str, repeats: bool
     """Return histories and peaks of every probe, one button each.
 
     Args:
-        analyses: By probe, each with a displacement.
+        analyses: Analyses by probe, each with a displacement.
         command: Command that makes the figures.
         repeats: Whether the records are a period over and over, of which the last forcing periods show everything.
     """
@@ -204,7 +204,7 @@ def spectra_section(analyses: Mapping[str, Analysis], command: str) -> ReportSec
     """Return spectra and tables of harmonics of every probe; None where no record is long enough for a spectrum.
 
     Args:
-        analyses: By probe.
+        analyses: Analyses by probe.
         command: Command that makes the figures.
     """
     blocks: list[Block] = []

@@ -95,7 +95,7 @@ def frames_shown(count: int, points: int, interval: float, frequency: float | No
     Args:
         count: Fields there are.
         points: Points of the mesh.
-        interval: Between fields, s.
+        interval: Interval between fields, s.
         frequency: Frequency of the forcing, Hz.
     """
     most = int(min(MOST, max(FEWEST, POINTS // max(points, 1))))

@@ -276,7 +276,7 @@ def impacts_section(
     """Return the impacts of a run, or of a part of it; None where there were none.
 
     Args:
-        impacts: By face, as `impacts_of` has them.
+        impacts: Impacts by face, as `impacts_of` has them.
         seconds: Span of time, s.
         span: Name of this span, in words.
     """

@@ -55,7 +55,7 @@ class StudyAxis:
         texts: Its values as typed, each once.
         numbers: The same as numbers; counted from 1 where one of them is none.
         counted: Whether they are counted.
-        unit: In which the numbers are.
+        unit: Unit of the numbers.
         choices: Values of the other keys, each combination once; empty without other keys.
     """
 

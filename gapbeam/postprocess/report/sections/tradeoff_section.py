@@ -221,7 +221,7 @@ def identification_blocks(folder: Path, command: str = "") -> list[Block]:
     """Return the blocks on an identification, from its folder.
 
     Args:
-        folder: Of `gapbeam identify`.
+        folder: Folder of `gapbeam identify`.
         command: Command that made the results.
 
     Raises:

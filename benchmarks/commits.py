@@ -37,7 +37,7 @@ def run_by(checkout: Path, case: Path, overrides: Sequence[str], results: Path) 
     Args:
         checkout: Folder of the checkout.
         case: The case file.
-        overrides: Of its keys, KEY=VALUE.
+        overrides: Overrides of the case, KEY=VALUE.
         results: Folder of the results, which is not there yet.
 
     Raises:

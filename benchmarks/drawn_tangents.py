@@ -30,7 +30,7 @@ class Compared(NamedTuple):
     Attributes:
         reason: "" where there are slopes.
         settled: A march from rest came to a periodic response.
-        kind: Of structure and law.
+        kind: Kind of structure and law.
         slopes: Number of slopes that were compared.
         worst: Relative difference.
         place: Figure and parameter of the worst.

@@ -55,9 +55,9 @@ class Figure:
         part: "settled", "start-up" or "beyond the horizon".
         name: Name of the figure.
         value: The figure.
-        estimate: Of its error.
+        estimate: Estimate of its error.
         error: Its difference from the second way.
-        differences: From each companion of the run.
+        differences: Differences from each companion of the run.
     """
 
     part: str

@@ -21,7 +21,7 @@ class Choice:
 
     Attributes:
         table: Class of the table that the key belongs to.
-        key: Of that table.
+        key: Key in that table.
         value: A named value or a switch; the type of a table that the key holds.
     """
 

@@ -73,7 +73,7 @@ def attempt(work: Callable[[], int], said: Path, limits: Limits = Limits()) -> O
     Args:
         work: Returns an exit status; errors with an `exit_status` are reported as the command line reports them.
         said: File for what it says.
-        limits: Of time, memory and files.
+        limits: Limits of time, memory and files.
 
     Returns:
         The outcome.
@@ -323,7 +323,7 @@ class Stopped:
     """A run that was stopped twice.
 
     Attributes:
-        name: Of its folder; the uninterrupted run is in the one with "-whole" behind.
+        name: Name of its folder; the uninterrupted run is in the one with "-whole" behind.
         keys: Overrides of the demo.
         stops: Step blocks after which it was stopped, separated by commas.
     """

@@ -20,7 +20,7 @@ class Target:
     """Something that reads files.
 
     Attributes:
-        name: In the table.
+        name: Name in the table.
         weight: Share of the inputs.
         spoil: Makes the input in a folder and returns the work; gets seeds, folder, chance.
         limits: Limits of an attempt.

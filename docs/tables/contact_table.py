@@ -41,7 +41,7 @@ class Figures(NamedTuple):
         unknowns: Degrees of freedom.
         points: Contact points.
         seconds: Wall time of one step, s.
-        iterations: Of one contact solve, mean.
+        iterations: Iterations of one contact solve, mean.
     """
 
     values: np.ndarray

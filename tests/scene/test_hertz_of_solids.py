@@ -30,9 +30,9 @@ def graded(kind: int, focus: list[int], sizes: tuple[float, float], reach: tuple
     """Return nodes and cells of a mesh of the present geometry.
 
     Args:
-        kind: Of cells, as gmsh counts them: 2 triangles, 11 tetrahedra of degree 2.
+        kind: Kind of cells, as gmsh counts them: 2 triangles, 11 tetrahedra of degree 2.
         focus: Points of the geometry.
-        sizes: Of cells there, and far away, m.
+        sizes: Sizes of cells there, and far away, m.
         reach: Distances up to which the small size holds, and from which the large one does, m.
     """
     field = gmsh.model.mesh.field

@@ -20,7 +20,7 @@ def dense_beam(size: int = 8, points: int = 12, seed: int = 0, damping: float = 
         size: DOFs.
         points: Contact points, half of them on each face.
         seed: Seed of the matrices.
-        damping: Of M, 1/s; that of K follows.
+        damping: Damping by M, 1/s; damping by K follows.
     """
     random = np.random.default_rng(seed)
     mixed = random.standard_normal((size, size)) + 2.0 * np.eye(size)
@@ -60,8 +60,8 @@ def dense_shaft(
         sections: Sections, those of the first half in the first hole.
         around: Contact points around each.
         seed: Seed of the matrices.
-        damping: Of M, 1/s; that of K follows.
-        clearance: Between these are the gaps of the points.
+        damping: Damping by M, 1/s; damping by K follows.
+        clearance: Bounds of the gaps of the points.
         rubs: Whether sections have the other four motions of rigid ones too, and the points directions to rub along.
     """
     random, size = np.random.default_rng(seed), (6 if rubs else 2) * sections

@@ -55,7 +55,7 @@ def masses_in_holes(
         dt: Step, s.
         holes: Number of masses in holes.
         stops: Number of masses before a stop.
-        seed: Of places, speeds and springs.
+        seed: Seed of places, speeds and springs.
         speed: About how fast masses are, m/s.
     """
     random, count = np.random.default_rng(seed), holes + stops

@@ -48,7 +48,7 @@ class Rattler:
     """An oscillator with play.
 
     Attributes:
-        system: Without loads.
+        system: Function that returns the system under given loads.
         law: The contact law.
         exact: Exact figures, by their names.
     """

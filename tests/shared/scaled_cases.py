@@ -205,7 +205,7 @@ class Motion:
     Attributes:
         status: Exit status.
         message: Its last line, figures replaced.
-        lines: Of its log, figures replaced.
+        lines: Lines of its log, figures replaced.
         history: Values in the units of the size of the case, by name.
     """
 
@@ -280,7 +280,7 @@ class SimilarCase:
     """A shipped case that is run at several sizes.
 
     Attributes:
-        name: Of its file in cases/.
+        name: Name of its file in cases/.
         overrides: Keys that it replaces.
         end: End of the short run, s.
         to_the_last_bit: Whether all histories are the same at sizes that are powers of four: so wherever K of the law

@@ -112,9 +112,9 @@ class Motion(NamedTuple):
 
     Attributes:
         force: Contact force of base and gland, mean over every 2.5 ms, (n, 2), N.
-        impulse: Of base and gland, N s.
+        impulse: Impulse of base and gland, N s.
         gap: Gap of all points after each step, (steps, m), m.
-        pressure: Likewise, (steps, m), Pa.
+        pressure: Pressure at all points after each step, (steps, m), Pa.
         stiffness: Stiffness of the law, Pa/m.
         ledger: The ledger at the end.
     """

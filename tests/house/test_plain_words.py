@@ -124,7 +124,7 @@ def unclear_entries(program: str) -> list[str]:
 
 @pytest.mark.parametrize("package", ["gapbeam", "benchmarks", "docs", "tests"])
 def test_entries_name_things(package: str) -> None:
-    """Entries of arguments, attributes, errors and returned values begin with a noun, not with a pronoun or preposition."""
+    """Entries of arguments, attributes, errors and returned values begin with a noun: no pronoun, no preposition."""
     files = [path for path in CODE if path.relative_to(PROJECT).parts[0] == package]
     assert files
     wrong = [
@@ -137,8 +137,8 @@ def test_unclear_entries_are_found() -> None:
     """In all sections, not in lines that continue an entry, nor in names and texts around."""
     program = (
         'def gap(it, mass):\n    """Return a gap.\n\n    That is its size.\n\n    Args:\n        it: Beam,\n'
-        "            that is its size.\n        mass (kg, moved): That of the beam.\n        load: Of it, N.\n\n    Returns:\n"
-        "        What is open, m:\n        that is its size.\n\n    Raises:\n        ValueError: It is closed.\n\n"
+        "            that is its size.\n        mass (kg, moved): That of the beam.\n        load: Of it, N.\n\n"
+        "    Returns:\n        What is open, m:\n        that is its size.\n\n    Raises:\n        ValueError: It is closed.\n\n"
         '    Those are its parts.\n    """\n'
     )
     assert [found.split(":")[0] for found in unclear_entries(program)] == ["9", "10", "13", "17"]

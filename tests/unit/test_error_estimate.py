@@ -19,6 +19,7 @@ from gapbeam.solver.models.model import build_body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.solver.system.operators import Array
+from gapbeam.studies.error_estimate import companion_marches
 from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_lines, closing_table
 from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, companion_motions
 from gapbeam.studies.error_estimate.companions import (
@@ -888,3 +889,17 @@ def test_companions_share_the_body_of_their_run(monkeypatch: pytest.MonkeyPatch)
         motions = list(companion_motions(case, [plan.companions[0], plan.companions[2]], 0.01, 2.0e-4, body=body))
         assert [one.name for one in motions] == ["twice the step", "coarser mesh"]
         assert len(found) == (2 if body is None else 1)
+
+
+def test_long_estimates_say_what_they_do(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    """Five minutes passed without a word while a solid was set up, with which a beam of elements is compared."""
+    case = gapbeam.read_case(DEMO, ["model.type=beam", "time.end=0.01"])
+    plan = companions_of(case, 1.0e-4, 1.0e12, False)
+    for line, numbers in ((np.inf, [2]), (-1.0, [1, 2, 3])):
+        monkeypatch.setattr(companion_marches, "LINE", line)
+        caplog.clear()
+        with caplog.at_level("INFO", "gapbeam"):
+            names = [one.name for one in companion_motions(case, plan.companions, 0.01, 2.0e-4)]
+        assert names == ["twice the step", "finest", "coarser mesh"]
+        words = [f"errors: comparison run {n} of 3, {names[n - 1]}{' on a solid' * (n == 2)}" for n in numbers]
+        assert [one.getMessage() for one in caplog.records] == words

@@ -261,3 +261,19 @@ def test_a_fault_within_an_override_names_its_key(tmp_path: Path) -> None:
     with pytest.raises(CaseError) as refused:
         gapbeam.read_case(case, ['contact={ law = { type = "hunt-crossley", restitution = -.5 } }'])
     assert [fault.where for fault in refused.value.faults] == ["`overrides=` contact: law.restitution"]
+
+
+def test_keys_of_other_programs_are_one_fault_each(tmp_path: Path) -> None:
+    """A place is `point` in a probe and `from` in a support: a length behind it brought two missing keys as well."""
+    entry = ENTRY.replace("from = 0.5", "position = 0.5").replace("to = 0.6", "length = 0.1")
+    section = 'section = { type = "tube", inner_diameter = 0.01 }\n'
+    case = tmp_path / "case.toml"
+    tube = BEAM.replace("[beam]\n", f"[beam]\n{section}")
+    case.write_text(tube + entry.replace("clearance", "gap"), encoding="utf-8")
+    with pytest.raises(CaseError) as refused:
+        gapbeam.read_case(case)
+    meant = {"position": "from", "length": "to", "gap": "clearance", "inner_diameter": "wall"}
+    found = {str(one.key[-1]): str(one) for one in refused.value.faults}
+    assert set(found) == set(meant)
+    for key, name in meant.items():
+        assert f"did you mean `{name}`?" in found[key]

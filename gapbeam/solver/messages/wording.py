@@ -79,6 +79,8 @@ SYNONYMS = {
     "d": "thickness",
     "depth": "thickness",
     "wall_thickness": "wall",
+    "inner": "wall",
+    "inner_diameter": "wall",
     "start": "from",
     "begin": "from",
     "stop": "to",
@@ -98,10 +100,11 @@ SYNONYMS = {
     "freq": "frequency",
     "f": "frequency",
     "force": "amplitude",
-    "position": "point",
-    "location": "point",
-    "coordinates": "point",
-    "x": "point",
+    "position": "point from",
+    "location": "point from",
+    "coordinates": "point from",
+    "x": "point from",
+    "length": "to",
     "g": "acceleration",
     "dt": "step",
     "time_step": "step",
@@ -111,7 +114,7 @@ SYNONYMS = {
     "method": "scheme",
     "spectral_radius": "rho_inf",
 }
-"""Names of our keys in papers and other programs."""
+"""Names of our keys in papers and other programs; one word may stand for several keys, of different tables."""
 
 
 def near(word: object, known: Iterable[str]) -> str | None:
@@ -131,7 +134,8 @@ def near_file(name: str, others: Iterable[str]) -> str | None:
 def same(word: object, known: list[str]) -> str | None:
     """Return the known word that differs only in case and hyphens, or that the typed one is a synonym of."""
     typed = _plain(word)
-    return next((name for name in known if _plain(name) in (typed, SYNONYMS.get(typed))), None)
+    meant = (typed, *SYNONYMS.get(typed, "").split())
+    return next((name for name in known if _plain(name) in meant), None)
 
 
 def close_to(word: object, known: list[str]) -> str | None:

@@ -13,13 +13,16 @@ from gapbeam.process.extra_packages import MissingExtraError
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case_text
+from gapbeam.solver.case.solution_tables import BeamModel, ReducedModel, RigidModel
 from gapbeam.solver.messages.errors import CaseError, Interrupted, RunError, in_one_line
 from gapbeam.solver.models.body import Body
+from gapbeam.solver.run.output.progress import LINE
 from gapbeam.studies.error_estimate.companions import Companion
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import KeptBody, seated
 
+LOG = logging.getLogger("gapbeam")
 FEWEST_RECORDS = 8
 WHOLE = 1.0e-6  # of an interval
 
@@ -76,10 +79,16 @@ def companion_motions(
     """
     kept, reached = KeptBody(body), floor(end / interval + WHOLE) * interval
     whole = sum(one.steps for one in companions)
-    for companion in companions:
+    shown = time.perf_counter()
+    for number, companion in enumerate(companions, start=1):
         clock = time.perf_counter()
         try:
             own = read_case_text(case_to_toml(case), companion.changes, f"the companion with {companion.name}")
+            solid = isinstance(own.model, ReducedModel) and isinstance(case.model, BeamModel | RigidModel)
+            if solid or clock - shown > LINE:
+                words = " on a solid" if solid else ""
+                LOG.info("errors: comparison run %d of %d, %s%s", number, len(companions), companion.name, words)
+                shown = clock
             with _quiet():
                 model = kept.model(own)
                 start = seated(model).state

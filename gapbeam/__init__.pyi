@@ -122,6 +122,7 @@ from gapbeam.solver.scene.structure import (
 )
 from gapbeam.solver.scene.structure_files import read_structure as read_structure, write_structure as write_structure
 from gapbeam.solver.scene.structure_geometry import Pose as Pose
+from gapbeam.solver.scene.unilateral_law import Unilateral as Unilateral
 from gapbeam.studies.atlas.atlas_figures import draw_basins as draw_basins, draw_responses as draw_responses
 from gapbeam.studies.atlas.followed_responses import follow as follow
 from gapbeam.studies.atlas.response_atlas import (

@@ -285,7 +285,7 @@ SLIPS: dict[str, tuple[Change, str, str]] = {
     "a force of Hertz": (put("contact", "law", value={"type": "cubic", "stiffness": 1e9, "scale": 1e-3}), "under",
                          "per area"),
     "Nitsche": (put("contact", "formulation", value="nitsche"), "contact.*formulation", "have no stress"),
-    "multipliers": (put("contact", "formulation", value="augmented-lagrangian"), "formulation", "a law so stiff"),
+    "multipliers": (put("contact", "formulation", value="augmented-lagrangian"), "formulation", "unilateral"),
 }  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -74,6 +74,8 @@ class Contact:
             raise UserError(f"{where}: found an offset of shape {rest.shape}, expected a number or {self.motions}")
         if self.motions == 1 and self.is_rough:
             raise UserError(f"{where}: friction needs points of two or three motions: normal and slip")
+        if self.is_impulsive:
+            self._check_impulses(where)
         sticks = 2 + 3 * self.region.kind.faces if self.sticks else 0
         kept = (IN_SPACE if self.motions == 3 else sticks) if self.is_rough else 0
         if VALUES + len(self.region.values) + len(self.law.values) + kept > ROWS:
@@ -83,6 +85,19 @@ class Contact:
                 f"expected at most {ROWS - VALUES - kept}; give an own region with its distance"
             )
         check_law(self.law)
+
+    def _check_impulses(self, where: str) -> None:
+        if self.is_rough or not self.sticks:
+            raise UserError(
+                f"{where}: found friction with a law of impulses, expected none; a stiff law takes friction"
+            )
+        if self.region.kind.faces > 1 and self.motions > 1:
+            found = f"found region {self.region.kind.name} with a law of impulses"
+            raise UserError(f"{where}: {found}, expected HalfPlane, Slot or Disc")
+        if any(point.is_moving for point in self.points):
+            raise UserError(
+                f"{where}: found a point that moves along a structure, expected one that stays for impulses"
+            )
 
     @property
     def points(self) -> tuple[StructurePoint, ...]:
@@ -111,6 +126,11 @@ class Contact:
     def sticks(self) -> bool:
         """True where friction is Coulomb's own law, which sticks without creep."""
         return not np.any(self.sliding)
+
+    @property
+    def is_impulsive(self) -> bool:
+        """True where the law is impulses, and no spring."""
+        return self.law.kind.impact is not None
 
     def values(self, stick: float) -> list[Any]:
         """Return rows VALUES - 2, ... of the workspace; stick: the stiffness of friction that sticks, N/m."""
@@ -164,3 +184,14 @@ class Contact:
             return replace(self, region=self.region.replaced(name, value))
         known = ", ".join(("friction", "sliding", "offset", *self.region.kind.names, *self.law.kind.given))
         raise UserError(f"contact {self.name or '?'} has no value {name!r}; it has {known}")
+
+
+def refuse_impulses(contacts: Iterable[Contact], what: str, expected: str) -> None:
+    """Refuse contacts whose laws are impulses.
+
+    Raises:
+        UserError: There is one.
+    """
+    for one in contacts:
+        if one.is_impulsive:
+            raise UserError(f"{what}: found contact {one.name or '?'}, whose law is impulses, expected {expected}")

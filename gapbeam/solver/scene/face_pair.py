@@ -24,6 +24,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import HalfPlane
+from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
 from gapbeam.solver.scene.solid_cells import FACETS, Indices, rule_of, shapes_at
 from gapbeam.solver.scene.structure import Structure, dense
@@ -62,7 +63,7 @@ class _Seen(NamedTuple):
 def face_contacts(
     first: tuple[Structure, str],
     second: tuple[Structure, str],
-    stiffness: float,
+    stiffness: float | ForceLaw,
     *,
     damping: float = 0.0,
     clearance: float | None = None,
@@ -78,7 +79,7 @@ def face_contacts(
     Args:
         first: Structure of `from_mesh`, and the name of a set of nodes: the facets of its surface that they span.
         second: The other, likewise.
-        stiffness: Penalty stiffness, Pa/m: about ten times Young's modulus over the size of a cell.
+        stiffness: Penalty stiffness, Pa/m: about ten times Young's modulus over the size of a cell; or `Unilateral`.
         damping: Pa s/m.
         clearance: Distance of the faces, m, where it is known better than facets of curved faces have it; negative: an
             interference. Default: as the meshes lie.
@@ -93,7 +94,11 @@ def face_contacts(
     one, two = _face(first, where), _face(second, where)
     if FACETS[one.kind].dimension != FACETS[two.kind].dimension:
         raise UserError(f"{where}: found a solid in the plane and one in space, expected two of a kind")
-    hard, lossy = positive(stiffness, f"{where}: stiffness"), positive(damping, f"{where}: damping", zero=True)
+    law = stiffness if isinstance(stiffness, ForceLaw) else None
+    if law is not None and (law.kind.impact is None or damping):
+        raise UserError(f"{where}: found law {law.kind.name}, expected a stiffness, or Unilateral without damping")
+    hard = positive(1.0 if law else stiffness, f"{where}: stiffness")
+    lossy = positive(damping, f"{where}: damping", zero=True)
     slips = FACETS[one.kind].dimension if positive(friction, f"{where}: friction", zero=True) > 0.0 else 0
     along = _directions(one) if slips == 2 else {}
     own: list[Array] = [np.zeros((3, 0))]
@@ -149,7 +154,7 @@ def face_contacts(
         Contact(
             (one.structure.point(first_rows[i], first[1]), two.structure.point(second_rows[i], second[1])),
             HalfPlane(float(gaps[i]), normal_way),
-            KelvinVoigt(stiffness=float(hard * area[node]), damping=float(lossy * area[node])),
+            law or KelvinVoigt(stiffness=float(hard * area[node]), damping=float(lossy * area[node])),
             friction, sliding, name=f"{name}-{i}",
         )
         for i, node in enumerate(nodes)

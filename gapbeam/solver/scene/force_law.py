@@ -22,6 +22,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite, positive
 
 TINY = 1e-300
+SPEEDS = ("speed", "speed2", "speed3")
 inlined: Any = numba.njit(error_model="numpy", forceinline=True)
 
 
@@ -42,7 +43,11 @@ class LawKind:
         positive: Names of parameters that may not be 0 either.
         settle: settle(x0, x1, h, *parameters): the last parameters, which the law remembers, after a step of h from x0
             to x1; or None.
-        memory: Names of these parameters; "speed" is the velocity of the contact at the start.
+        memory: Names of these parameters; those of SPEEDS are the velocities of the contact at the start.
+        fractions: Names of parameters that may not be above 1.
+        impact: Of a law of impulses, impact(x0, step, h, force, stiffness, speed, *given): force T of a step and dT/dx1
+            from the force of the last pass, a stiffness beside which the bodies are soft, and the approach speed at its
+            start; None: a spring with a damper.
     """
 
     name: str
@@ -57,6 +62,8 @@ class LawKind:
     positive: tuple[str, ...] = ()
     settle: Any = None
     memory: tuple[str, ...] = ()
+    fractions: tuple[str, ...] = ()
+    impact: Any = None
 
     @property
     def given(self) -> tuple[str, ...]:
@@ -88,6 +95,8 @@ class LawKind:
         found = finite(value, where)
         if name in self.nonnegative or name in self.positive:
             found = positive(found, where, zero=name in self.nonnegative)
+        if name in self.fractions and np.any(found > 1.0):
+            raise UserError(f"{where}: found {value}, expected 0 to 1")
         if found.ndim > 1 or not found.size:
             raise UserError(f"{where}: found shape {found.shape}, expected a number, or one for each member")
         return float(found) if found.ndim == 0 else found
@@ -203,6 +212,15 @@ def responder(kind: LawKind, damped: bool = True) -> Any:
     `step` is the motion along the normal in h, `level` 0 for the mean over the step, else the level of the step whose
     place x0 = x1 is (1: its end, 1/2: its middle).
     """
+    if kind.impact is not None:
+        impact = kind.impact
+
+        @inlined
+        def strike(x0, x1, step, h, level, values):  # type: ignore[no-untyped-def]  # noqa: ARG001
+            T, slope = impact(x0, step, h, *values)
+            return T, slope, values[0] if slope > 0 else 0.0, 0.0
+
+        return strike
     potential, adhesive = kind.potential, kind.adhesive
     damper = kind.damper if damped and kind.damper is not None else _none
     mean = kind.mean if kind.mean is not None else _divided(kind)

@@ -249,7 +249,7 @@ class Slabs(NamedTuple):
         motion: (contacts,) first motion of each contact, in the order of the slabs.
         work: (slabs, ROWS, WIDTH // L, L).
         spent: (contacts, L), in the same order: energy lost in each contact so far, by its law and by friction.
-        rough: Whether there is friction: then there is no step potential.
+        rough: Whether there is friction, or a law of impulses: then there is no step potential.
         sticks: (slabs,) whether its friction sticks without creep, by Coulomb's own law.
         settle: (slabs,) address of what its law remembers after a step; 0: nothing.
         kept: (slabs, 2) first row of what its law remembers, and how many.

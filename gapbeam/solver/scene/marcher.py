@@ -8,7 +8,9 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.scene import force_solve
+from gapbeam.solver.scene.contact_pair import refuse_impulses
 from gapbeam.solver.scene.feedback import aligned, outputs_of
+from gapbeam.solver.scene.force_law import SPEEDS
 from gapbeam.solver.scene.lane_code import kernels
 from gapbeam.solver.scene.linear_scheme import (
     MIDPOINT,
@@ -53,6 +55,8 @@ class Marcher:
         if not (np.isfinite(step) and step > 0.0):
             raise UserError(f"march: found step {step!r} s, expected a time above 0")
         self.scene, self.h, self.lanes, self.scheme = scene, float(step), lanes, scheme
+        if scheme != MIDPOINT:
+            refuse_impulses(scene.contacts, "march", "a spring, or the default scheme, the midpoint rule")
         if scheme.is_conditional:
             check_limit(scheme, self.h, self.fastest())
         self.linear = linear or self.condensed()
@@ -84,8 +88,9 @@ class Marcher:
         for s, part in enumerate(parts):
             here = self.slabs.motion[self.slabs.start[s] : self.slabs.start[s + 1]]
             names = self.scene.contacts[int(np.searchsorted(self.scene.first, here[0], "right")) - 1].law.kind.memory
-            if "speed" in names:
-                part[names.index("speed")] = speed[here]
+            for k, name in enumerate(SPEEDS[: self.slabs.motions[s]]):
+                if name in names:
+                    part[names.index(name)] = speed[here + k]
 
     def fastest(self) -> float:
         """Return the largest angular frequency of the scene with springs of its feedback, rad/s."""

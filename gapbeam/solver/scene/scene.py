@@ -416,7 +416,7 @@ class Scene:
         return Slabs(
             integers([key[0] for key, _ in parts]), places, integers(starts), integers([key[1] for key, _ in parts]),
             self.first[integers(order)].astype(np.int64), work,
-            np.zeros((len(order), lanes)), rough and any(one.is_rough for one in self.contacts),
+            np.zeros((len(order), lanes)), any((one.is_rough and rough) or one.is_impulsive for one in self.contacts),
             integers([self.contacts[some[0]].sticks for _, some in parts]),
             integers([self.contacts[some[0]].memory[0] for _, some in parts]),
             integers([self.contacts[some[0]].memory[1:] for _, some in parts]).reshape(-1, 2),

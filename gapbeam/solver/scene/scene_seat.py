@@ -22,6 +22,7 @@ from gapbeam.solver.contact.solve.unopposed_motion import unopposed_motion
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.contact_pair import refuse_impulses
 from gapbeam.solver.scene.linear_scheme import Slabs, rest
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.structure import LARGE, Structure
@@ -161,6 +162,7 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
     """
     if scene.is_moving and t != 0.0:
         raise UserError(f"seat: found t = {t:g} s where points move, expected 0, at which their rows are known")
+    refuse_impulses(scene.contacts, "seat", "a stiff spring; or march until it rests")
     values = [load.table(np.array([t]))[0, 0] for load in scene.loads] or [0.0]
     at = statics_of(scene)
     f = at.rows(scene.load_columns.T).T @ np.array(values)

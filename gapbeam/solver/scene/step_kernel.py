@@ -49,8 +49,10 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
             count = slabs.start[s + 1] - slabs.start[s]
             for c in range(count):
                 j = slabs.motion[slabs.start[s] + c]
-                for lane in range(L):
-                    slabs.work[s, OLD, c, lane], slabs.work[s, NEW, c, lane] = y[j, lane], y1[j, lane]
+                for k in range(slabs.motions[s]):
+                    for lane in range(L):
+                        slabs.work[s, OLD + k, c, lane] = y[j + k, lane]
+                        slabs.work[s, NEW + k, c, lane] = y1[j + k, lane]
             call(slabs.settle[s], h, L * count, slabs.place[s])
     clear(ledger[STORED:])
     for s in range(len(slabs.address)):

@@ -1,10 +1,11 @@
 """The contact force of one region and one law, compiled together: a touch.
 
 A touch loops over evaluations (members, or contacts of one kind) on a workspace of rows of WIDTH numbers: three of the
-OLD place, NEW place, FORCE; its SLOPE by rows of three; POTENTIAL; work LOST in the law; work SLID off in friction; the
-motion when it was LAST asked; friction coefficient MU; CREEP: sliding speed, or stiffness where friction sticks;
-then the VALUES of the region and of the law. Kernels call touches by their address, so that a new law or region
-compiles a touch only, and a touch is the one source of contact force, slope, potential and losses.
+OLD place, NEW place, FORCE (when a law of impulses is asked, of the last pass); its SLOPE by rows of three; POTENTIAL;
+work LOST in the law; work SLID off in friction; the motion when it was LAST asked; friction coefficient MU; CREEP:
+sliding speed, or stiffness where friction sticks; then the VALUES of the region and of the law. Kernels call touches by
+their address, so that a new law or region compiles a touch only, and a touch is the one source of contact force, slope,
+potential and losses.
 
 Friction that sticks keeps three more rows for each face after two of the place where it was last asked: its force there
 and the slope of that force. What they make of the new place is the force that the solve gives the face; with c s of the
@@ -57,7 +58,7 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
     if motions == 3:
         _touches[key] = address(SIGNATURE, _in_space(law, rough, exact, damped, level))
         return _touches[key]
-    face, respond, faces = region.face, responder(law, damped), region.faces
+    face, respond, faces, faced = region.face, responder(law, damped), region.faces, _faced(law)
     own = VALUES + len(region.names) + len(law.names)  # first row that friction keeps
     at_region, at_law = _values(VALUES, len(region.names)), _values(VALUES + len(region.names), len(law.names))
 
@@ -101,7 +102,7 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
                     x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, mx, my, mx, my, place)
                     step, twice = gx * dx + gy * dy, 2 * level
                     g00, g01, g10, g11 = twice * g00, twice * g01, twice * g10, twice * g11
-                T, slope, beyond, W = respond(x0, x1, step, h, level, values)
+                T, slope, beyond, W = respond(x0, x1, step, h, level, faced(w, i, values, gx, gy, 0.0))
                 ux, uy, j00, j01 = -T * gx, -T * gy, -slope * nx * gx - T * g00, -slope * ny * gx - T * g01
                 j10, j11 = -slope * nx * gy - T * g10, -slope * ny * gy - T * g11
                 stored += W1 if level > 0 else W
@@ -159,7 +160,7 @@ def _in_space(law: LawKind, rough: bool, exact: bool, damped: bool, level: float
     the force f of the solve, with a stiff spring on s, where |f + c s| <= mu N; else mu N d with d along f + c s, which
     the part of s across d turns. In all cases its slope is turn (1 - n n^T - d d^T) + mu N' d n^T.
     """
-    respond, wall, own = responder(law, damped), VALUES, VALUES + 4 + len(law.names)
+    respond, faced, wall, own = responder(law, damped), _faced(law), VALUES, VALUES + 4 + len(law.names)
     at_law, last, force, slopes, slip, unit = _values(wall + 4, len(law.names)), *(own + k for k in (0, 3, 6, 15, 18))
 
     def compiled(h, count, workspace):  # type: ignore[no-untyped-def]
@@ -174,7 +175,8 @@ def _in_space(law: LawKind, rough: bool, exact: bool, damped: bool, level: float
                 T, slope, _, _ = respond(x0 + level * step, x0 + level * step, step, h, level, values)
                 w[POTENTIAL, i], w[LOST, i] = W1, T * step - (W1 - W0)
             else:
-                T, slope, beyond, W = respond(x0, x1, step, h, level, values)
+                seen = faced(w, i, values, w[wall, i], w[wall + 1, i], w[wall + 2, i])
+                T, slope, beyond, W = respond(x0, x1, step, h, level, seen)
                 w[POTENTIAL, i], w[LOST, i] = W, beyond * step
             w[SLID, i] = 0.0
             for k in range(3):
@@ -232,6 +234,19 @@ def _in_space(law: LawKind, rough: bool, exact: bool, damped: bool, level: float
     return compiled
 
 
+def _faced(law: LawKind) -> Any:
+    """Return compiled faced(w, i, values, g) -> values of a law; of impulses, what `LawKind.impact` takes along g."""
+    if law.impact is None:
+        return inlined(lambda w, i, values, gx, gy, gz: values)  # noqa: ARG005
+
+    @inlined
+    def faced(w, i, values, gx, gy, gz):  # type: ignore[no-untyped-def]
+        force = -(gx * w[FORCE, i] + gy * w[FORCE + 1, i] + gz * w[FORCE + 2, i]) / (gx * gx + gy * gy + gz * gz)
+        return force, w[CREEP, i], gx * values[1] + gy * values[2] + gz * values[3], values[0]
+
+    return faced
+
+
 def settled(region: RegionKind, law: LawKind) -> int:
     """Return the address of what a kind of law remembers after a step from rows 0 to 2, with stored and lost energy."""
     key = (region, law)
@@ -240,6 +255,12 @@ def settled(region: RegionKind, law: LawKind) -> int:
     face, settle, potential, given = region.face, law.settle, law.potential, len(law.given)
     first = VALUES + len(region.names)
     at_region, at_law, kept = _values(VALUES, len(region.names)), _values(first, len(law.names)), len(law.memory)
+
+    def struck(h, count, workspace):  # type: ignore[no-untyped-def]
+        w = numba.carray(workspace, (ROWS, WIDTH))
+        for i in range(count):
+            for k in range(kept):
+                w[first + given + k, i] = settle(w[OLD + k, i], w[NEW + k, i], h, w[first + given + k, i])
 
     def compiled(h, count, workspace):  # type: ignore[no-untyped-def]
         w = numba.carray(workspace, (ROWS, WIDTH))
@@ -252,7 +273,7 @@ def settled(region: RegionKind, law: LawKind) -> int:
             after = potential(x1, *at_law(w, i))
             w[POTENTIAL, i], w[LOST, i] = after, w[LOST, i] + before - after
 
-    _touches[key] = address(SIGNATURE, compiled)
+    _touches[key] = address(SIGNATURE, compiled if law.impact is None else struck)
     return _touches[key]
 
 

@@ -19,6 +19,7 @@ from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint
 from gapbeam.solver.scene_file.pair_tables import (
     HalfPlaneRegion,
+    ImpulseLaw,
     LinearLaw,
     PairTable,
     at_nearest,
@@ -121,21 +122,26 @@ def point_contact(site: Site, number: int, pair: PairTable) -> Contact | None:
         return None
     assert pair.law is not None
     between = known[0] if len(known) == 1 else (known[0], known[1])
-    return Contact(
-        between, region, pair.law.made(), friction=pair.friction, sliding=pair.sliding, offset=pair.offset,
-        name=pair.name,
-    )  # fmt: skip
+    try:
+        return Contact(
+            between, region, pair.law.made(), friction=pair.friction, sliding=pair.sliding, offset=pair.offset,
+            name=pair.name,
+        )  # fmt: skip
+    except UserError as error:
+        site.faults.append(fault_of((*key, "law"), error))
+        return None
 
 
 def face_pair(site: Site, number: int, pair: PairTable) -> list[Contact]:
     """Return the contacts of a pair of faces, whose points their structures get."""
     ends = [(site.bodies[owner], face) for owner, _, face in (place.partition(".") for place in pair.between)]
-    assert isinstance(pair.law, LinearLaw)
+    assert isinstance(pair.law, LinearLaw | ImpulseLaw)
     assert isinstance(pair.region, HalfPlaneRegion | None)
+    hard, lossy = (pair.law.stiffness, pair.law.damping) if isinstance(pair.law, LinearLaw) else (pair.law.made(), 0.0)
     clearance = None if pair.region is None else pair.region.clearance
     try:
         found = face_contacts(
-            ends[0], ends[1], pair.law.stiffness, damping=pair.law.damping, clearance=clearance,
+            ends[0], ends[1], hard, damping=lossy, clearance=clearance,
             friction=pair.friction or 0.0, sliding=pair.sliding or 0.0, name=pair.name,
         )  # fmt: skip
     except UserError as error:

@@ -19,6 +19,7 @@ from gapbeam.solver.scene.convex_region import ConvexRegion, Disc, HalfPlane, Po
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.structure_files import PlacedPoint
+from gapbeam.solver.scene.unilateral_law import Unilateral
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, nearest_places
 from gapbeam.solver.scene_file.structure_tables import MeshFile
 from gapbeam.solver.schema.table import OF_TYPE, Name, NonNegative, Number, PointName, Positive, Switch, Table
@@ -121,7 +122,20 @@ class CubicLaw(Table):
         return shipped_laws.Cubic(stiffness=self.stiffness, scale=self.scale)
 
 
-LawOfPair = Annotated[LinearLaw | PowerLaw | CubicLaw, OF_TYPE]
+class ImpulseLaw(Table):
+    """Exact contact: impulses that let nothing approach further, with a restitution."""
+
+    type: Literal["unilateral"] = Field(description="name of the law")
+    restitution: NonNegative = Field(
+        le=1.0, description="of the points in contact, no unit; 1 keeps energy", examples=[0.5]
+    )
+
+    def made(self) -> ForceLaw:
+        """Return the law."""
+        return Unilateral(restitution=self.restitution)
+
+
+LawOfPair = Annotated[LinearLaw | PowerLaw | CubicLaw | ImpulseLaw, OF_TYPE]
 
 
 class PairContact(Table):
@@ -330,8 +344,8 @@ def faces_faults(key: Key, pair: PairTable, bodies: Mapping[str, Any]) -> Iterat
     if pair.offset != 0.0:
         yield Fault((*key, "offset"), f"{pair.offset} of faces", "no offset: their places are of the meshes",
                     'region = { type = "half-plane", clearance = 1e-4 }')  # fmt: skip
-    if not isinstance(pair.law, LinearLaw | None):
-        yield Fault((*key, "law"), f"{pair.law.type} between faces", "kelvin-voigt, per area")
+    if not isinstance(pair.law, LinearLaw | ImpulseLaw | None):
+        yield Fault((*key, "law"), f"{pair.law.type} between faces", "kelvin-voigt, per area, or unilateral")
 
 
 def meeting_faults(

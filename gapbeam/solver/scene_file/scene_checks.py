@@ -303,7 +303,7 @@ def _pairs(
             ("contact", "formulation"),
             f'"{default.formulation}" between structures'
             + (", whose points and matrices have no stress" if default.formulation == "nitsche" else ""),
-            '"penalty"', "a law so stiff that results stay the same is exact contact: steps need not be smaller",
+            '"penalty"', 'exact contact is a law: law = { type = "unilateral", restitution = 1.0 }',
         )  # fmt: skip
     for number, pair in tables.get("pair", {}).items():
         key: Key = ("pair", number)

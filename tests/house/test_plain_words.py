@@ -138,7 +138,8 @@ def test_unclear_entries_are_found() -> None:
     program = (
         'def gap(it, mass):\n    """Return a gap.\n\n    That is its size.\n\n    Args:\n        it: Beam,\n'
         "            that is its size.\n        mass (kg, moved): That of the beam.\n        load: Of it, N.\n\n"
-        "    Returns:\n        What is open, m:\n        that is its size.\n\n    Raises:\n        ValueError: It is closed.\n\n"
+        "    Returns:\n        What is open, m:\n        that is its size.\n\n"
+        "    Raises:\n        ValueError: It is closed.\n\n"
         '    Those are its parts.\n    """\n'
     )
     assert [found.split(":")[0] for found in unclear_entries(program)] == ["9", "10", "13", "17"]

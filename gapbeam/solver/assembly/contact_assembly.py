@@ -93,7 +93,7 @@ def contact_operator(
         faces: Local facets by the name of the face that they touch.
         supported: Faces of the supports, with their sides and gaps.
         width: Factor of the weights in 2D, 1 in 3D, m.
-        rule: Where the contact points of a facet lie.
+        rule: Rule for the contact points of a facet.
         follows: Whether T is needed: the interface then holds all components of the nodes on the faces.
 
     Collective.
@@ -306,7 +306,7 @@ def ring_rows(
         space: Blocked vector Lagrange space of a solid.
         faces: Local facets by the name of the face that they touch: all those around the beam.
         supported: Faces of the supports.
-        rule: Where the points of a facet lie.
+        rule: Rule for the points of a facet.
         count: Stations along each support; fewer where the mesh has fewer places.
         follows: Whether motion along the faces is needed.
 

@@ -109,7 +109,7 @@ def face_points(space: Any, facets: Indices, rule: PointRule, width: float, face
     Args:
         space: The space; its nodes (blocks) are meant, not its components.
         facets: Local numbers of exterior facets.
-        rule: Where the points of a facet lie.
+        rule: Rule for the points of a facet.
         width: Factor of the weights.
         face: The face that the facets meet; None: a plane.
 

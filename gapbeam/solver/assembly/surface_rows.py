@@ -35,7 +35,7 @@ class SurfaceRows:
         on_faces: Number of those spread over base and gland; they come first.
         displacement: (k d, interface.size), component by component of each point.
         gradient: (k d d, interface.size), du_i / dx_j, j running first.
-        cell_middles: Where along the beam the cell is in which the gradient is taken, (k,), m.
+        cell_middles: x of the middle of the cell in which the gradient is taken, (k,), m.
     """
 
     interface: Interface

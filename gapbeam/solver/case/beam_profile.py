@@ -255,8 +255,8 @@ class BeamPiece:
     """A prismatic part of the beam.
 
     Attributes:
-        start: Where it begins along the beam, m.
-        end: Where it ends, m.
+        start: Start along the beam, m.
+        end: End along the beam, m.
         beam: A beam that is all along as this piece is, of the length of the whole beam.
         material: Material of the piece.
     """
@@ -389,8 +389,8 @@ class BeamProfile:
         For several pieces they follow from mean mass and mean flexibility, and are a scale.
 
         Args:
-            start: Where a part of the beam begins, m.
-            end: Where it ends, m.
+            start: Start of a part of the beam, m.
+            end: End of this part, m.
         """
         pieces = self.between(start, end)
         if len(pieces) == 1:

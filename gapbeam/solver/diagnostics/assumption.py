@@ -92,7 +92,7 @@ class PoseWatch:
         moved: Function that returns the displacement of the supports of the points on faces at a time, with marched
             DOFs (n,), (on_faces, d) or 0, m: travel and motion across are those in them.
         closest: Row by row of ROTATION, STRAIN, STRESS, TRAVEL, ASIDE: value, time and place, (5, 5).
-        due: When the next look is due, s.
+        due: Time of the next look, s.
         highest: Largest strain energy looked at, J.
         at_start: Rotation at the first look, rad.
         looks: Number of looks.
@@ -250,8 +250,8 @@ class Finding:
     Attributes:
         assumption: The assumption.
         closest: The largest value of its quantity.
-        time: When, s; None: it is not of one instant.
-        place: Where, (3,), m; None: it is not of one point.
+        time: Time, s; None: the value is not of one instant.
+        place: Place, (3,), m; None: the value is not of one point.
         estimate: Relative error of figures by it; None: not known.
         detail: Details of the value, in words.
         of: The figure that the estimate belongs to.

@@ -54,7 +54,7 @@ def stable_step(system: SemiDiscreteSystem, law: ContactLaw, depth: float) -> St
     Args:
         system: The system.
         law: Its contact law.
-        depth: Where the slope of laws with an exponent is taken, m.
+        depth: Depth at which the slope of laws with an exponent is taken, m.
 
     Collective.
     """

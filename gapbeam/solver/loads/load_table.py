@@ -31,7 +31,7 @@ class LoadTable(Table, ABC):
         alone: Whether a case has at most one load of its type.
         noise: Whether it is random for ever, so that a run is known by its statistics.
         of_model: Keys that a model depends on, beside those that change the place.
-        default_sense: Where it points along the bending axis without a direction: 1.0 up, -1.0 down.
+        default_sense: Sense along the bending axis without a direction: 1.0 up, -1.0 down.
     """
 
     static: ClassVar[bool] = False

@@ -118,7 +118,7 @@ class LoadPart:
 
     Attributes:
         name: Name in results.
-        place: Where it acts.
+        place: Place that it acts on.
         time_function: Returns s(t).
     """
 

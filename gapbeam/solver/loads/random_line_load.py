@@ -65,7 +65,7 @@ def line_patterns(
 
     Args:
         coherence: Coherence over distance.
-        span: Where the load begins and ends, x on the beam axis, m.
+        span: Start and end of the load, x on the beam axis, m.
         stations: n.
         profile: v(x); None: 1.
     """

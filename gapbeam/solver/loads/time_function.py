@@ -110,7 +110,7 @@ def piecewise_mean(value: Callable[[Array], Array], knots: Array, starts: Array,
 
     Args:
         value: s at each of an array of times.
-        knots: Where s goes from one smooth piece to the next, s; those outside of the intervals do not count.
+        knots: Times at which s goes from one smooth piece to the next, s; those outside of the intervals do not count.
         starts: (times,), s.
         ends: (times,), s, none before its start.
     """

@@ -135,7 +135,7 @@ class Simulation:
         The energy gates of the case are not judged: that is what a run does with the steps.
 
         Args:
-            start: Where to start; None: as the case asks for, from a seat found now.
+            start: State to start from; None: as the case asks for, from a seat found now.
             steps: Number of whole steps; None: up to the end of the case.
 
         Raises:
@@ -337,7 +337,7 @@ def step_blocks_of(
         accounts: As in `marched`, like the next two.
         recorder: Makes the records.
         wanted: Request for the blocks.
-        start: Where a march was left that the steps continue.
+        start: State in which a march was left that the steps continue.
         agreed: Makes all ranks agree on the number of steps of a block.
 
     Collective.

@@ -70,7 +70,7 @@ class RigidPart:
     """All motions of a rigid body.
 
     Attributes:
-        middle: Where along the beam the section lies whose motions are the DOFs, m.
+        middle: Place along the beam of the section whose motions are the DOFs, m.
         dimension: Dimension of displacements, 2 or 3.
         mass: M, (size, size).
         centroid: Returns (y, z) of the centroid of the cross-section at x, m.

@@ -32,7 +32,7 @@ class ElasticRod:
     """A rod of quadratic elements; DOFs at their ends and middles, one after the other.
 
     Attributes:
-        ends: Where elements meet, (elements + 1,), m.
+        ends: Ends of the elements, (elements + 1,), m.
         stiffness: E A, N, or G J, N m^2, of each element, (elements,).
         inertia: rho A, kg/m, or rho I_p, kg m, of each element, (elements,).
     """
@@ -47,7 +47,7 @@ class ElasticRod:
 
         Args:
             case: The case.
-            ends: Where elements meet, (elements + 1,), m; segments end there, too.
+            ends: Ends of the elements, (elements + 1,), m; segments end there, too.
             twists: Whether it twists; else it is pulled.
         """
         pieces = [case.profile.at(float(x)) for x in 0.5 * (ends[1:] + ends[:-1])]

@@ -208,7 +208,7 @@ class SteppedBeam:
 
     Attributes:
         parts: The prismatic beams; the last node of each is the first one of the next.
-        starts: Where they begin, m.
+        starts: Places at which they begin, m.
         neutral: Height of the centroid above the axis, where bending gives no axial strain, m.
     """
 

@@ -302,7 +302,7 @@ def end_of_march(plan: March, seat: State, seen: Callable[[float, int], None]) -
 
     Args:
         plan: The march.
-        seat: Where it starts.
+        seat: State that it starts from.
         seen: Called with the time, s, and the steps since the last call; what it raises ends the march.
 
     Raises:

@@ -77,8 +77,8 @@ class Signals:
         alone: Whether no other rank waits in the middle of a step.
 
     Attributes:
-        started: When the run started, by `time.perf_counter`, s.
-        deadline: When to stop; None: never.
+        started: Time at which the run started, by `time.perf_counter`, s.
+        deadline: Time at which to stop; None: never.
         heard: The request that came.
         marching: Whether there is something to keep.
     """

@@ -16,7 +16,7 @@ class Outcome:
     """Result of a run.
 
     Attributes:
-        folder: Where its results are.
+        folder: Folder of the results.
         exit_status: 0, or the status of what went wrong.
         message: One line for the user.
         summary: The contents of summary.json.

@@ -125,11 +125,11 @@ def run_case(
 
     Args:
         case: The case to run.
-        folder: Where results go.
+        folder: Folder for the results.
         comm: The ranks that share the work.
         overwrite: Replace the results of an earlier run.
         resume: Continue from its last checkpoint; from the start where it has none yet.
-        rule: When the run may end before `time.end`; None: it does not.
+        rule: Rule by which the run may end before `time.end`; None: it does not.
 
     Returns:
         The outcome; its exit status is not zero when the run created energy, did not converge or was

@@ -63,13 +63,13 @@ class RunConsumers:
         model: The model.
         folder: Results folder. Where a march goes on, nothing in it changes before `follow`.
         comm: Its ranks.
-        start: Where the march starts, or where it was left.
-        rule: When it may end early; None: at its end only.
+        start: State from which the march starts, or in which it was left.
+        rule: Rule by which it may end early; None: at its end only.
 
     Attributes:
         recorder: Makes records.
         accounts: Ledger, gates, episodes, peaks and counts.
-        fields: Where fields go.
+        fields: Writer of the fields.
         rule: As given.
         plastic_set: Plastic set of contact points, (m,), m; None: nothing yields.
         met: Whether the interval that the rule asks for is narrow enough.

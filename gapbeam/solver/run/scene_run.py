@@ -77,7 +77,7 @@ class SceneRun:
         penalty: Contacts, by name with stars, whose stiffness stands for rigid contact: their errors include what a
             rigid contact would change, by the same scene with twice the stiffness.
         figures: Figures of one's own, of what is recorded at points ("probe") and contacts ("face").
-        sources: Where values given by hand are from, for the report, by a description of the value.
+        sources: Sources of values given by hand, for the report, by a description of the value.
         random_loads: Spectra of random loads as generated and as asked for. Where there are such, the run has
             statistics with intervals.
         wear: Archard's coefficient, 1/Pa, and the worn area of each contact, m^2: {"coefficient": 1e-14, "area": 1e-5}.
@@ -163,7 +163,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
 
     Args:
         asked: The request.
-        folder: Where results go.
+        folder: Folder for the results.
         overwrite: Replace the results of an earlier run.
         resume: Continue from its last checkpoint, to the same bits; from the start where it has none yet.
 
@@ -331,7 +331,7 @@ class SceneMarch:
         """March to the end into a results folder.
 
         Args:
-            folder: Where results go.
+            folder: Folder for the results.
             checkpoint: Checkpoint, saved from time to time and where the march is interrupted.
             kept: Records of an earlier run that stay; None: it begins.
 

@@ -212,7 +212,7 @@ def refuse_buckling(K: Any, tension: float, where: str, argument: str = "tension
         K: Stiffness with it of what supports leave, sparse; None: not all is held.
         tension: The compression, below 0, N.
         where: Name of the structure in messages.
-        argument: Where the compression is given.
+        argument: Argument that gives the compression.
 
     Raises:
         ArgumentError: The compression buckles the structure.

@@ -28,7 +28,7 @@ class Contact:
 
     Attributes:
         between: A point, or (point, point): the motion of the first relative to the second.
-        region: Where the place may be.
+        region: Region in which the place may be.
         law: Law of forces beyond.
         friction: Coefficient, for contacts of two motions, or of three: in space, against the slip.
         sliding: Speed at which friction reaches 0.71 of its limit, m/s; 0: Coulomb's own law, which sticks without

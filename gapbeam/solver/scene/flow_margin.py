@@ -138,8 +138,9 @@ def critical_velocity(scene: Scene, path: str, low: float, high: float, closed: 
     Args:
         scene: See `eigenvalues`.
         path: As in `scene.with_`, such as "flow.velocity", or "flow*.velocity" for all flows of these names.
-        low: Where the scene is stable.
-        high: Where the scene is unstable; or both the other way around. Of several changes between them, one is found.
+        low: Value at which the scene is stable.
+        high: Value at which it is unstable; or both the other way around. Of several changes between them, one is
+            found.
         closed: See `eigenvalues`.
 
     Raises:
@@ -254,7 +255,7 @@ def connors(
         diameter: D, m.
         density: rho, kg/m^3.
         velocity: Reference velocity, m/s.
-        span: Where the profiles are.
+        span: Span of the flow, with its profiles.
         shape: phi at the points of the span, (points,); default 1.
 
     Raises:

@@ -26,7 +26,7 @@ class RoutePart:
     Attributes:
         begin: Length along the axis where it begins, m.
         length: m.
-        start: Where it begins, m.
+        start: Length at which it begins, m.
         along: Direction there.
         inward: Direction toward the center of a bend; None: straight.
         radius: Radius of a bend, m.
@@ -143,7 +143,7 @@ class FrameRoute:
         """Return lengths along the axis of nodes: at the ends of all parts, at all places, and between them.
 
         Args:
-            places: Where nodes are needed, m.
+            places: Places that need nodes, m.
             element: Longest element, m.
             angle: Largest angle of a bend that an element spans, rad.
         """

@@ -66,7 +66,7 @@ def periodic(
         scene: Its loads repeat after the period.
         period: s.
         steps: Steps in a period.
-        start: Where to begin; default at rest. March some periods first where that is far away.
+        start: State to start from; default at rest. March some periods first where that is far away.
         passes: Largest number of passes of Newton's method.
         scheme: Scheme of the time integration; without accelerations as states.
 
@@ -192,7 +192,7 @@ def limit_cycle(
     Args:
         scene: Scene with feedback that makes it unstable, and contacts that limit the motion.
         steps: Steps in a period.
-        start: Where to begin.
+        start: State to start from.
         period: Estimate of the period, s; default: from a march.
         cycles: Cycles that the march may take to settle.
         passes: Largest number of passes of Newton's method.

@@ -319,7 +319,7 @@ class StepRecords(NamedTuple):
         seen: Displacements of the watched motions, (steps or 0, watched, lanes), m.
         felt: Contact forces, the mean over the step, (steps or 0, motions, lanes), N.
         speeds: Velocities of the watched motions, likewise, m/s.
-        places: Where contacts are relative to their regions, (steps or 0, motions, lanes), m.
+        places: Places of contacts relative to their regions, (steps or 0, motions, lanes), m.
         energies: The ledger, then kinetic and strain energy, (steps or 0, 8, lanes), J.
         works: Work of the feedback since the start, (steps or 0, outputs, lanes), J.
     """

@@ -58,7 +58,7 @@ def from_mesh(
         plane: Cells in the plane: "stress" or "strain".
         thickness: Thickness of cells in the plane, m.
         frame: As in `read_structure`.
-        place: Where the structure is in space.
+        place: Place of the structure in space.
         name: Name of the structure.
 
     Raises:

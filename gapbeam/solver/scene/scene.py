@@ -67,7 +67,7 @@ class Scene:
 
     Args:
         structures: The linear bodies.
-        contacts: Where they may touch the frame or each other.
+        contacts: Contacts of the bodies with the frame or each other.
         loads: Loads on them.
         feedbacks: Linear forces that follow the motion.
         joints: Springs and dampers between points.

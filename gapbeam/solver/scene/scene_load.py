@@ -156,7 +156,7 @@ class Force(Load):
     """A force at a point, N.
 
     Args:
-        point: Where it acts.
+        point: Point that it acts on.
         value: See `Load`.
         direction: Direction in the motions of the point; default its first motion.
         name: See `Load`.

@@ -80,7 +80,8 @@ class Structure:
         M: Mass matrix, symmetric and positive definite, (DOFs, DOFs); numpy or scipy.sparse.
         K: Stiffness matrix, symmetric.
         C: Damping matrix of any kind; default none.
-        points: Where something may touch, act or be read, by name: one or two DOF numbers (integers), or one or two
+        points: Points at which something may touch, act or be read, by name: one or two DOF numbers (integers), or one
+            or two
             rows (floats), (motions, DOFs).
         rigid: Motions without strain as columns, (DOFs, count), where they are known in closed form: momentum is then
             kept to round-off.

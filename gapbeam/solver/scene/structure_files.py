@@ -63,7 +63,7 @@ def read_structure(
             its nodes) or "nearest" (to coordinates in m).
         clamped: Nodes (whole), sets or "node.direction" that do not move: their rows and columns are left out.
         frame: Direction in which the frame moves, (3,): what weight and base motions act along; needs `dofs`.
-        place: Where the structure is in space: directions and coordinates are then those of space, and weight and base
+        place: Place of the structure in space: directions and coordinates are then those of space, and weight and base
             motions take a direction of their own where `frame` is left out.
         name: Name of the structure.
 

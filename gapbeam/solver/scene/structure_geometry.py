@@ -62,7 +62,7 @@ class Pose:
     """Place of a structure in space.
 
     Attributes:
-        origin: Where the origin of the structure is, m.
+        origin: Origin of the structure, m.
         axis: Direction in space of the structure's own x axis: the axis of a beam; of any length.
         across: Direction of its own z axis: the motion of a beam; of any length, at right angles to the axis. Default:
             z of space, made to be at right angles.

@@ -198,7 +198,7 @@ def pair_faults(
         pair: The table, over [contact].
         points: Its points.
         region: Its region.
-        places: Where its points are, as far as it is known.
+        places: Places of its points, as far as they are known.
     """
     assert pair.region is not None
     counts = [len(point.rows) for point in points]

@@ -102,7 +102,7 @@ def newton_stage(
         law: The contact law; its damping plays no part.
         springs: r of the first iteration, Pa/m.
         force: The static loads f, (n,), N.
-        u: Where to start, (n,), m.
+        u: Displacement to start from, (n,), m.
         forces: About the contact forces there, (m,), N.
 
     Collective.

@@ -41,7 +41,7 @@ class Face:
         side: s, +1 below the beam and -1 above it: the motion along the bending axis that opens the gap.
         gap: Distance from this plane to the outermost point of the undeformed beam, of any sign, m.
         tilt: Rise of the face along the beam, no unit.
-        middle: Where along the beam its height is that of an even face, m.
+        middle: Place along the beam at which its height is that of an even face, m.
     """
 
     name: str

@@ -222,9 +222,9 @@ class Play:
     """The play of one support.
 
     Attributes:
-        height: Where its middle is along the bending direction, from the axis of the undeformed beam, m; in the middle
+        height: Middle along the bending direction, from the axis of the undeformed beam, m; in the middle
             of the support, where this is tilted.
-        lateral: Where it is toward +y, m; None: the support does not bound the beam sideways.
+        lateral: Offset toward +y, m; None: the support does not bound the beam sideways.
         half: Distance that the beam can move from there before it touches, in the nearest direction, m; negative for an
             interference fit.
         support: The support.

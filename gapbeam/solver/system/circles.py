@@ -32,7 +32,7 @@ class Circles:
         surface: Rows that give the motion of the surface: along x on the axis, its change along y and z, and the
             rotation about x, (4k, interface.size); None: not needed.
         radii: Outer radius of each section, (k,), m.
-        middles: Where the middle of each hole is, y and z from the axis of the undeformed beam, (k, 2), m.
+        middles: Middle of each hole, y and z from the axis of the undeformed beam, (k, 2), m.
         clearances: c, (k,), m.
         shifts: Shifts of middle and clearance of each hole by a unit of each motion of walls, (walls, k, 3).
     """

@@ -319,7 +319,7 @@ class State:
         plastic_set: Plastic set of each contact point, (m,), m, for the laws that yield.
         slip: Slip velocity in the balance before, (m, k), m/s, for static friction.
         slides: 1 where a contact point slides, 0 where it sticks, (m,), for static friction.
-        closed_since: When each face closed, (faces,), s, infinite while it is open, for adaptive marches.
+        closed_since: Time at which each face closed, (faces,), s, infinite while it is open, for adaptive marches.
     """
 
     time: float

@@ -240,7 +240,7 @@ class CircleOperator(ContactOperator):
 
         Args:
             forces: N, (m,), N.
-            interface_values: Where the contact forces act.
+            interface_values: Motions of the interface at which the contact forces act.
         """
         circles = self.circles
         places = circles.places(interface_values)

@@ -131,7 +131,7 @@ def resultant_operator(contact: ContactOperator, places: Sequence[Place], size: 
 
     Args:
         contact: G, w and g0 at the quadrature points.
-        places: Where the resultants are.
+        places: Places of the resultants.
         size: Length of a patch along x and, for places [x, y], across, m.
 
     Raises:

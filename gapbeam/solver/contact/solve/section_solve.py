@@ -26,7 +26,7 @@ class SharedMotions(NamedTuple):
 
     Attributes:
         used: Motions that any force acts on, the first u, (b,).
-        place: Where each stands among them, (b,); -1: nowhere.
+        place: Number of each motion among them, (b,); -1: none.
         number: u, (1,).
         effect: S^T E of these, (b, b), N/m.
         known: S^T f0, (b,), N.

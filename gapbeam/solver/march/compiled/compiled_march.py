@@ -294,7 +294,7 @@ class CompiledLoop:
         A step whose contact solve does not converge is taken by the generic march, which softens and halves.
 
         Args:
-            start: Where to start, or where the march was left.
+            start: State to start from, or the march that was left.
             every: Steps between records, counted from the start; the last step is recorded as well.
             accounts: Brought up to date before each block is yielded; None: new ones without gates.
             steps: Number of steps, those before `start` included; None: those of the plan.
@@ -370,7 +370,7 @@ class CompiledLoop:
         """March some steps and return what probes read, the end, and the figures.
 
         Args:
-            start: Where to start.
+            start: State to start from.
             steps: Number of steps, > 0.
             probes: Rows on the DOFs of the dense system, (rows, n); None: none.
             every: Steps between readings.
@@ -396,7 +396,7 @@ class CompiledLoop:
         """March some steps with the derivative of the end by the start; midpoint rules only.
 
         Args:
-            start: Where to start.
+            start: State to start from.
             steps: Number of steps; None: those of the plan.
 
         Returns:

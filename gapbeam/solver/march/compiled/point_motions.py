@@ -42,7 +42,7 @@ class AroundPoints(NamedTuple):
         pairs: The two rows of R by which each point moves, (m, 2).
         directions: c, (m, 2).
         rows: R, (k, n).
-        starts: Where the points of each section begin among the members, (k / 2 + 1,).
+        starts: Index of the first point of each section among the members, (k / 2 + 1,).
         members: The points, section by section, (m,).
         least_gap: The smallest g0 of each section, (k / 2,), m.
         faces: Face of each section, (k / 2,).

@@ -50,7 +50,7 @@ class Contents:
         path: Its file.
         header: Everything but arrays.
         shapes: Shapes of the arrays, by name.
-        start: Where the arrays begin, bytes.
+        start: Position of the arrays in the file, bytes.
     """
 
     path: Path

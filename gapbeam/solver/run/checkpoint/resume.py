@@ -59,7 +59,8 @@ def find_left(folder: Path, case: Case, model: Model, comm: MPI.Comm) -> Left | 
         comm: Its ranks.
 
     Returns:
-        Where to go on; the summary of a run that is done; or None where a run has not come to its first checkpoint, or
+        State to go on from; the summary of a run that is done; or None where a run has not come to its first
+        checkpoint, or
         there is none, and the run starts.
 
     Raises:
@@ -93,7 +94,7 @@ def left_state(model: Model, folder: Path, comm: MPI.Comm) -> State | None:
 
     Args:
         model: The model of the case.
-        folder: Where the results of the case go.
+        folder: Folder of the results of the case.
         comm: Its ranks.
 
     Raises:

@@ -218,7 +218,7 @@ class DofLayout:
         model: The model.
         comm: Its ranks.
         nodes: Coordinates of the nodes of this rank, (n, 3), m.
-        rows: Where they are among all nodes, rank by rank.
+        rows: Numbers of these rows among all nodes, rank by rank.
         basis: Checksum of the matrices of a model of few DOFs; empty where DOFs are at the nodes of a mesh.
         modes: Checksum of the modal coordinates of compiled loops; empty where there are none.
     """
@@ -322,7 +322,7 @@ def restored(contents: Contents | None, header: dict[str, Any], layout: DofLayou
     Args:
         contents: The checkpoint, of the same matrices where they are few; on rank 0.
         header: Its header.
-        layout: Where the DOFs are now.
+        layout: Present layout of the DOFs.
 
     Raises:
         BrokenCheckpoint: The arrays are not those of such a model.

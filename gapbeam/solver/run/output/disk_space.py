@@ -35,7 +35,7 @@ def check_space(folder: Path, history: float, fields: float) -> None:
     """Refuse results that the disk has no room for; report large ones.
 
     Args:
-        folder: Where results shall go; it need not be there yet.
+        folder: Folder for the results; it need not exist yet.
         history: Bytes of the history.
         fields: Bytes of the fields.
 

@@ -299,7 +299,7 @@ def write_mode_fields(folder: Path, model: Model, modes: HeldModes) -> None:
     """Write the shapes of all modes to fields.xdmf and fields.h5; the largest motion is 5 % of the length of the beam.
 
     Args:
-        folder: Where they go.
+        folder: Folder for the files.
         model: The model.
         modes: Its modes in one state of contact.
 

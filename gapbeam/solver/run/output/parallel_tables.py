@@ -167,7 +167,7 @@ class ParallelTable:
     """Rows of a table on this rank.
 
     Attributes:
-        rows: Where it belongs.
+        rows: Places of the rows in the whole table.
         values: Its rows, (n, ...), or several tables of such rows, (layers, n, ...).
         layered: Whether they are several.
     """

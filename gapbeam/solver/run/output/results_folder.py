@@ -48,7 +48,7 @@ def check_place(folder: Path) -> None:
     """Refuse a folder for results by its name, its place and what is there; changes nothing.
 
     Args:
-        folder: Where results shall go, there or not.
+        folder: Folder for the results, existing or not.
 
     Raises:
         UserError: Its name is too long, or has characters that no file should have; it lies where nothing stays; it or
@@ -131,8 +131,8 @@ def refuse_other_things(folder: Path, files: Iterator[Path], folders: Iterator[P
 
     Args:
         folder: The results folder, for the message; it may be a link itself.
-        files: Where plain files belong, if anything.
-        folders: Where folders belong, if anything.
+        files: Paths of the plain files, if any.
+        folders: Paths of the folders, if any.
 
     Raises:
         UserError: Something else is there; all such places are reported.
@@ -309,7 +309,7 @@ def check_folder(folder: Path, overwrite: bool, replaces: bool = False) -> None:
     """Refuse a results folder that a run could not or should not write; changes nothing.
 
     Args:
-        folder: Where results shall go.
+        folder: Folder for the results.
         overwrite: Whether the files of an earlier run may be there.
         replaces: Whether they will be removed, its case among them.
 

@@ -243,7 +243,7 @@ class WallsFace(AroundFace):
     """Flat walls around the beam: every contact point meets the wall that it looks at most, if any.
 
     Attributes:
-        angles: Where the walls are, degrees from straight down, positive toward +y.
+        angles: Directions of the walls, degrees from straight down, positive toward +y.
         recesses: Distance of each wall beyond the clearance, m.
     """
 

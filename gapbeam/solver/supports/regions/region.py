@@ -44,7 +44,7 @@ class Region(Table, ABC):
 
         Args:
             name: Name of the support, with which the names of its faces begin.
-            placed: Where the region is.
+            placed: Placement of the region.
         """
 
     @property

@@ -22,8 +22,8 @@ class ContactSpan(NamedTuple):
     Attributes:
         name: Name of the group of facets.
         below: Whether they belong to the lower surface.
-        start: Where they begin along the beam, m.
-        end: Where they end, m.
+        start: Start along the beam, m.
+        end: End along the beam, m.
         around: Whether they belong to both surfaces of a round section, all around it.
     """
 
@@ -38,8 +38,8 @@ class BeamStep(NamedTuple):
     """A part of a beam with one cross-section.
 
     Attributes:
-        start: Where it begins along the beam, m.
-        end: Where it ends, m.
+        start: Start along the beam, m.
+        end: End along the beam, m.
         thickness: Its size in the bending direction, m.
         width: Its size across the bending plane, m.
         section: Its cross-section, of patches of the section of the whole beam; None: it fills thickness and width.

@@ -66,7 +66,7 @@ def slices(centers: Floats, support: float) -> Partitioner:
 
     Args:
         centers: Centers of the cells, in the order of the graph, (cells, 3), m; looked at on rank 0 only.
-        support: Where the support ends, m along the beam (x).
+        support: End of the support along the beam (x), m.
 
     Returns:
         Function of communicator, number of parts, neighbors of the cells and whether a cell goes to the ranks of its

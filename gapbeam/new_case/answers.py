@@ -95,7 +95,7 @@ class CaseAnswers:
         """Return the text of the case file, with a comment behind every value.
 
         Args:
-            path: Where it will be written.
+            path: Path that will be written.
         """
         return "\n".join([*self._opening(path), *self._beam(), *self._supports(), *self._model(), *self._rest()]) + "\n"
 

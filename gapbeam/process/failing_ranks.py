@@ -31,7 +31,7 @@ def on_one_rank(command: Callable[Arguments, int]) -> Callable[Arguments, int]:
     """Return a command that several ranks of mpirun refuse: each would do all of it, in one folder.
 
     Raises:
-        UserError: When it is called, where there is more than one rank.
+        UserError: The command is called on more than one rank.
     """
 
     @functools.wraps(command)

@@ -21,7 +21,7 @@ class ComparisonResult(PrintedResult):
     """Two runs side by side.
 
     Attributes:
-        folder: Where its files are.
+        folder: Folder of its files.
         comparison: Figures, waveforms, costs and verdict.
         data: comparison.json.
         picture: comparison.png.
@@ -59,7 +59,7 @@ def compare_folders(
     Args:
         a: Results folder of one run.
         b: Results folder of the other.
-        folder: Where the comparison goes.
+        folder: Folder for the comparison.
         tolerance: Largest difference that counts as agreement, as a fraction.
         after: End of the transient, s; None: found in the records.
 

@@ -27,7 +27,7 @@ class StabilityResult(PrintedResult):
     """Result of a stability study.
 
     Attributes:
-        folder: Where its files are.
+        folder: Folder of its files.
         records: One record a trial: the values of the keys, verdict and figures.
         pictures: The maps.
     """
@@ -71,9 +71,9 @@ def run_stability(
     Args:
         case: Path of the case file.
         axes: Axes of the study; "time.scheme" must be among the keys.
-        folder: Where the files go.
+        folder: Folder for the files.
         fixed: Overrides of every point, KEY=VALUE.
-        workers: Where; by default one a core of this machine.
+        workers: Workers that compute; by default one a core of this machine.
         progress: Called with the number of trials that are done, and of all.
 
     Raises:

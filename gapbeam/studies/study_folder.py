@@ -144,7 +144,7 @@ def study_folder(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
     """Hold the folder of a study, which is made; it goes again where nothing was written into it.
 
     Args:
-        folder: Where the study goes.
+        folder: Folder for the study.
         comm: The ranks that share the work; None: this process alone, without MPI.
 
     Raises:

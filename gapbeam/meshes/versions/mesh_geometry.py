@@ -38,7 +38,7 @@ def adjacency(values: npt.NDArray[np.integer], starts: npt.NDArray[np.integer]) 
 
     Args:
         values: All lists, one after the other.
-        starts: Where each list begins, and the end of the last one, (lists + 1,).
+        starts: Index of the begin of each list, and of the end of the last one, (lists + 1,).
     """
     from dolfinx.cpp.graph import AdjacencyList_int32
 

@@ -69,7 +69,7 @@ class SceneWall:
     Attributes:
         met: The face where the run starts.
         support: Name of its support.
-        along: Where it begins and ends along the beam, m.
+        along: Start and end along the beam, m.
         bottom: Bottom of the beam there, in the bending direction, m.
         top: Top of the beam there, m.
         moved: Gap, offset and lateral in every frame, (frames, 3), m; None: it stands still.

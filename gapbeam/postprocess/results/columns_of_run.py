@@ -422,8 +422,8 @@ class RunSupport(NamedTuple):
 
     Attributes:
         name: Name in the case.
-        start: Where it begins along the beam, m.
-        end: Where it ends, m.
+        start: Start along the beam, m.
+        end: End along the beam, m.
         clearance: m.
         faces: Faces that the beam touches.
         thickness: Thickness of the beam there, m; None: the same all along the beam.

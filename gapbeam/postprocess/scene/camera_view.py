@@ -33,7 +33,7 @@ class Part:
     Attributes:
         mesh: Its polygons or lines, moved in place.
         points: Numbers of its points in the mesh of the run, (p,).
-        rest: Where they are undeformed, (p, 3), m.
+        rest: Undeformed places, (p, 3), m.
     """
 
     mesh: pv.PolyData

@@ -90,7 +90,7 @@ def rows_of(spans: Sequence[tuple[float, float]], most: int, apart: float) -> li
     """Return the row of each label, 0 being nearest; None: no row has room for it.
 
     Args:
-        spans: Where labels begin and end.
+        spans: Start and end of each label.
         most: Rows.
         apart: Room between two labels of a row.
     """

@@ -21,7 +21,7 @@ class LoadArrow:
 
     Attributes:
         words: Name and size.
-        point: Where it acts, m, in the frame of the case; None: not at a point.
+        point: Point of application, m, in the frame of the case; None: not at a point.
         direction: Unit vector, (3,), y or z being the bending direction.
         sways: Whether it acts both ways.
         support: The support whose walls it moves; None: no single one.
@@ -137,7 +137,7 @@ class PlaneBody:
     """The beam, by numbers of its mesh points.
 
     Attributes:
-        rest: Where the points are undeformed, (n, 2), m.
+        rest: Undeformed places of the points, (n, 2), m.
         cells: Corners of each cell, counter-clockwise, (cells, corners) for each type of cell.
         lines: Ends of the lines of the mesh, each once, (l, 2).
         loops: The outline as closed polygons, (points,) each, with the beam on their left.

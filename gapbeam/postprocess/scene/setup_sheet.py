@@ -41,7 +41,7 @@ def draw_section(panel: Axes, section: SectionMask, faces: tuple[FaceBox, ...], 
     """Draw the section of the beam between the faces of a support; y to the right, the bending direction up.
 
     Args:
-        panel: Where.
+        panel: Panel to draw in.
         section: Section of the beam.
         faces: Faces of the support.
         scale: Enlarges the gaps.

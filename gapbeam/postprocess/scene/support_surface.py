@@ -49,7 +49,7 @@ def ring_of(
 
     Args:
         met: The face.
-        along: Where it begins and ends along the beam, m.
+        along: Start and end along the beam, m.
         middle: y and z of its middle, m.
         thickness: Thickness of the beam, m.
         scale: Enlarges its gaps.
@@ -91,7 +91,7 @@ class FaceBox:
 
     Attributes:
         met: The face.
-        along: Where it begins and ends along the beam, m.
+        along: Start and end along the beam, m.
         bottom: Bottom of the beam there, in the bending direction, m.
         top: Top of the beam there, m.
     """
@@ -270,7 +270,7 @@ class Mark:
         name: Name in the case.
         x: Place on the beam axis, or where a fluid begins, m.
         symbol: Marker of matplotlib; empty for a fluid.
-        end: Where a fluid ends, m; None for the others.
+        end: End of a fluid along the axis, m; None for the others.
         away: Distance of a mass beside and above the axis, m.
         ahead: Distance of a mass along the axis from the section that carries it, m.
     """

@@ -75,7 +75,7 @@ class AtlasResult(PrintedResult):
     """All responses of a case.
 
     Attributes:
-        folder: Where its files are.
+        folder: Folder of its files.
         atlas: The responses.
         records: One a point, as in atlas.json.
         paths: Files.
@@ -153,7 +153,7 @@ def run_atlas(
     Args:
         scene_at: Returns the scene with these overrides, KEY=VALUE.
         axes: Axes of the atlas, at most two keys, with numbers as values.
-        folder: Where the files go.
+        folder: Folder for the files.
         starts: Number of starts at each point.
         settle: See `atlas`.
         rounds: See `atlas`.

@@ -48,7 +48,7 @@ class PoolPlan(NamedTuple):
     """Plan of a pool of workers.
 
     Attributes:
-        workers: Where.
+        workers: Kind of the workers.
         size: Number of workers that are started.
         memory: Memory that a worker may take, bytes; None: not known.
         folder: Folder of the study.
@@ -239,7 +239,7 @@ class DaskPool:
         count: Workers that were there when they were counted last.
 
     Args:
-        plan: Where, how many, how large.
+        plan: Machines, number and size of the workers.
 
     Raises:
         UserError: The workers cannot be had.

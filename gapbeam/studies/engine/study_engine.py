@@ -34,7 +34,7 @@ class Engine:
     it is interrupted, terminated or killed.
 
     Args:
-        workers: Where.
+        workers: Workers that compute the points.
         points: Points of the largest batch, at most; no more workers than that are started.
         memory: Predicted memory of one worker, bytes; None: not known. A worker that takes `MARGIN` times as
             much is ended and counts as lost; this machine starts only as many workers as it has free memory for.

@@ -242,7 +242,7 @@ class Evaluations:
     Args:
         problem: The identification.
         folder: A folder that `prepare` has made.
-        engine: Where they are computed.
+        engine: Engine that computes them.
         reported: Called after every piece that was computed.
     """
 

@@ -33,7 +33,7 @@ class Spread:
         deviation: s.
         quantile: Half-width of an interval over its standard deviation.
         freedom: Degrees of freedom of s; 0: s was given or assumed.
-        sentence: Where s comes from, in words.
+        sentence: Origin of s, in words.
         missed: Misfit in given standard errors, as s would be found from it; 0 where none are given.
         allowed: Largest misfit that does not contradict the model; the resolution of a figure by a run counts as an
             error, too.

@@ -209,7 +209,7 @@ def search(
 
     Args:
         residuals: Evaluates, and raises `BudgetSpentError` at the end of the budget.
-        start: Where to start, (n,).
+        start: Place to start from, (n,).
         settings: Method, seed, starts, step of differences.
         budget: Places that may be evaluated.
         slopes: Derivatives, which least squares takes where they are numbers.
@@ -294,7 +294,7 @@ def completed(
     Args:
         known: (m, n), with not numbers where none is known; None: all.
         values: Function from places (k, n) to values (k, m).
-        z: Where, (n,).
+        z: Place, (n,).
         places: As of `difference_places`.
     """
     left = [n for n in range(len(z)) if known is None or not np.all(np.isfinite(known[:, n]))]

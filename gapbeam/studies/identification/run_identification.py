@@ -294,7 +294,7 @@ class IdentificationResult(PrintedResult):
 
     Attributes:
         problem: The identification.
-        folder: Where its files are.
+        folder: Folder of its files.
         found: The best values and how well they are known; None where no set of values passed in all experiments.
         failures: Records of experiments that failed, where nothing was found.
         paths: The files and pictures.
@@ -379,9 +379,9 @@ def run_identification(
 
     Args:
         problem: The identification, as `identification_file.read_identification` reads it.
-        folder: Where it goes.
+        folder: Folder for the files.
         leave_one_out: Predict each fitted measurement from the others too.
-        workers: Where; by default one a core of this machine.
+        workers: Workers that compute; by default one a core of this machine.
         overwrite: Begin anew.
         progress: Called with what is done, how many sets of values were tried, and how many may be; None: unknown.
 

@@ -75,7 +75,7 @@ def run_library(
     Args:
         study: As read.
         one: The scene of its case.
-        folder: Where files go.
+        folder: Folder for the files.
         progress: Called with the number of members that are done.
 
     Raises:

@@ -46,7 +46,7 @@ class LifeResult(PrintedResult):
     """Life of the supports of a case, or of the pairs of a file of structures.
 
     Attributes:
-        folder: Where its files are.
+        folder: Folder of its files.
         rates: Runner of marches on worn gaps.
         limits: Depth at which the life of each face ends, (faces,), m.
         faces: Names of the faces.
@@ -142,7 +142,7 @@ def run_life(
 
     Args:
         case: Path of a case or a file of structures.
-        folder: Where the files go.
+        folder: Folder for the files.
         fixed: Overrides, KEY=VALUE.
         tolerance: Share of the depth of a block that its error may be.
         longest: Time after which the march ends, s.

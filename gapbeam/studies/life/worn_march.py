@@ -120,7 +120,7 @@ class Worn:
         states: States at the start and at the end of each block.
         reason: Why it ended.
         first: The face that reached the limit first, or was deepest; None where nothing slides.
-        life: When it did, s; None: it did not.
+        life: Time at which it did, s; None: it did not.
         chance: Half of the 95 % interval of the logarithm of the life, from those of the rates.
         block_error: Error of the life by the length of the blocks, s.
         runs: Rates that were asked for.

@@ -47,7 +47,7 @@ class ModesResult(PrintedResult):
     """Modes of a case, compared with theory.
 
     Attributes:
-        folder: Where the files are.
+        folder: Folder of the files.
         comparison: The modes of the seated, free and closed body, those of the theory, and the end springs.
         remarks: Warnings.
         paths: modes.json, the picture and the shapes.
@@ -100,7 +100,7 @@ def find_modes(
 
     Args:
         case: The case.
-        folder: Where the files go.
+        folder: Folder for the files.
         comm: The ranks that share the work.
         count: Bending modes, at least 2.
         measured: Measured frequencies by mode, Hz; None: none.

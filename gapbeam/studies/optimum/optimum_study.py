@@ -156,7 +156,7 @@ def run_optimum(study: OptimumStudy, one: PeriodicScene, folder: Path) -> Optimu
     Args:
         study: As read.
         one: The scene of its case.
-        folder: Where files go.
+        folder: Folder for the files.
 
     Raises:
         UserError: A path or figure cannot be, no load varies, or the response has no derivatives.

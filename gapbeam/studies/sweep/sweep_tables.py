@@ -253,7 +253,7 @@ class SweepResult(PrintedResult):
     """Result of a sweep.
 
     Attributes:
-        folder: Where its files are.
+        folder: Folder of its files.
         records: One record a response, as in sweep.json.
         points: The different responses at each point.
         paths: The tables and the picture.
@@ -306,9 +306,9 @@ def run_sweep(
 
     Args:
         wanted: The sweep.
-        folder: Where it goes.
+        folder: Folder for the sweep.
         overwrite: Begin anew.
-        workers: Where; by default one a core of this machine.
+        workers: Workers that compute; by default one a core of this machine.
         progress: Called with the number of responses that are done, and of all.
 
     Returns:

@@ -293,7 +293,7 @@ class TradeoffResult(PrintedResult):
     """A trade-off and its files.
 
     Attributes:
-        folder: Where they are.
+        folder: Folder of the files.
         study: Levels of fidelity with their costs and errors.
         paths: The files.
     """
@@ -339,7 +339,7 @@ def run_tradeoff(
 
     Args:
         case: Path of the case file.
-        folder: Where the trade-off goes.
+        folder: Folder for the trade-off.
         fixed: Keys that are replaced on all levels.
         tolerance: Largest error that will do, as a fraction.
         minutes: Wall time that the study may take.

@@ -290,7 +290,7 @@ def run_grid(
         case: Path of the case file.
         fixed: Overrides of every point, KEY=VALUE.
         axes: Axes of the study.
-        workers: Where; by default one a core of this machine.
+        workers: Workers that compute; by default one a core of this machine.
         progress: Called with the number of points done and all.
         journal: File of the trials that are done, with which a killed grid goes on; it goes when all are. None: none.
 

@@ -74,7 +74,7 @@ def moved_clear(model: Model, u: Array, time: float, allowed: Array) -> tuple[Ar
     Args:
         model: The model.
         u: Its marched DOFs, deeper in a face than allowed.
-        time: When, s.
+        time: Time of this motion, s.
         allowed: Depths that stay, (m,), m.
 
     Collective.

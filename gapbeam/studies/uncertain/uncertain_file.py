@@ -445,7 +445,7 @@ def run_uncertain(
     Args:
         study: As read.
         one: The scene of its case.
-        folder: Where files go.
+        folder: Folder for the files.
         progress: Called with the number of members that are done.
 
     Raises:

@@ -80,7 +80,7 @@ class Uncertain(PrintedResult):
         inputs: Names in the order of `indices`.
         indices: Sobol indices by figure.
         convergence: Probabilities from parts of the members.
-        folder: Where tables are; None: nowhere.
+        folder: Folder of the tables; None: there is none.
     """
 
     values: dict[str, Array]

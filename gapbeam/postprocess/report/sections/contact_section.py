@@ -41,9 +41,9 @@ def wear_section(
 
     Args:
         summary: Summary of a run.
-        maps: Where its faces wear; none of earlier releases.
+        maps: Wear maps of its faces; none of earlier releases.
         command: Command that makes the report.
-        since: When the work begins to count.
+        since: Time from which work counts.
     """
     found = summary.get("wear")
     if not found:

@@ -45,7 +45,7 @@ def energy_section(
         history: `Results.history`.
         summary: `Results.summary`.
         command: Command that makes the figures.
-        since: When works and losses begin to count.
+        since: Time from which works and losses count.
 
     Raises:
         SignalError: A value is not finite.

@@ -55,7 +55,7 @@ def drawn(seed: int, folder: Path) -> tuple[dict[str, Any], Choice]:
 
     Args:
         seed: The same seed gives the same case.
-        folder: Where the records of its loads go.
+        folder: Folder for the records of its loads.
 
     Raises:
         NoCaseError: No case with this choice was found: the rules leave hardly any.

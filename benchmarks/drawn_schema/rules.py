@@ -24,7 +24,7 @@ class Scene:
     """A beam in its support, and how fast it moves.
 
     Attributes:
-        folder: Where the files of the case go.
+        folder: Folder for the files of the case.
         seed: Seed of the case.
         length: m.
         thickness: m.

@@ -225,7 +225,7 @@ def make_seeds(folder: Path) -> Path:
     """Make the files to be mutated, as far as they do not exist.
 
     Args:
-        folder: Where it goes.
+        folder: Folder for its file.
 
     Returns:
         The folder.
@@ -354,7 +354,7 @@ def make_stopped(folder: Path) -> None:
     """Make the runs as far as they are not there.
 
     Args:
-        folder: Where they go.
+        folder: Folder for the runs.
     """
     for run in STOPPED:
         if not (folder / run.name).exists():

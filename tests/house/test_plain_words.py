@@ -43,7 +43,7 @@ OPENERS = re.compile(
 # Entries of docstrings name things, too: "station of each point", not "that of each point" or "of each point".
 ENTRY_OPENERS = re.compile(
     r"(it|they|them|theirs|that|those|this|these|what(ever)?|which|who|whose|how|its own|one of (them|these|those)"
-    r"|of|by|in|at|on|from|to|with|without|over|under|along|across|between|after|before|beside|below|above|within"
+    r"|where|when|of|by|in|at|on|from|to|with|without|over|under|along|across|between|after|before|beside|below|above|within"
     r"|there (is|are) (none|one|any|such|more)(?=[.,;])|likewise(?=[.,;]))\b",
     re.IGNORECASE,
 )

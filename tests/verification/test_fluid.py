@@ -64,7 +64,7 @@ def of_theory(parts: list[tuple[float, float]], most: float = 400.0) -> Array:
 
     Args:
         parts: Length, m, and added mass, kg/m, of each part from the clamped end.
-        most: Where to stop looking, Hz.
+        most: Frequency at which the search stops, Hz.
     """
 
     def missed(frequency: float) -> float:

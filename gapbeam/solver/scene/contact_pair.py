@@ -190,7 +190,7 @@ def refuse_impulses(contacts: Iterable[Contact], what: str, expected: str) -> No
     """Refuse contacts whose laws are impulses.
 
     Raises:
-        UserError: There is one.
+        UserError: A contact has such a law.
     """
     for one in contacts:
         if one.is_impulsive:

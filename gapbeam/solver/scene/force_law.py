@@ -45,9 +45,9 @@ class LawKind:
             to x1; or None.
         memory: Names of these parameters; those of SPEEDS are the velocities of the contact at the start.
         fractions: Names of parameters that may not be above 1.
-        impact: Of a law of impulses, impact(x0, step, h, force, stiffness, speed, *given): force T of a step and dT/dx1
-            from the force of the last pass, a stiffness beside which the bodies are soft, and the approach speed at its
-            start; None: a spring with a damper.
+        impact: Function of a law of impulses, impact(x0, step, h, force, stiffness, speed, *given): force T of a step
+            and dT/dx1 from the force of the last pass, a stiffness beside which the bodies are soft, and the approach
+            speed at its start; None: a spring with a damper.
     """
 
     name: str

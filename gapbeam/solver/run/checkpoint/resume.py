@@ -59,9 +59,8 @@ def find_left(folder: Path, case: Case, model: Model, comm: MPI.Comm) -> Left | 
         comm: Its ranks.
 
     Returns:
-        State to go on from; the summary of a run that is done; or None where a run has not come to its first
-        checkpoint, or
-        there is none, and the run starts.
+        State to resume from; the summary of a run that is done; or None where a run has not come to its first
+        checkpoint, or there is none, and the run starts.
 
     Raises:
         UserError: The case differs from the one that was run, or no checkpoint can be read.

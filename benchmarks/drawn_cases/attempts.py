@@ -79,7 +79,7 @@ class Attempt:
         choices: Other choices.
         status: Status of the run.
         message: Message of the run.
-        horizon: Up to where its motion can be predicted, s; None: to the end.
+        horizon: Time up to which its motion can be predicted, s; None: to the end.
         seconds: Processor time of it and its error estimate.
         second_seconds: Wall time of the second way.
         second_status: Status of the second way; None: there was nothing to compare.

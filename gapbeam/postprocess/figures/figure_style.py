@@ -123,7 +123,7 @@ def save(figure: Figure, folder: Path, name: str, formats: Sequence[str]) -> lis
 
     Args:
         figure: Complete.
-        folder: Made if it is not there.
+        folder: Folder for the files; it is made if it does not exist.
         name: File name without suffix.
         formats: "png", "pdf", "svg".
 

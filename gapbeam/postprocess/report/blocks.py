@@ -69,7 +69,7 @@ class Listing:
 
     Attributes:
         caption: Description.
-        text: Any.
+        text: Text, of any kind.
     """
 
     caption: str
@@ -126,8 +126,8 @@ class Compared:
 
     Attributes:
         what: Name of the number.
-        reference: Printed or measured elsewhere, in `unit`; None where there is none.
-        here: Computed here, in `unit`; None where it was not.
+        reference: Value printed or measured elsewhere, in `unit`; None where there is none.
+        here: Value computed here, in `unit`; None where it was not.
         unit: Unit of both; empty where there is none.
         note: Remark on this row.
         uncertainty: Uncertainty of `here`, in `unit`.
@@ -183,7 +183,7 @@ class ReportSection:
         folded: Whether readers open it first; a link to it, and print, do so too.
 
     Raises:
-        BlockError: An anchor that is none.
+        BlockError: The anchor is not valid.
     """
 
     title: str

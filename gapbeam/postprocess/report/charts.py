@@ -72,7 +72,7 @@ class Chart:
         caption: Description.
         x: Name of the horizontal axis with its unit in parentheses.
         y: Name of the vertical axis with its unit in parentheses.
-        curves: Drawn in this order.
+        curves: Curves, drawn in this order.
         command: Command that makes the chart.
         log_x: Whether the horizontal axis is logarithmic.
         log_y: Whether the vertical axis is logarithmic.

@@ -160,7 +160,7 @@ def beam_of(stations: Stations, frames: Iterable[Frame], dimension: int, width: 
         stations: Stations of the mesh.
         frames: The fields to show.
         dimension: Dimension of the mesh; of 2, w is the mean.
-        width: Drawn for a slice, m.
+        width: Width drawn for a slice, m.
     """
     fit, count = _fit(stations, dimension), len(stations.places)
     rows, slides = [], []

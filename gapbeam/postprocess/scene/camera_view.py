@@ -153,8 +153,8 @@ class View:
         """Set up the scene.
 
         Args:
-            body: Moved by `picture`.
-            support: Drawn with its clearance times `scale`.
+            body: Surface of the beam, moved by `picture`.
+            support: Support, drawn with its clearance times `scale`.
             window: Window of the view.
             size: Width and height of the picture in pixels.
             scale: Factor of displacements and clearance.

@@ -76,7 +76,7 @@ class PlaneView:
 
         Args:
             body: The beam.
-            support: Drawn with its clearance times `scale`.
+            support: Support, drawn with its clearance times `scale`.
             window: Window of the view.
             size: Width and height of the picture in pixels.
             scale: Factor of displacements and clearance.

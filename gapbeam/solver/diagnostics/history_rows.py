@@ -224,10 +224,10 @@ class Recorder:
 
     Attributes:
         model: The model.
-        watch: Sees the pose at every record; None: nothing does.
-        gauges: Read the stress at probes; None: no probe asks for it.
-        statistics: Gathers what the statistics of a random motion are made of; None: nothing does.
-        points: Gathers what each contact point has met; None: nothing does.
+        watch: Observer of the pose at every record; None: there is none.
+        gauges: Gauges, which read the stress at probes; None: no probe asks for it.
+        statistics: Collector of the statistics of a random motion; None: there is none.
+        points: Collector of the contact of each point; None: there is none.
         largest_restraint_energy: Largest energy in the restraint at a record so far, J.
         largest_energy: Largest kinetic, strain and contact energy together at a record so far, J.
     """

@@ -126,7 +126,7 @@ def compared_coherence(
     Args:
         signals: Signals of the patterns, without their smooth starts.
         weights: Weights of the patterns at the stations, (patterns, stations).
-        coherence: Asked for.
+        coherence: Coherence that was asked for.
         span: Span of the load, x on the beam axis, m.
         profile: Profile of the flow velocity.
         end: s.

@@ -37,7 +37,7 @@ def exceeds(value: float, limit: float, scale: float = 0.0, round_off: float = R
         value: The value.
         limit: The limit.
         scale: Size of the numbers that both are differences of, such as the coordinates of the ends of a length.
-        round_off: Relative difference that is none.
+        round_off: Relative difference that counts as none.
     """
     return value - limit > round_off * max(abs(value), abs(limit) if abs(limit) < inf else 0.0, abs(scale))
 
@@ -48,7 +48,7 @@ def apart(value: float, limit: float, round_off: float = ROUND_OFF) -> tuple[str
     Args:
         value: The value.
         limit: The limit.
-        round_off: Relative difference that is none.
+        round_off: Relative difference that counts as none.
     """
     if not (isfinite(value) and isfinite(limit)):
         return f"{value:g}", f"{limit:g}"

@@ -108,7 +108,7 @@ def refuse_energy_creators(model: Model) -> None:
     """Refuse a combination that is known to create energy, unless the case accepts growth of energy.
 
     Raises:
-        UserError: Found, expected and what to try.
+        UserError: The scheme may create energy; the message has what was found, expected and to be tried.
     """
     fault = energy_creator(model)
     if fault is not None and not model.case.gates.accept_energy_growth:

@@ -39,7 +39,7 @@ class RegionKind:
         faces: Number of faces.
         names: Names of its values; one called "clearance" is the distance of the faces.
         face: See the module.
-        period: Period of the values that move outward: every so many, from `outward` on; 0 where none does.
+        period: Period of the values that move outward: every so many, from `outward` on; 0 where no value does.
         outward: The first of them.
     """
 

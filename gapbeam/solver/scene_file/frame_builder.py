@@ -103,7 +103,7 @@ def framed(
 
 
 def _branch(model: ElementFrame, member: MemberTable) -> Member:
-    """Return a branch; what it leaves out is as of the frame."""
+    """Return a branch; values that it leaves out are those of the frame."""
     material, (thickness, width) = member.material or model.material, member.outer_sizes(model)
     section = space_figures(member.section or model.section, thickness, width, material.poisson_ratio)
     up = model.up if member.up is None else member.up

@@ -58,7 +58,7 @@ class StudyJournal:
 
 
 def _records(lines: list[str]) -> dict[int, dict[str, Any]]:
-    """Return the results of whole lines, up to the first that is none."""
+    """Return the results of whole lines, up to the first invalid one."""
     found: dict[int, dict[str, Any]] = {}
     for line in lines:
         try:

@@ -59,7 +59,7 @@ def closing_table(
 
     Args:
         figures: Figures of all parts of a run, with their errors.
-        reached: Up to where errors are known, s.
+        reached: Time up to which errors are known, s.
         whole: Whether that is the end of the run.
         statistics: Statistics in the summary of a run under random loads.
     """

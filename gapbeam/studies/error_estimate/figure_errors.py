@@ -237,8 +237,8 @@ def figure_spans(
 
     Args:
         run: The motion of the run.
-        reached: Up to where companions went, s.
-        horizon: Up to where the motion is predictable, s; None: up to the end.
+        reached: Time up to which companions went, s.
+        horizon: Time up to which the motion is predictable, s; None: up to the end.
         settled: The settled part, which repeats and so is predictable; None: there is none.
     """
     for number, figure in enumerate(run.figures):

@@ -122,7 +122,7 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None, rep
         case: The case.
         end: End of the records, s.
         interval: Interval between records, s.
-        horizon: Up to where the motion is predictable, s; None: up to the end.
+        horizon: Time up to which the motion is predictable, s; None: up to the end.
         repeats: The second half is periodic: its figures can be predicted, whatever the horizon is.
     """
     frequencies = forcing_frequencies(case.load)
@@ -139,11 +139,11 @@ def spans_between(
 
     Args:
         end: End of the records, s.
-        last: Up to where the run goes, s.
+        last: End of the run, s.
         frequency: Frequency of the forcing, Hz; None: it has none, or several.
         rise: Smooth start of the loads, s.
         interval: Interval between records, s.
-        horizon: Up to where the motion is predictable, s; None: up to the end.
+        horizon: Time up to which the motion is predictable, s; None: up to the end.
         repeats: The second half is periodic: its figures can be predicted, whatever the horizon is.
     """
     known = end if horizon is None else horizon

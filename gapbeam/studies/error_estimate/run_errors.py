@@ -73,8 +73,8 @@ class RunErrors:
 
     Attributes:
         figures: Key figures with errors.
-        horizon: Up to where the motion is predictable, s; None: up to the end of the estimate.
-        reached: Up to where the companions went, s.
+        horizon: Time up to which the motion is predictable, s; None: up to the end of the estimate.
+        reached: Time up to which the companions went, s.
         whole: Whether that is the end of the run.
         plan: The companions.
         marched: Results of the companions without their motions: DOFs, step, steps, seconds by name.
@@ -133,7 +133,7 @@ def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
 
 
 def _add_peaks(case: Case, outcome: Outcome) -> None:
-    """Add the peak forces of a run that ended early to its summary, up to where it came, and log them."""
+    """Add the peak forces of a run that ended early to its summary, as far as it came, and log them."""
     if "errors" in outcome.summary or not isinstance(case.analysis, Transient):
         return
     try:

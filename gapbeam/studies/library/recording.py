@@ -90,7 +90,7 @@ class UniversalFunction:
         """Return times, s, and values.
 
         Args:
-            quantity: Expected.
+            quantity: Expected quantity.
 
         Raises:
             UserError: The file is no time response of that quantity, or its values are complex, uneven or cut off.

@@ -165,7 +165,7 @@ def library(
         distributions: Frozen distributions of scipy.stats, by path as of `scene.with_`; estimates stay between their
             ends, or quantiles 1e-3 and 0.999 where they have none.
         point: Point whose motion is recorded: a point of one motion, by name, or as "structure.name".
-        quantity: Recorded: "displacement", "velocity" or "acceleration", relative to the frame of the scene.
+        quantity: Recorded quantity: "displacement", "velocity" or "acceleration", relative to the frame of the scene.
         period: Period of the loads, s.
         members: A power of two from 256 to 16384.
         noise: Largest noise of a recording, over the root mean square of its values.

@@ -60,7 +60,7 @@ class Ensemble:
         values: Values of the other keys of the sweep, as typed.
         members: Number of members.
         seconds: Seconds of all records behind the burn-ins, s.
-        figures: Pooled, as `pooled_figures` returns them.
+        figures: Pooled figures, as `pooled_figures` returns them.
     """
 
     values: dict[str, str]

@@ -55,7 +55,7 @@ def write_study(folder: Path, study: TradeoffStudy, key: Mapping[str, Any]) -> l
     """Write tradeoff.json and tradeoff.png.
 
     Args:
-        folder: Made if it is not there.
+        folder: Folder for the files; it is made if it does not exist.
         study: The trade-off.
         key: Inputs of the study, see `gapbeam.studies.tradeoff.run_tradeoff.study_key`.
 

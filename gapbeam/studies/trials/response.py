@@ -128,10 +128,10 @@ def respond(
         watched: Judge it as a run is judged: by its assumptions, and by the energy that the scheme took, too. The
             pose is looked at where there are records.
         rings: Whether free vibration from the start is part of it: the amplitude of a resonance is then no figure.
-        statistics: Sees the records, which have the interval of its own; None: nothing does.
+        statistics: Statistics of the records, which have their own interval; None: none are gathered.
 
     Returns:
-        The response; one that is not to be trusted, or did not converge, says so, up to where it came.
+        The response; where it cannot be trusted, or did not converge, it has the reason and the part computed so far.
 
     Collective.
     """

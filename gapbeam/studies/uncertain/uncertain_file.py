@@ -293,7 +293,7 @@ def uncertain(
         limits: Limits by figure; the result has the probabilities that they are exceeded.
         members: Members of all replicates.
         sampling: "sobol", randomised Sobol points; "latin", Latin hypercubes; "random".
-        replicates: Randomised on their own: their scatter gives the intervals.
+        replicates: Number of independent randomisations: their scatter gives the intervals.
         seed: Seed of all draws.
         rare: Probabilities of exceeding the limits by subset simulation, too.
         rare_members: Members of a level of each replicate.

@@ -60,7 +60,7 @@ class CondensedOperator:
         mass: c_m.
         stiffness: c_k.
         dashpots: c_d.
-        springs: Added to A.
+        springs: Springs added to A.
         factor: Solver for A, where it exists already.
         factored_in: Wall time that it took then, s.
         seldom: Whether it is used a few times only, and quickly made rather than quick.

@@ -42,7 +42,7 @@ def solve_with_friction(
     """Solve contact and friction of a step along given directions; return the iterations, -1 where that fails.
 
     Args:
-        friction: Changed in place.
+        friction: Friction, changed in place.
         around: Points around rigid sections; None: others.
         balance: The linear side.
         step: Input of the law.

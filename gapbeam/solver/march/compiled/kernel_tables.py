@@ -42,7 +42,7 @@ class Modal(NamedTuple):
         delassus: D = Phi A^-1 Phi^T, (m, m), or R A^-1 R^T, (k, k).
         largest: Largest entry of the diagonal of D, m/N.
         around: Points around rigid sections; None: all points move by themselves.
-        friction: Points that rub; None: nothing does.
+        friction: Points that rub; None: no point rubs.
     """
 
     squares: Array

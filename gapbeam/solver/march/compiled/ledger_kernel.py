@@ -144,7 +144,7 @@ def enter_energies(ledgers: LedgerArrays, contact: float, hidden: float, squares
     """Enter the potential of the contact measured anew, and what the balance of the state cannot resolve.
 
     Args:
-        ledgers: Changed in place.
+        ledgers: Ledger arrays, changed in place.
         contact: Psi, J.
         hidden: Sum of the squared round-off of contact forces times penetrations, J^2.
         squares: s, (n,), 1/s^2.
@@ -188,7 +188,7 @@ def enter_touches(ledgers: LedgerArrays, deepest: Array, dt: float, end: float, 
     """Enter which faces are in contact at the end of a step, by their largest penetration, m.
 
     Args:
-        ledgers: Changed in place.
+        ledgers: Ledger arrays, changed in place.
         deepest: Largest penetration of each face, (faces,), m.
         dt: Size of the step, s.
         end: Its end, s.
@@ -298,7 +298,7 @@ def enter_arrays(
 
     Args:
         ledgers: Ledgers after the steps.
-        accounts: Changed in place.
+        accounts: Accounts, changed in place.
         steps: Whole steps.
         seconds: Their wall time, s.
         records: Records of the steps, with the impacts that ended in them.

@@ -201,7 +201,7 @@ def record_friction(rubbed: Array, weights: Array, faces: Indices, levers: Array
         faces: Face of each point, (m,).
         levers: Forces of joints per unit force along each direction of each point, (m k, r).
         forces: The record, 0 before.
-        joints: Changed in place.
+        joints: Forces of joints, changed in place.
     """
     along = forces.shape[1]
     for i in range(len(rubbed)):

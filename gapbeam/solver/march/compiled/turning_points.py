@@ -163,7 +163,7 @@ def record_turning(
         across: Directions of all points, (m, 2).
         weights: w, (m,), m^2.
         pressure: (m,), Pa.
-        joints: Changed in place.
+        joints: Forces of joints, changed in place.
     """
     if around is not None:
         for station in range(len(levers)):
@@ -203,7 +203,7 @@ def choose_near(around: AroundPoints, initial_gap: Array, pressure: Array, every
     """Choose the points that may touch: by the motions in `around`, or all.
 
     Args:
-        around: Changed in place.
+        around: Points around sections, changed in place.
         initial_gap: g0, (m,), m.
         pressure: Pressure of the state, (m,), Pa; points under pressure are chosen.
         everything: Whether all points are.

@@ -240,6 +240,17 @@ def test_many_supports_with_much_play_take_one_line(count: int) -> None:
     assert (f", and {count - 1} after it:" in asked[0]) == (count > 1)
 
 
+@pytest.mark.parametrize("scale", [2.0**-17, 2.0**-14, 2.0**-7, 1.0])
+def test_a_small_beam_of_a_usual_material_is_believed(scale: float) -> None:
+    """No other unit makes a length too small: switches of 5 um were asked whether they are in mm. Large ones are."""
+    text = BEAM
+    for key, value in (("length", 0.6), ("thickness", 0.012), ("width", 0.02), ("point", 0.6)):
+        text = text.replace(f"{key} = {value}\n", f"{key} = {scale * value!r}\n")
+    small = PLANE.replace("0.1", repr(0.1 * scale)).replace("1e-4", repr(1.0e-4 * scale))
+    assert "unusual" not in said(text + small)
+    assert "[beam] length = 600 is unusual" in said(BEAM.replace("length = 0.6", "length = 600.0") + PLANE)
+
+
 @pytest.mark.parametrize("supports", [2, 3, 60, 100])
 def test_just_enough_elements_are_enough(supports: int) -> None:
     """Five elements to a support are five, however the length divides."""

@@ -49,9 +49,9 @@ class UsualRange(NamedTuple):
 MOST_SECTION = 10.0  # m
 LENGTHS = (("mm", 1e-3), ("um", 1e-6))
 USUAL = (
-    UsualRange("beam", "length", 1e-3, 100.0, "m, not mm", LENGTHS),
-    UsualRange("beam", "thickness", 1e-5, MOST_SECTION, "m, not mm", LENGTHS),
-    UsualRange("beam", "width", 1e-5, MOST_SECTION, "m, not mm", LENGTHS),
+    UsualRange("beam", "length", 0.0, 100.0, "m, not mm", LENGTHS),
+    UsualRange("beam", "thickness", 0.0, MOST_SECTION, "m, not mm", LENGTHS),
+    UsualRange("beam", "width", 0.0, MOST_SECTION, "m, not mm", LENGTHS),
     UsualRange("material", "young_modulus", 1e5, 2e12, "Pa, not GPa: steel has 2.1e11", (("GPa", 1e9), ("MPa", 1e6))),
     UsualRange("material", "density", 10.0, 25e3, "kg/m^3: steel has 7850", (("g/cm^3", 1e3), ("t/mm^3", 1e12))),
 )

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import gapbeam
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.computed_defaults import smoothing_window
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.messages.errors import in_one_line
 from gapbeam.solver.models.model import build_body
@@ -39,7 +40,9 @@ from gapbeam.studies.error_estimate.figure_errors import (
     RIGID_FACTOR,
     FigureError,
     figure_errors,
+    figure_spans,
     horizon_of,
+    lost_by_own,
     quantile_of_means,
     repeats,
 )
@@ -452,6 +455,29 @@ def test_contacts_of_few_steps_have_the_error_of_the_scheme(steps: int, gap: int
         assert ((moved.error or 0.0) > 0.9 * lost["base"] * moved.value) == whole
 
 
+@settings(max_examples=30, deadline=None)
+@given(blow=st.integers(2, 5), early=st.floats(0.1, 0.35), late=st.floats(0.55, 0.9), width=st.floats(0.0, 0.09))
+def test_a_figure_of_ones_own_knows_the_contacts_of_its_part(
+    blow: int, early: float, late: float, width: float
+) -> None:
+    """Blows of few steps, then a contact that holds: a holding force has no share of the blows, on any window."""
+    times = sine().times
+    blows = (times < 0.5) & (np.arange(len(times)) % 40 < blow)
+    force = np.where(times < 0.5, 100.0 * blows, 1.0)[:, None]
+    run = replace(sine(), force=force, impulse=np.cumsum(force, axis=0) * INTERVAL)
+    for start, short in ((early, True), (late, False)):
+        for statistic in ("mean", "value"):
+            when = {"time": start} if statistic == "value" else {"start": start, "end": start + 0.005 + width}
+            own = Figure(name="hold", quantity="contact_force", place="base", statistic=statistic, **when)
+            moving = replace(run, figures=(own,), own=force)
+            (span,) = figure_spans(moving, moving.end, None, None)
+            share = lost_by_own(moving, span, INTERVAL)["base"]
+            if short and statistic == "mean":
+                assert share >= 0.03
+            if not short:
+                assert share <= 0.003
+
+
 @settings(max_examples=40, deadline=None)
 @given(steps=st.integers(2, 30), phase=st.floats(0.01, 3.0), factor=st.sampled_from((1.0, 1.0e-6, 1.0e3)))
 def test_ranges_of_motions_that_chatter_agree_by_chance(steps: int, phase: float, factor: float) -> None:
@@ -738,6 +764,19 @@ def test_a_solid_in_its_plane_has_plane_companions() -> None:
     assert any("finer mesh" in words for words in plan.left_out)
     for one in plan.companions:
         assert gapbeam.read_case(across, dict(one.changes)).mesh.dimension == 3
+
+
+@pytest.mark.parametrize("section", [{"type": "box", "wall": 0.001}, {"type": "i", "web": 0.002, "flange": 0.002}])
+@pytest.mark.parametrize("model", ["beam", "rigid"])
+def test_a_solid_beside_beam_elements_touches_at_few_points(section: dict[str, object], model: str) -> None:
+    """Four to a cell, not sixteen: the solid of a slat took minutes where its march took a second."""
+    own = {"model": model, "mesh.dimension": 3, "mesh.cell": None, "beam.section": section}
+    for asked, expected in ((None, 3), (4, 3), (2, 2)):
+        case = gapbeam.read_case(DEMO, own | ({"contact.quadrature_degree": asked} if asked else {}))
+        changes = {one.name: one.changes for one in companions_of(case, 1.0e-4, 2.1e14, computed=True).companions}
+        finest = gapbeam.read_case(case, dict(changes[FINEST]))
+        assert (finest.mesh.dimension, finest.contact.quadrature_degree) == (3, expected)
+        assert "contact.quadrature_degree" not in changes[TWICE]
 
 
 def test_no_solid_with_every_interface_dof_is_a_companion_of_beam_elements() -> None:

@@ -34,6 +34,7 @@ from gapbeam.studies.trials.refined_mesh import mesh_keys
 SAME, HALF_STEP, TWICE, FOURFOLD = "same", "half step", "twice the step", "four times the step"
 COARSER, FINEST, STIFFER = "coarser mesh", "finest", "stiffer contact"
 FINEST_MODES, FINEST_SHAPES = 40, 19
+FEW_POINTS = 3  # degree of quadrature: two points along each edge of a cell
 FEWEST_SHAPES, MOST_OF_ALL = 3, 200  # shapes along each face, and of all faces together
 VARIABLE = "GAPBEAM_ERRORS"
 WAYS = ("companions", "thorough", "none")
@@ -167,7 +168,13 @@ def _finer(case: Case, plane: bool, even: bool) -> dict[str, Any] | None:
         return mesh_keys(case, 0.5, plane, even) | {"model": _finest(case)}
     simpler = isinstance(case.model, BeamModel | RigidModel)  # what they leave out of the solid is an error of theirs
     solid = simpler and not _contact_of_basis(case) and not _planes_beside_circles(case)
-    return {"model": _finest(case)} if solid else None
+    return {"model": _finest(case)} | _fewest_points(case) if solid else None
+
+
+def _fewest_points(case: Case) -> dict[str, Any]:
+    """Return the quadrature of contact of a solid, whose steps cost the square of their contact points."""
+    usual = case.contact.quadrature_degree or 2 * case.mesh.degree + 2
+    return {"contact.quadrature_degree": FEW_POINTS} if usual > FEW_POINTS else {}
 
 
 def _planes_beside_circles(case: Case) -> bool:

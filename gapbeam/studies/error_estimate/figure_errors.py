@@ -56,6 +56,7 @@ import scipy
 
 from gapbeam.postprocess.signals.figure_names import DISPLACEMENT, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
+from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.companions import COARSER, FINEST, FOURFOLD, HALF_STEP, STIFFER, TWICE
 from gapbeam.studies.error_estimate.force_peaks import (
@@ -69,6 +70,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
     FigureSpan,
     Span,
     key_figures,
+    lost_in_steps,
 )
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 
@@ -249,6 +251,20 @@ def figure_spans(
         known = horizon is None or end <= horizon or (settled is not None and begin >= settled.start)
         words = f"t = {end:.6g} s" if figure.statistic == "value" else f"{begin:.6g} s to {end:.6g} s"
         yield FigureSpan(words if known else BEYOND_HORIZON, begin, end - begin, 1, None, figure, number)
+
+
+def lost_by_own(run: MotionRecord, own: FigureSpan, step: float) -> dict[str, float]:
+    """Return the shares that short contacts may falsify of a figure of one's own: contacts in its part, or about it.
+
+    Args:
+        run: The motion of the run.
+        own: Part that the figure is taken over; of a value at a time only the end counts.
+        step: Time step, s.
+    """
+    assert own.figure is not None
+    around = RESOLVING_STEPS * run.interval
+    begin = own.end if own.figure.statistic == "value" else own.start
+    return lost_in_steps(run.between(max(0.0, begin - around), own.end + around), step)
 
 
 def left_to_settle(values: Array) -> float:

@@ -36,6 +36,7 @@ from gapbeam.studies.error_estimate.figure_errors import (
     figure_errors,
     figure_spans,
     horizon_of,
+    lost_by_own,
     repeats,
 )
 from gapbeam.studies.error_estimate.force_peaks import (
@@ -320,9 +321,10 @@ def errors_of(
         spanned = part.between(span.start, span.end)
         averages, lost = Averages(smoothing, contact_windows(spanned)), lost_in_steps(spanned, step or run.interval)
         figures += figure_errors(part, motions, reference, span, plan.in_plane, averages, plan.records, meshed, lost)
-    lost, averages = lost_in_steps(part, step or run.interval), Averages(smoothing)
+    averages = Averages(smoothing)
     repeating = next((one for one in spans if one.name == SETTLED), None) if settled else None
     for own in figure_spans(run, reached, horizon, repeating):
+        lost = lost_by_own(run, own, step or run.interval)
         figures += figure_errors(run, motions, reference, own, plan.in_plane, averages, plan.records, meshed, lost)
     if not whole:
         grown = run.force.max(axis=0) > part.force.max(axis=0)

@@ -41,6 +41,7 @@ from gapbeam.studies.error_estimate.figure_errors import (
     figure_errors,
     figure_spans,
     horizon_of,
+    lost_by_own,
     repeats,
 )
 from gapbeam.studies.error_estimate.force_peaks import (
@@ -162,8 +163,9 @@ def _errors(
         lost = lost_in_steps(part, asked.step)
         figures += figure_errors(run, motions, None, span, False, averages, lost=lost, factors=FIRST_ORDER)
     settled = next((one for one in spans if one.name == SETTLED), None) if again else None
-    averages, lost = Averages(smoothing), lost_in_steps(run, asked.step)
+    averages = Averages(smoothing)
     for own in figure_spans(run, run.end, horizon, settled):
+        lost = lost_by_own(run, own, asked.step)
         figures += figure_errors(run, motions, None, own, False, averages, lost=lost, factors=FIRST_ORDER)
     warnings = list(doubtful_peaks(peaks, run.interval))
     if horizon is not None:

@@ -220,6 +220,23 @@ def test_a_structure_that_nothing_holds_has_no_seat_and_says_along_what_it_falls
     assert refused.value.escape.power > 0.0
 
 
+@pytest.mark.parametrize("tilt", [0.0, 1e-12, 1e-9, 1e-3])
+def test_a_block_on_a_plane_rests_unless_its_weight_pulls_it_along(tilt: float) -> None:
+    """Round-off of a direction moves it nowhere along the plane: by a spring of 0 it went 2e8 m. A tilt is refused."""
+    block = gb.mass(2.0, motions=2, name="block")
+    down = (np.sin(tilt), -np.cos(tilt))
+    plane = gb.Contact(block["at"], gb.HalfPlane(0.0, down), gb.KelvinVoigt(stiffness=1e6), friction=0.3, name="plane")
+    scene = gb.Scene(block, contacts=[plane], loads=[gb.Force(block["at"], 20.0, (0.0, -1.0), name="weight")])
+    if tilt > 1e-6:
+        with pytest.raises(gb.NoSeat, match="motion of block that no contact opposes without friction") as refused:
+            gb.seat(scene)
+        along = refused.value.escape.motion[block]
+        assert abs(along @ down) < 1e-9 * np.abs(along).max()
+        return
+    place = (scene.rows_at(block["at"]) @ gb.seat(scene).q)[:, 0]
+    assert place == pytest.approx([0.0, -2e-5], abs=2e-5 * max(10.0 * tilt, 1e-8))
+
+
 @pytest.mark.parametrize("ratio", [1e-8, 1e-10, 1e-11])
 def test_a_weak_spring_holds_beside_a_stiff_one(ratio: float) -> None:
     """Of squared frequencies 1 : 1/ratio, the first still belongs to a spring: the seat is F / k."""

@@ -136,8 +136,8 @@ class NoSeat(UserError):  # noqa: N818 - the field's word
     def __init__(self, escape: EscapeMotion) -> None:
         names = [one.name or "?" for one, u in escape.motion.items() if np.abs(u).max() > 0.0]
         super().__init__(
-            f"no equilibrium: the loads do work along a rigid motion of {', '.join(names)} that no contact opposes; "
-            "hold the structure, or march without a seat"
+            f"no equilibrium: the loads do work along a rigid motion of {', '.join(names)} that no contact opposes "
+            "without friction; hold the structure, or march without a seat"
         )
         self.escape = escape
 
@@ -178,9 +178,11 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
             "several seats or none; march from rest instead"
         )
     B, slabs = at.rows(scene.contact_rows), scene.slabs(rough=False)
-    certify(scene, at, K, f, B)
+    slips = slips_of(scene, at, K, f, B)
+    f = f - slips @ (slips.T @ f)
     q, offset = np.zeros(len(K)), scene.places(np.zeros((scene.size, 1)), t)[:, 0]
     stiff = float(np.abs(K).max()) or 1.0
+    K = K + stiff * slips @ slips.T
     size = max(float(np.abs(f).max(initial=0.0)), float(np.abs(B.T @ static(slabs, offset)[0]).max(initial=0.0)))
     F, residual = static(slabs, offset)[0], f
     for outer in range(200):  # proximal points: each inner problem is strictly convex
@@ -221,12 +223,16 @@ def static(slabs: Slabs, y: Array) -> tuple[Array, Array]:
     return F[:, 0], 2.0 * J
 
 
-def certify(scene: Scene, coordinates: Statics, K: Array, f: Array, contact_rows: Array) -> None:
-    """Raise NoSeat if a rigid motion that leaves all contacts open lets the loads work: a linear program."""
+def slips_of(scene: Scene, coordinates: Statics, K: Array, f: Array, contact_rows: Array) -> Array:
+    """Return rigid motions that move no contact along its normal, as columns; loads along them are round-off.
+
+    Raises:
+        NoSeat: A rigid motion that leaves all contacts open lets the loads work; found by a linear program.
+    """
     squares, X = np.linalg.eigh(K)
     rigid = X[:, squares <= FREE * max(float(squares[-1]), 1e-300)] if squares[-1] > 0.0 else X
     if not rigid.shape[1]:
-        return
+        return rigid
     B = contact_rows @ rigid
     rows = [
         one.region.normals[:, : one.motions] @ B[at : at + one.motions]
@@ -237,11 +243,11 @@ def certify(scene: Scene, coordinates: Statics, K: Array, f: Array, contact_rows
     A = A / np.where(scale > 0.0, scale, 1.0)
     g = np.asarray(rigid.T @ f, dtype=float)
     size = float(np.abs(g).max())
-    if size <= TINY * float(np.abs(f).max(initial=0.0)):
-        return
-    best = unopposed_motion(g / size, -A, np.eye(len(g)))
+    is_loaded = size > TINY * float(np.abs(f).max(initial=0.0))
+    best = unopposed_motion(g / size, -A, np.eye(len(g))) if is_loaded else None
     if best is not None:
         a, motion = coordinates.whole(rigid @ best), {}
         for one, i, j in zip(scene.structures, scene.start, scene.start[1:], strict=False):
             motion[one] = a[i:j] if scene.is_large else one.modes[2] @ a[i:j]
         raise NoSeat(EscapeMotion(motion, float(g @ best)))
+    return np.asarray(rigid @ (sl.null_space(A, rcond=TINY) if len(A) else np.eye(len(g))))

@@ -10,7 +10,7 @@ import numpy as np
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of everything that results of this process depend on, of what it has loaded."""
+    """Return the versions of all packages that results of this process depend on, as far as loaded."""
     found = python_versions()
     if "dolfinx" in sys.modules:
         import dolfinx

@@ -81,7 +81,7 @@ _MOST = 1_000_000  # datasets
 
 
 def check_hdf5(path: Path, file: h5py.File) -> None:
-    """Refuse links to other files, data that lie in them, and data that are larger than what is on disk.
+    """Refuse links to other files, data that lie in them, and data that are larger than the file.
 
     gapbeam writes neither links nor compressed data, so whatever is read fits in about the size of the file.
 

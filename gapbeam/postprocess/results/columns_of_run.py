@@ -201,7 +201,7 @@ TABLES = {
 
 
 def columns_of_table(folder: Path, name: str) -> list[Column]:
-    """Return a table of a run as columns: the face, and what there is behind it; cells of what is not known are NaN.
+    """Return a table of a run as columns: the face, then its values; unknown cells are NaN.
 
     Args:
         folder: Folder of the results.

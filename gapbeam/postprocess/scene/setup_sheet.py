@@ -257,7 +257,7 @@ class _Sheet:
         return np.add(self._whole.inside(self._whole.start + x, self._whole.middle + z), (0.0, y, 0.0))
 
     def _stack(self, panel: Axes, labels: list[tuple[float, float, str, str]], up: bool) -> None:
-        """Write labels in rows above or below the picture, with a thin line to what they name."""
+        """Write labels in rows above or below the picture, with a thin line to their targets."""
         labels = sorted(labels)
         style: dict[str, Any] = {"fontsize": 13 * self._large, "annotation_clip": False}
         renderer = self._canvas.get_renderer()  # type: ignore[no-untyped-call]

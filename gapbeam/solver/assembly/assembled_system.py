@@ -101,7 +101,7 @@ def attached_rows(case: Case, patterns: Sequence[Array]) -> list[tuple[Attached,
 
 
 def acting_rows(case: Case, patterns: Sequence[Array]) -> list[Array]:
-    """Return the rows that a basis has a static shape for: those of loads, and of what is attached at one place.
+    """Return the rows that a basis has a static shape for: those of loads, and of attachments at one place.
 
     Args:
         case: The case.
@@ -143,7 +143,7 @@ def assembled_system(
     dimension: int,
     rayleigh: tuple[float, float],
 ) -> SemiDiscreteSystem:
-    """Return the system of a beam under its loads, with what they attach to it.
+    """Return the system of a beam under its loads, with their attachments.
 
     Args:
         case: The case.

@@ -58,7 +58,7 @@ class FigureValue:
     reason: str = ""
 
     def as_data(self) -> dict[str, Any]:
-        """Return the value for JSON, without what it has not."""
+        """Return the value for JSON, without empty entries."""
         return {key: value for key, value in vars(self).items() if value not in (None, "")} | {"value": self.value}
 
 

@@ -96,7 +96,7 @@ def own_stiffness(case: Case, support: OneSupport) -> float | None:
 
 
 def own_damping(case: Case, support: OneSupport) -> float | None:
-    """Return the damping of a support per area, Pa s/m; None: that of [contact], or what a law asks for."""
+    """Return the damping of a support per area, Pa s/m; None: that of [contact], or the one of a law."""
     whole = support.support_damping
     return support.damping if whole is None else whole / nominal_area(case, support)
 
@@ -262,7 +262,7 @@ def chosen_case(case: Case) -> Case:
 
 
 def wanted_of(case: Case) -> Wanted:
-    """Return the results of interest, by what is recorded."""
+    """Return the results of interest, by record."""
     return "stresses" if case.output.stress or any(probe.stress for probe in case.probe) else "motion"
 
 

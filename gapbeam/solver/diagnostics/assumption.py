@@ -159,7 +159,7 @@ class PoseWatch:
             self.at_start = float(np.max(rotation[0]))
 
     def _keep(self, row: int, found: Array, times: Array, places: Array) -> None:
-        """Keep the largest of values at times and places, (times, places), if it exceeds what was kept."""
+        """Keep the largest of values at times and places, (times, places), if it exceeds the one kept."""
         time, place = np.unravel_index(np.argmax(found), found.shape)
         if not found[time, place] <= self.closest[row, 0]:
             self.closest[row] = found[time, place], times[time], *places[place]

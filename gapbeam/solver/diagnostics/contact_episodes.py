@@ -251,7 +251,7 @@ class ImpactList:
         return self._kept
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything that is kept, for JSON; what is infinite, before the first impact, is null."""
+        """Return everything that is kept, for JSON; infinite values, before the first impact, are null."""
         rows = [[x if np.isfinite(x) else None for x in row] for row in self._all().tolist()]
         return {"count": self.count, "every": self.every, "rows": rows, "end": self._end if self.count else None}
 

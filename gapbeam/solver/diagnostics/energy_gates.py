@@ -177,7 +177,7 @@ class EnergyGates:
 
 
 def describe_energy(ledger: Ledger, gates: EnergyGates) -> dict[str, Any]:
-    """Return the ledger at the end and what the gates saw."""
+    """Return the ledger at the end and the findings of the gates."""
     exchanged = ledger.exchanged
     return {
         "kinetic": ledger.kinetic,

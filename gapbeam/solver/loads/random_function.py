@@ -361,7 +361,7 @@ HANN = np.array([1.0, 4.0, 1.0]) / 6.0  # of the power of a line in it and besid
 
 
 def compared(signal: RandomSignal, end: float) -> dict[str, Any]:
-    """Return the comparison of what was generated up to a time with what was asked for.
+    """Return the comparison of the signal generated up to a time with the requested one.
 
     Args:
         signal: Signal without its smooth start.

@@ -180,7 +180,7 @@ def curve_warnings(load: RecordedTable, signal: RecordedSignal) -> Iterator[str]
 
 
 def row_warnings(signal: RecordedSignal) -> Iterator[str]:
-    """Yield rows that are too far apart for what they hold."""
+    """Yield rows that are too far apart for their contents."""
     half = 0.5 / signal.curve.interval
     share = signal.content.above(EDGE * half)
     if signal.peak > 0.0 and share > LITTLE:
@@ -262,7 +262,7 @@ class RecordedLoad(RecordedTable):
         return self.model_copy(update={"ramp": 0.0})
 
     def frequency_words(self, step: float) -> tuple[str, str]:
-        """Return the frequency of interest, and what the record holds."""
+        """Return the frequency of interest, and the contents of the record."""
         return record_words(signal_of(self), step)
 
     def with_checksum(self) -> Self:

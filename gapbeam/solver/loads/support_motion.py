@@ -123,7 +123,7 @@ class RecordedSupportMotion(RecordedLoad, MovingSupport):
         return replace(signal_of(self), derivative=2).peak
 
     def unusual_values(self) -> Iterator[str]:
-        """Yield a motion that looks like another unit, and what is odd in the record."""
+        """Yield a motion that looks like another unit, and oddities of the record."""
         if self.peak > HARDEST:
             yield f"shakes a support with {self.peak:.3g} m/s^2, over 1000 g: are scale and time_scale right?"
         yield from super().unusual_values()
@@ -165,7 +165,7 @@ class RecordedMotion(RecordedLoad, SupportMotion):
     name: Name = Field(default="base", description="unique name")
 
     def faults_in_run(self, key: Key, end: float, step: float | None) -> Iterator[Fault]:
-        """Yield an acceleration that does not exist at every row, and what is wrong with the record."""
+        """Yield an acceleration that does not exist at every row, and faults of the record."""
         if self.quantity == "displacement" and self.interpolation == "monotone":
             yield Fault(
                 (*key, "interpolation"),
@@ -177,7 +177,7 @@ class RecordedMotion(RecordedLoad, SupportMotion):
         yield from super().faults_in_run(key, end, step)
 
     def unusual_values(self) -> Iterator[str]:
-        """Yield a motion that looks like another unit, and what is odd in the record."""
+        """Yield a motion that looks like another unit, and oddities of the record."""
         if self.peak > self.hardest:
             yield f"shakes the support with {self.peak:.3g} m/s^2, over 1000 g: are scale and time_scale right?"
         yield from super().unusual_values()

@@ -298,7 +298,7 @@ def march(plan: March, start: State | Paused) -> Iterator[Step]:
 
 
 def begun(plan: March, start: State) -> State:
-    """Return a start with what a march carries along: accelerations, what contact remembers. Collective."""
+    """Return a start with the accelerations and the contact memory that a march carries along. Collective."""
     start = start if start.slides is not None else with_sliding(plan, start, start.v)
     return _accepted(plan, with_acceleration(plan, start) if plan.scheme.carries_acceleration else start)
 

@@ -151,7 +151,7 @@ class RigidPart:
         return np.asarray(self._at(np.array([[self.middle, 0.0, 0.0]]))[0] @ direction)
 
     def rigid_motions(self) -> dict[MotionName, Array]:
-        """Return the rigid motions by what the section at x = 0 does, (size,) each."""
+        """Return the rigid motions by the motions of the section at x = 0, (size,) each."""
         found = dict[MotionName, Array]()
         for name, motion in zip(NAMES, unit_motions(), strict=True):
             if name in self.names:

@@ -111,7 +111,7 @@ def _read(file: Path, kind: type[Found]) -> Found | None:
 
 
 def _keep(file: Path, found: object, seconds: float) -> None:
-    """Write what was found, whole or not at all, where finding it took long and there is room for it."""
+    """Write the result, whole or not at all, where finding it took long and there is room for it."""
     part = file.with_suffix(f".{os.getpid()}")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)

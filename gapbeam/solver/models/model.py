@@ -420,7 +420,7 @@ def basis_words(body: Body) -> str:
 
 
 def model_of(case: Case, body: Body) -> Model:
-    """Return the model of a case on the body of a case that differs from it in what is cheap to change only.
+    """Return the model of a case on the body of a case that differs only in values that are cheap to change.
 
     Args:
         case: The case.

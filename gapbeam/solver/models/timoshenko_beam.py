@@ -319,7 +319,7 @@ class BeamPart(Protocol):
         """Return the motion of all sections by a vector, (size,)."""
 
     def rigid_motions(self) -> dict[MotionName, Array]:
-        """Return the rigid motions of this part by what the section at x = 0 does, (size,) each."""
+        """Return the rigid motions of this part by the motions of the section at x = 0, (size,) each."""
 
 
 @dataclass(frozen=True)

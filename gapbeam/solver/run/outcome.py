@@ -72,7 +72,7 @@ def all_rates(rate: Mapping[str, Any], coefficient: float | None, area: float | 
 
 
 def times_rate(rate: Mapping[str, Any], factor: float) -> dict[str, float | None]:
-    """Return a rate and its interval times a factor; None for what is not known."""
+    """Return a rate and its interval times a factor; None for unknown values."""
     return {key: None if rate[key] is None else factor * rate[key] for key in BOUNDS}
 
 

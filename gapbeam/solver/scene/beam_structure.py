@@ -206,7 +206,7 @@ def beam(
 
 
 def refuse_buckling(K: Any, tension: float, where: str, argument: str = "tension") -> None:
-    """Refuse a compression that buckles what it presses.
+    """Refuse a compression that buckles the structure.
 
     Args:
         K: Stiffness with it of what supports leave, sparse; None: not all is held.

@@ -76,7 +76,7 @@ class Marcher:
         self.ledger[STORED] = rest(self.slabs, self.y)[2]
 
     def _recall(self, memory: Array | None) -> None:
-        """Give laws what they remember, (values, lanes); None: nothing but the speed of their contacts."""
+        """Give laws their memory, (values, lanes); None: nothing but the speed of their contacts."""
         parts = list(self.slabs.memory())
         if memory is not None:
             ends = np.cumsum([part.shape[0] * part.shape[1] for part in parts])

@@ -248,7 +248,7 @@ def _faced(law: LawKind) -> Any:
 
 
 def settled(region: RegionKind, law: LawKind) -> int:
-    """Return the address of what a kind of law remembers after a step from rows 0 to 2, with stored and lost energy."""
+    """Return the address of the memory of a kind of law after a step from rows 0 to 2, with stored and lost energy."""
     key = (region, law)
     if key in _touches:
         return _touches[key]

@@ -154,7 +154,7 @@ class SectionTable(Table, ABC):
         return ""
 
     def hollow(self, thickness: float, width: float) -> tuple[float, float]:  # noqa: ARG002
-        """Return the sizes of what is hollow inside, as thickness and width, m; 0 where nothing is."""
+        """Return the sizes of the hollow inside, as thickness and width, m; 0 where there is none."""
         return 0.0, 0.0
 
     def faults(self, thickness: float, width: float) -> Iterator[Fault]:  # noqa: ARG002

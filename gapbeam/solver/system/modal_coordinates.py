@@ -125,7 +125,7 @@ def _root(matrix: Array) -> Array:
 
 
 def _by_modes(dashpots: RankOnes) -> tuple[RankOnes, Array]:
-    """Return the dashpots that couple modes, and what the others add to the damping of each mode, (n,), 1/s.
+    """Return the dashpots that couple modes, and the contribution of the others to the damping of each mode, (n,), 1/s.
 
     Modal damping is one dashpot for each mode, and joints without dampers are dashpots of nothing: as rank-one updates
     they would cost a step more than all the rest.

@@ -113,7 +113,7 @@ def atlas(
     over: Mapping[str, Any] | None = None, steps: int = 400, settle: int = 100, rounds: int = 4, orders: int = 8,
     exponents: int = 200, scheme: LinearScheme = MIDPOINT, threads: int | None = None, figures: Sequence[Figure] = (),
 ) -> Atlas:  # fmt: skip
-    """Find all stable periodic responses that a set of starts comes to, their shares, and what is chaotic.
+    """Find all stable periodic responses that a set of starts comes to, their shares, and the chaotic starts.
 
     All starts march in lock-step; members whose strobes repeat are candidates; a candidate counts where shooting
     converges, its multipliers are below 1 in size, and a member has come to 1e-3 of it and comes nearer. Orbits are
@@ -249,7 +249,7 @@ def drawn_starts(
 def gridded_starts(
     scene: Scene, displacement: Ranges | None = None, velocity: Ranges | None = None, rest: SceneState | None = None
 ) -> SceneState:
-    """Return starts at all combinations of values, the last one fastest: what a picture of basins needs.
+    """Return starts at all combinations of values, the last one fastest, for a picture of basins.
 
     Args:
         scene: The scene.

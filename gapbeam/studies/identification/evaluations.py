@@ -260,7 +260,7 @@ class Evaluations:
         return list(self._records.values())
 
     def of(self, points: Sequence[Values], experiments: Iterable[int], start: int = 0) -> list[list[Record]]:
-        """Return the records of sets of values, a list of one for each experiment; what is not there is computed."""
+        """Return the records of sets of values, a list of one for each experiment; missing ones are computed."""
         wanted = [[Piece(values, number, start) for number in experiments] for values in points]
         missing = list(dict.fromkeys(piece for row in wanted for piece in row if piece not in self._records))
         if missing:

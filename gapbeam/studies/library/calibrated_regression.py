@@ -102,7 +102,7 @@ class Regression:
         return float(np.sqrt(np.mean((z - fit[0]) ** 2 / (scatter**2 + FLOOR**2))))
 
     def flat(self) -> dict[str, Array]:
-        """Return all arrays by name: what a file keeps."""
+        """Return all arrays by name, as a file keeps them."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
 

@@ -66,7 +66,7 @@ class UniversalFunction:
     lines: list[str]
 
     def fault(self, found: str, expected: str) -> UserError:
-        """Return the error of what the data set is, or has."""
+        """Return the error about the data set."""
         return UserError(f"{self.path}: data set 58 number {self.number}: found {found}; expected {expected}")
 
     def numbers(self, line: int, widths: tuple[int, ...]) -> list[float]:

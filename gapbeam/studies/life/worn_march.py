@@ -283,7 +283,7 @@ def _crossing(way: float, rate: float, bend: float) -> float:
 
 
 def _depth_errors(states: Sequence[WornState]) -> tuple[Array, Array]:
-    """Return half of the 95 % intervals of the last depths, and what the blocks may have changed, (faces,) each, m.
+    """Return half of the 95 % intervals of the last depths, and the error by the blocks, (faces,) each, m.
 
     Errors shift what follows in time; at the end they are the shift times the rate of the last block.
     """
@@ -296,7 +296,7 @@ def _depth_errors(states: Sequence[WornState]) -> tuple[Array, Array]:
 
 
 def _life_errors(states: Sequence[WornState], face: int) -> tuple[float, float]:
-    """Return half of the 95 % interval of the life, and what the blocks may have changed in it, s."""
+    """Return half of the 95 % interval of the life, and its error by the blocks, s."""
     weights, error = np.zeros(len(states)), 0.0
     for number, (last, found) in enumerate(pairwise(states)):
         h = found.time - last.time

@@ -263,7 +263,7 @@ def frequency_table(found: ModesComparison) -> Table:
 
 
 def spring_table(fits: Sequence[SpringFit]) -> Table:
-    """Return the springs that were identified, with their intervals of 95 % and what they are worth."""
+    """Return the springs that were identified, with their intervals of 95 % and their misfits."""
     table = Table(
         "frequencies of", "l, m", "k1, N/m", "k2, N m/rad", "misfit", "k1", "k2",
         title="End springs that reproduce them (95 %)", title_justify="left", box=None, pad_edge=False,

@@ -91,7 +91,7 @@ class Chain(NamedTuple):
 
 
 def chains_of(sweep: Sweep, folder: Path) -> list[Chain]:
-    """Return the chains of a sweep, in an order that does not depend on what is done already."""
+    """Return the chains of a sweep, in an order that does not depend on finished work."""
     points, folder = sweep.points(), folder.absolute()
     carried = replace(
         sweep, case=sweep.case.absolute(), axes=tuple(Axis(axis.key, ()) for axis in sweep.axes)
@@ -139,7 +139,7 @@ def read_points(sweep: Sweep) -> dict[tuple[str, ...], Subject | CaseError]:
 
 
 def _check_carry(sweep: Sweep, subjects: Mapping[tuple[str, ...], Subject]) -> None:
-    """Refuse to carry a state along a key that changes what the state is a state of."""
+    """Refuse to carry a state along a key that changes the model of the state."""
     lines: dict[tuple[str, ...], list[Subject]] = {}
     for point, one in subjects.items():
         lines.setdefault(() if sweep.zipped else point[:-1], []).append(one)

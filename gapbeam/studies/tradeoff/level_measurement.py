@@ -387,7 +387,7 @@ def plan_levels(case: Case, coarser: float = 1.0) -> LevelPlan:
 
 
 def _fixed(case: Case, beam: Model) -> tuple[dict[str, Any], list[str]]:
-    """Return the keys that all fidelity levels share, and what is said about them."""
+    """Return the keys that all fidelity levels share, and remarks on them."""
     fixed: dict[str, Any] = {"output.fields_interval": None, "output.stress": False}
     notes = []
     computed = {default.key: default for default in beam.defaults}

@@ -104,7 +104,7 @@ class TradeoffStudy:
 
 
 def overrides_as_mapping(texts: list[str]) -> dict[str, Any]:
-    """Return overrides KEY=VALUE as a mapping; what is none of them stays for the reader to refuse."""
+    """Return overrides KEY=VALUE as a mapping; anything else is left for the reader to refuse."""
     pairs = (text.partition("=") for text in texts)
     return {name.strip(): parse_value(value.strip()) for name, _, value in pairs}
 

@@ -69,7 +69,7 @@ def rigid_motions(model: Model) -> Array:
 
 
 def moved_clear(model: Model, u: Array, time: float, allowed: Array) -> tuple[Array, float, float]:
-    """Return u with the least rigid motion that clears the faces, its size at the faces, and what is left, m.
+    """Return u with the least rigid motion that clears the faces, its size at the faces, and the remaining depth, m.
 
     Args:
         model: The model.

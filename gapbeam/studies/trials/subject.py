@@ -57,7 +57,7 @@ class Subject(Protocol):
         """Window of smoothed accelerations, s."""
 
     def refuse(self) -> None:
-        """Refuse what is no march.
+        """Refuse an analysis that is no march.
 
         Raises:
             UserError: The subject is no march.

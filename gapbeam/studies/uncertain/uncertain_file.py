@@ -395,7 +395,7 @@ def _answered(
     model: Model, given: dict[str, Any], period: Period | None, starts: SceneState | None, counts: Counts,
     scheme: LinearScheme, threads: int | None, figures: Sequence[Figure],
 ) -> Callable[[dict[str, Array]], Answers]:  # fmt: skip
-    """Return the model as a function from values to answers, after checking what is asked of it."""
+    """Return the model as a function from values to answers, after checking the request."""
     if not isinstance(model, Scene):
         if not callable(model):
             raise UserError(f"uncertain: found {model!r}, expected a scene or a function of values by path")

@@ -221,7 +221,7 @@ def random_loads_section(summary: dict[str, Any]) -> ReportSection | None:
 
 
 def _of_load(load: dict[str, Any]) -> list[Block]:
-    """Return spectrum, coherence of a load along the beam, and what a load has in common with another one."""
+    """Return spectrum, coherence of a load along the beam, and its coherence with another load."""
     return [*_spectrum(load), *_coherence(load), *_cross_spectrum(load)]
 
 

@@ -38,7 +38,7 @@ def motion_section(analyses: Mapping[str, Analysis], command: str, repeats: bool
 
 
 def periodicity_section(analyses: Mapping[str, Analysis], command: str) -> ReportSection | None:
-    """Return the phase portrait with its Poincaré points and what they say; None without a forcing period."""
+    """Return the phase portrait with its Poincaré points and their interpretation; None without a forcing period."""
     blocks: list[Block] = []
     for probe, one in analyses.items():
         if one.periodicity is not None:

@@ -298,7 +298,7 @@ def sections_of_records(results: Results, command: str) -> list[ReportSection]:
 
 
 def _made(title: str, anchor: str, make: Callable[[], Sequence[ReportSection | None]]) -> list[ReportSection]:
-    """Return sections, or in their place what is wrong with the values that they show."""
+    """Return sections, or instead the faults of the values that they show."""
     try:
         return [section for section in make() if section is not None]
     except SignalError as fault:

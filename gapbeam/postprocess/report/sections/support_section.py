@@ -185,7 +185,7 @@ def _listed(names: Sequence[str] | Mapping[str, Any]) -> str:
 
 
 def things_to_do(summary: Summary) -> list[Block]:
-    """Return at most three things to do about what a run doubts, in one frame; nothing where there are none.
+    """Return at most three remedies for the doubts of a run, in one frame; nothing where there are none.
 
     Args:
         summary: Summary of the run.

@@ -182,7 +182,7 @@ def created_energy(summary: dict[str, Any]) -> str | None:
 
 
 def summary_section(results: Results, anchor: str = "summary") -> ReportSection:
-    """Return the verdicts on a run and its key figures, what it cost at the end.
+    """Return the verdicts on a run and its key figures, then its cost.
 
     Args:
         results: Results of a run.

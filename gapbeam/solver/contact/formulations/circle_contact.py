@@ -152,7 +152,7 @@ class CircleOperator(ContactOperator):
         return replace(self, gap_matrix=gaps, tangents=tangents, opening=everywhere, walls=self._walls(opening))
 
     def _walls(self, opening: Array) -> Walls:
-        """Return the motions of walls with what they open along directions of the stations, (k, 2)."""
+        """Return the motions of walls with the openings along directions of the stations, (k, 2)."""
         if not self.walls.motions or len(self.circles.shifts) == 0:
             return self.walls
         growths = self.walls.growths.copy()

@@ -132,7 +132,7 @@ class CoulombFriction:
         return np.where(fast & (np.sum(slip * before, axis=1) >= 0.0), 1.0, 0.0)
 
     def limit(self, normal: Array) -> Array:
-        """Return mu <p>, (m,), what the traction cannot exceed; or mu <f> for point forces f."""
+        """Return mu <p>, (m,), the largest traction; or mu <f> for point forces f."""
         return np.where(normal > NOTHING, self.coefficient * normal, 0.0)
 
     def speed(self, slip: Array) -> Array:

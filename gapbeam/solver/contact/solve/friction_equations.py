@@ -350,7 +350,7 @@ def linearize(friction: Rubbing, step: SlipStep, count: int) -> None:
 
 @compiled
 def _set_row(friction: Rubbing, scale: float, row: int, count: int, coupled: bool) -> None:
-    """Set a row to what the ordered forces do to its motion; to 0 where its force is known."""
+    """Set a row to the effect of the ordered forces on its motion; to 0 where its force is known."""
     for column in range(count):
         entry = scale * coupling(friction, friction.order[row], friction.order[column]) if coupled else 0.0
         friction.matrix[row, column] = entry

@@ -107,7 +107,7 @@ def carried(motion: KernelState, factor: OrderedFactor, size: int) -> Carried:
 
 
 def taken_up(arrays: Carried, factor: OrderedFactor) -> KernelState:
-    """Return the state that was carried along, and bring the factor to what it was."""
+    """Return the state that was carried along, and restore the factor."""
     order, compliance, rows = arrays[STATE:]
     filled = len(order)
     factor.order[:filled] = order

@@ -187,7 +187,7 @@ def _share_motions(friction: Rubbing, count: int) -> bool:
 
 @compiled
 def _add_laws(friction: Rubbing, slip: SlipStep, count: int) -> None:
-    """Add up what the laws of all ordered forces do to the motions, and set the forces of still motions."""
+    """Add up the effects of the laws of all ordered forces on the motions, and set the forces of still motions."""
     along, row = friction.on_face.shape[1], 0
     pressed, at_once = False, 0.0
     while row < count:

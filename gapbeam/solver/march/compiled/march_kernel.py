@@ -353,7 +353,7 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
 
 @compiled
 def _record_levers(levers: Array, weights: Array, pressure: Array, joints: Array) -> None:
-    """Add what the contact forces add to the forces of joints, (r,)."""
+    """Add the contribution of the contact forces to the forces of joints, (r,)."""
     if len(joints) > 0:
         for i in range(len(pressure)):
             if pressure[i] != 0.0:

@@ -326,7 +326,7 @@ def _solve_forces(
     around: AroundPoints | None, friction: Rubbing | None, balance: Balance, step: StepPoints, law: LawTable,
     slip: Slip, found: Solution, most: int, again: bool,
 ) -> int:  # fmt: skip
-    """Solve along given directions, and set what the forces make of sections; return the iterations, -1: it failed."""
+    """Solve along given directions, and set the motions of sections; return the iterations, -1: it failed."""
     if friction is None:
         iterations = solve_contact(balance, step, law, found, most, again)
         if around is not None and iterations >= 0:
@@ -442,7 +442,7 @@ def added_up(gaps: Array, around: AroundPoints | None, initial_gap: Array, q: Ar
 
 @compiled
 def touch_all(modal: Modal, law: LawTable, motion: KernelState, room: Room) -> None:
-    """Keep the approach speeds of all open points, and what the damper makes of them."""
+    """Keep the approach speeds of all open points, and the damping coefficients that follow."""
     set_motions(modal.gaps, modal.around, motion.v, room.guess_rate)
     for i in range(len(motion.depth)):
         _touch(law, motion.depth, motion.touch_speed, i, room.guess_rate[i] + room.opening_speed[i])

@@ -101,7 +101,7 @@ def _aim_station(friction: Rubbing, around: AroundPoints, row: int, point: int) 
 
 @compiled
 def respond(friction: Rubbing) -> None:
-    """Set the forces on the rows of B, and what they make of their motions."""
+    """Set the forces on the rows of B, and the motions that follow."""
     fill(friction.on_rows, 0.0)
     fill(friction.moved, 0.0)
     for row in range(friction.chosen[0] * (1 + friction.on_face.shape[1])):
@@ -146,7 +146,7 @@ def keep_friction(
     friction: Rubbing | None, form: int, weights: Array, pressure: Array, new_v: Array, stage_velocity: Array,
     rubbed: Array,
 ) -> None:  # fmt: skip
-    """Make what a solved step leaves of friction the memory of the points, see `KernelState`.
+    """Store the friction of a solved step as the memory of the points, see `KernelState`.
 
     Args:
         friction: None: nothing rubs.

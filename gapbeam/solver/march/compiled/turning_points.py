@@ -155,7 +155,7 @@ def point_outward(around: AroundPoints | None, q: Array, across: Array) -> None:
 def record_turning(
     around: AroundPoints | None, levers: Array, across: Array, weights: Array, pressure: Array, joints: Array
 ) -> None:
-    """Add what the forces at stations add to the forces of joints, (r,).
+    """Add the contribution of the forces at stations to the forces of joints, (r,).
 
     Args:
         around: The stations.
@@ -230,7 +230,7 @@ def choose_near(around: AroundPoints, initial_gap: Array, pressure: Array, every
 
 @compiled
 def stay_in_bounds(around: AroundPoints | None) -> bool:
-    """Return whether the `motions` that forces make move no section by more than half of what was allowed for."""
+    """Return whether the `motions` that forces make move no section by more than half of the allowance."""
     if around is not None:
         for section in range(len(around.bound)):
             if _length(around.motions, section) > 0.5 * around.bound[section]:

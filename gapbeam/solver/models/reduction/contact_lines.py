@@ -225,7 +225,7 @@ def neglected_shares(
 def flexibilities(
     operators: Operators, contact: ContactOperator, factor: Factor, basis: Basis, shift: float, pressures: Array
 ) -> tuple[Array, Array]:
-    """Return z^T D z less what a basis gives, and z^T D z, both without rigid motions, (k,), J.
+    """Return z^T D z less its value on a basis, and z^T D z, both without rigid motions, (k,), J.
 
     Args:
         operators: M and K.

@@ -274,7 +274,7 @@ def time_of(path: Path) -> tuple[float, int]:
 
 
 def _shapes(file: Any, size: int) -> dict[str, tuple[int, ...]]:
-    """Return the shapes of the arrays of an .npz, none of which is larger than what is there."""
+    """Return the shapes of the arrays of an .npz, none of which is larger than the file."""
     found = {}
     with ZipFile(file) as stored:
         entries = stored.infolist()

@@ -197,7 +197,7 @@ set = {"load.shaker.frequency" = 60.0}
 figure = "motion"
 value = 2e-4
 [search]
-method = "least-squares"
+starts = 1
 budget = 12
 profile = false
 coexisting = 0

@@ -112,16 +112,17 @@ class Measurement(Table):
 class Search(Table):
     """Search for the unknowns."""
 
-    method: Literal["global", "least-squares"] = Field(
-        default="global", description="global: differential evolution, then least squares"
-    )
     residual: Literal["log10", "relative", "absolute"] = Field(
         default="log10", description="residual to minimize: log10(computed/measured), or the difference"
     )
     budget: Whole = Field(default=1000, ge=1, le=10_000_000, description="most sets of values tried")
     seed: Whole = Field(default=0, ge=0, description="of everything random")
-    starts: Whole = Field(
-        default=1, ge=1, le=10_000, description="least-squares: starts; the first is from the file, the rest spread"
+    starts: Whole | None = Field(
+        default=None,
+        ge=1,
+        le=10_000,
+        description="places tried first, one of the file and others spread evenly; default 4 for each unknown and 4 "
+        "more",
     )
     difference: Positive = Field(
         default=0.01, le=0.2, description="step of finite differences, as a fraction of the range of an unknown"

@@ -1,8 +1,8 @@
 """Misfit of an identification, from the figures of evaluations, and the search that minimizes it.
 
-The search is differential evolution, then least squares with finite differences, from several starts. All coordinates
-run from 0 to 1, from the lower to the upper bound of an unknown on its scale. Residuals that are not numbers, of runs
-that failed, are worse than all others and are never averaged into anything.
+The search is least squares from the best of places that are spread evenly. All coordinates run from 0 to 1, from the
+lower to the upper bound of an unknown on its scale. Residuals that are not numbers, of runs that failed, are worse than
+all others and are never averaged into anything.
 """
 
 from __future__ import annotations
@@ -14,10 +14,11 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
-from scipy.optimize import differential_evolution, least_squares
+from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from gapbeam.studies.identification.evaluations import Evaluations, Record, failed, mean
+from gapbeam.studies.identification.identifiability import RESOLUTION
 from gapbeam.studies.identification.identification_file import FloatArray, Problem, Values
 from gapbeam.studies.identification.identification_tables import Measurement, Search
 
@@ -172,6 +173,13 @@ class Misfit:
                     cloud.append((values, cost))
         return cloud
 
+    def is_met(self, cost: float) -> bool:
+        """Return whether a sum of squares is within what figures of runs can resolve, or given standard errors."""
+        scales = [self.scales[number] for number in self.fitted]
+        least = RESOLUTION**2 * sum(one.per_logarithm**2 for one in scales)
+        given = all(one.sigma is not None for one in scales)
+        return cost <= (max(least, float(len(scales))) if given else least)
+
     def failures(self) -> list[Record]:
         """Return the records of experiments that failed."""
         return [record for record in self.evaluations.records if failed(record)]
@@ -197,59 +205,48 @@ Residuals = Callable[[ParameterSearchFloatArray], ParameterSearchFloatArray]
 Slopes = Callable[[ParameterSearchFloatArray], ParameterSearchFloatArray]
 """Function from a place (n,) to derivatives of the residuals there, (m, n), with columns of not numbers."""
 
-SMALLEST_POPULATION, INDIVIDUALS = 16, 8  # of an unknown
-POLISH_STEPS = 8  # Gauss-Newton steps that are put aside for the end of a global search
-SPREAD = 1e-3  # of the misfits of a population that has converged, relative to their mean
+STARTS = 4
+"""Places that a search tries first, for each unknown and one more."""
+APART = 0.05
+"""Distance on the scales up to which a start is of the valley of another, or of its end."""
 
 
 def search(
-    residuals: Residuals, start: ParameterSearchFloatArray, settings: Search, budget: int, slopes: Slopes | None = None
-) -> None:  # fmt: skip
-    """Search from a start until it converges or the budget is spent; what was found is what was evaluated.
+    residuals: Residuals, start: ParameterSearchFloatArray, settings: Search, slopes: Slopes | None = None,
+    is_met: Callable[[float], bool] = lambda _: False,
+) -> list[ParameterSearchFloatArray]:  # fmt: skip
+    """Search from places that are spread evenly: least squares from the best, then from the next best, and so on.
+
+    It ends where the measurements are met, where the least misfit was found a second time, or with the budget; what was
+    found is what was evaluated.
 
     Args:
         residuals: Evaluates, and raises `BudgetSpentError` at the end of the budget.
-        start: Place to start from, (n,).
-        settings: Method, seed, starts, step of differences.
-        budget: Places that may be evaluated.
+        start: The first place, (n,).
+        settings: Starts, budget, seed, step of differences.
         slopes: Derivatives, which least squares takes where they are numbers.
+        is_met: Function that returns True for a sum of squares as small as can be known.
+
+    Returns:
+        Ends of least squares.
     """
+    ends, seen, best = list[ParameterSearchFloatArray](), list[ParameterSearchFloatArray](), math.inf
     with suppress(BudgetSpentError):
-        if settings.method == "global":
-            found = evolve(residuals, start, budget, settings.seed)
-            polish(residuals, found, settings.difference, slopes)
-            return
-        places = _starts(start, min(settings.starts, budget), settings.seed)
+        count = settings.starts or STARTS * (len(start) + 1)
+        places = _starts(start, min(count, 1 + settings.budget // 2), settings.seed)
         costs = _costs(residuals(places))
         for number in np.argsort(costs, kind="stable"):
-            if isfinite(costs[number]):
-                polish(residuals, places[number], settings.difference, slopes)
-
-
-def evolve(residuals: Residuals, start: ParameterSearchFloatArray, budget: int, seed: int) -> ParameterSearchFloatArray:
-    """Return the best place that differential evolution finds, generation by generation evaluated side by side.
-
-    Source: Storn and Price (1997), as implemented by `scipy.optimize.differential_evolution`.
-    """
-    size = len(start)
-    put_aside = min(POLISH_STEPS * (2 * size + 2), budget // 4)
-    population = min(max(SMALLEST_POPULATION, INDIVIDUALS * size), max(5, (budget - put_aside) // 5))
-    generations = (budget - put_aside) // population - 1
-    if generations < 1:
-        return start
-    first = _starts(start, population, seed)
-    found = differential_evolution(
-        lambda places: _costs(residuals(np.asarray(places).T.reshape(-1, size))),
-        [(0.0, 1.0)] * size,
-        maxiter=generations,
-        init=first,
-        tol=SPREAD,
-        rng=np.random.default_rng(seed),
-        polish=False,
-        updating="deferred",
-        vectorized=True,
-    )
-    return np.asarray(found.x)
+            if not isfinite(costs[number]):
+                break
+            if any(np.abs(places[number] - one).max() < APART for one in seen):
+                continue
+            z = polish(residuals, places[number], settings.difference, slopes)
+            cost, before = float(_costs(residuals(z[None]))[0]), best
+            again = any(np.abs(z - one).max() < settings.difference for one in ends)
+            ends, seen, best = [*ends, z], [*seen, places[number], z], min(best, cost)
+            if is_met(best) or (again and cost <= before * (1.0 + settings.difference)):
+                break
+    return ends
 
 
 def polish(
@@ -257,21 +254,34 @@ def polish(
 ) -> ParameterSearchFloatArray:  # fmt: skip
     """Return the result of least squares from a place; its derivatives are known slopes, or central differences.
 
-    With slopes it ends where a step is below the square of the difference, to which these are known.
+    With slopes it ends where a step is below the square of the difference, to which these are known. Where runs fail
+    beside its end, it goes on along there.
     """
-    first = residuals(start[None])[0]
-    if not np.all(np.isfinite(first)):
+    if not np.all(np.isfinite(residuals(start[None]))):
         return start
-    found = least_squares(
-        lambda z: residuals(z[None])[0],
-        start,
-        lambda z: jacobian(residuals, z, difference, slopes),
-        bounds=(0.0, 1.0),
-        ftol=1e-12,
-        xtol=1e-8 if slopes is None else difference**2,
-        gtol=1e-12,
-    )
-    return np.asarray(found.x)
+    z, box, failures = start, np.array([np.zeros(len(start)), np.ones(len(start))]), 0
+
+    def one(z: ParameterSearchFloatArray) -> ParameterSearchFloatArray:
+        nonlocal failures
+        row = np.asarray(residuals(z[None])[0])
+        failures += not np.all(np.isfinite(row))
+        return row
+
+    while True:
+        before = failures
+        found = least_squares(
+            one, z, lambda z: jacobian(residuals, z, difference, slopes), bounds=tuple(box), ftol=1e-12,
+            xtol=1e-8 if slopes is None else difference**2, gtol=1e-12,
+        )  # fmt: skip
+        z = np.asarray(found.x)
+        if failures == before:
+            return z
+        beside = [np.isfinite(_costs(residuals(pair))) for pair in difference_places(z, difference)]
+        closed = ~np.array(beside).T & (np.abs(box - z) > difference**2)
+        narrow = np.where(closed, z, box)
+        if not closed.any() or np.any(np.diff(narrow, axis=0) <= difference**2):
+            return z
+        box = narrow
 
 
 def jacobian(

@@ -215,7 +215,6 @@ def as_data(found: Conclusion) -> dict[str, Any]:
         "format": FORMAT,
         "title": problem.file.title,
         "residual": problem.file.search.residual,
-        "method": problem.file.search.method,
         "confidence": problem.file.search.confidence,
         "tolerance": problem.file.search.tolerance,
         "tried": found.tried,
@@ -404,7 +403,7 @@ def run_identification(
             misfit = Misfit(problem, evaluations)
             if evaluations.records:
                 LOG.info("%d experiments are on disk already", len(evaluations.records))
-            search(misfit, problem.start, settings, settings.budget, misfit.slopes)
+            search(misfit, problem.start, settings, misfit.slopes, misfit.is_met)
             found = conclude(
                 problem, evaluations, len(misfit.tried), leave_one_out, lambda words: report(words, None)
             )  # fmt: skip

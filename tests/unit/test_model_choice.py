@@ -14,7 +14,7 @@ from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, graded_places
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, read_case_text
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
-from gapbeam.solver.models.model import body_key
+from gapbeam.solver.models.model import _offer_simpler, body_key
 from tests.shared.command import CASE_FOLDER, DEMO
 
 CASES = sorted(CASE_FOLDER.glob("*.toml"))
@@ -155,3 +155,24 @@ def test_a_beam_in_holes_touches_at_a_few_sections(changes: dict[str, object], s
     holes = {"model": {"type": "beam"}, "contact.friction": {"coefficient": 0.2}, "contact.stiffness": 1.0e11}
     case = read_case(CASE_FOLDER / "tube-holes.toml", {**holes, **changes})
     assert case.model.stations == stations
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "words"),
+    [
+        ("li2013", {}, "beam elements"),
+        ("li2013", {"model": "reduced"}, "beam elements"),
+        ("li2013", {"model": "beam"}, ""),
+        ("li2013", {"output.stress": True}, ""),
+        ("demo", {}, ""),
+    ],
+)
+def test_a_solid_is_not_set_up_unsaid_where_a_beam_would_do(
+    name: str, changes: dict[str, object], words: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A fuel rod without [model] was meshed as a solid of 270 000 DOFs for minutes; slices cost little."""
+    with caplog.at_level("INFO", "gapbeam"):
+        _offer_simpler(read_case(CASE_FOLDER / f"{name}.toml", changes))
+    said = [one.getMessage() for one in caplog.records]
+    assert len(said) == bool(words)
+    assert all(f"model=auto would take {words}" in one for one in said)

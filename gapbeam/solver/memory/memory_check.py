@@ -41,6 +41,12 @@ def expected_dofs(case: Case) -> float | None:
     return case.mesh.dimension * expected_nodes(geometry_of(case), sizing_of(case), case.mesh.degree)
 
 
+def simple_dofs(case: Case) -> int:
+    """Return the approximate number of DOFs of a model of beam elements, or of a rigid body: one for each motion."""
+    motions = len(beam_motions(case))
+    return DOFS_OF_ELEMENT * case.model.elements * motions if isinstance(case.model, BeamModel) else motions
+
+
 def memory_of(case: Case, dofs: float) -> dict[str, float]:
     """Return the approximate memory of a case over all ranks on a mesh of so many DOFs, by its use; bytes.
 
@@ -49,7 +55,7 @@ def memory_of(case: Case, dofs: float) -> dict[str, float]:
     needs = memory_needs(dofs, case.mesh.dimension)
     parts = {"mesh": UNASSEMBLED * needs.matrices}
     if isinstance(case.model, BeamModel):
-        parts["beam"] = beam_needs(DOFS_OF_ELEMENT * case.model.elements * len(beam_motions(case)))
+        parts["beam"] = beam_needs(simple_dofs(case))
         return parts
     parts["matrices"] = needs.matrices - parts["mesh"]
     if isinstance(case.model, RigidModel):

@@ -240,6 +240,13 @@ def test_many_supports_with_much_play_take_one_line(count: int) -> None:
     assert (f", and {count - 1} after it:" in asked[0]) == (count > 1)
 
 
+@pytest.mark.parametrize(("clearance", "far"), [(1.0e-3, False), (3.0e-3, False), (0.011, False), (0.04, True)])
+def test_a_tilt_that_is_small_is_not_warned_of(clearance: float, far: bool) -> None:
+    """Play of a tenth of the thickness in supports half a metre apart tilts by 0.1 degrees: a small rotation."""
+    ends = PLANE + PLANE.replace('"a"', '"b"').replace("from = 0.0", "from = 0.55").replace("to = 0.1", "to = 0.6")
+    assert ("lets the beam tilt" in said(BEAM + ends.replace("1e-4", str(clearance)))) == far
+
+
 @pytest.mark.parametrize("scale", [2.0**-17, 2.0**-14, 2.0**-7, 1.0])
 def test_a_small_beam_of_a_usual_material_is_believed(scale: float) -> None:
     """No other unit makes a length too small: switches of 5 um were asked whether they are in mm. Large ones are."""

@@ -60,6 +60,7 @@ HEAVY, SOFT = 2500.0, 1e9  # kg/m^3 and Pa: no solid material is so dense and so
 LEAST_YIELD = 1e5  # Pa
 SLOW = 1.0  # Hz
 MUCH_DAMPING = 0.5  # of critical
+MOST_TILT = 3.0  # degrees: the cosine of a small rotation is 1 within 0.14 %
 
 
 def unit_questions(case: Case) -> Iterator[str]:
@@ -227,7 +228,7 @@ def shape(case: Case) -> Iterator[str]:
         tilt = math.degrees(math.atan2(support.clearance, around))
         turns = not any(one.held and one.motion.turns for joint in case.joint for one in joint.attached())
         turns = turns and bending_rank(case.joint, held_only=True) < 2
-        if turns and ((support.clearance > 0.1 * beam.thickness and not arms) or tilt > 3):
+        if turns and tilt > MOST_TILT:
             yield (
                 f"{place} clearance = {support.clearance:g} lets the beam tilt by {tilt:.2g} degrees; "
                 "the equations are those of small rotations, and the unit is m, not mm"

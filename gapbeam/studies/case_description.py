@@ -19,7 +19,12 @@ from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import Default, bending_words, overhang_frequency, stiffness_unit
 from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.march.stepwise_march import RESOLVING_SHARE
-from gapbeam.solver.memory.memory_check import expected_dofs, lack_of_memory, refuse_too_large_before_meshing
+from gapbeam.solver.memory.memory_check import (
+    expected_dofs,
+    lack_of_memory,
+    offer_simpler,
+    refuse_too_large_before_meshing,
+)
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.body import MeshedBeam, mesh_beam, mesh_dofs
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
@@ -78,6 +83,7 @@ def describe_case(case: Case, comm: MPI.Comm) -> CaseDescription:
     Collective.
     """
     refuse_too_large_before_meshing(case, comm, mesh_alone=True)
+    offer_simpler(case)
     started, dofs = time.perf_counter(), comm.bcast(expected_dofs(case))
     if not isinstance(case.model, BeamModel) and (dofs is None or dofs > PERHAPS * LARGEST):
         meshed = mesh_beam(case, comm)

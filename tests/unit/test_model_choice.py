@@ -14,7 +14,8 @@ from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, graded_places
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, read_case_text
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
-from gapbeam.solver.models.model import _offer_simpler, body_key
+from gapbeam.solver.memory.memory_check import offer_simpler
+from gapbeam.solver.models.model import body_key
 from tests.shared.command import CASE_FOLDER, DEMO
 
 CASES = sorted(CASE_FOLDER.glob("*.toml"))
@@ -172,7 +173,7 @@ def test_a_solid_is_not_set_up_unsaid_where_a_beam_would_do(
 ) -> None:
     """A fuel rod without [model] was meshed as a solid of 270 000 DOFs for minutes; slices cost little."""
     with caplog.at_level("INFO", "gapbeam"):
-        _offer_simpler(read_case(CASE_FOLDER / f"{name}.toml", changes))
+        offer_simpler(read_case(CASE_FOLDER / f"{name}.toml", changes))
     said = [one.getMessage() for one in caplog.records]
     assert len(said) == bool(words)
     assert all(f"model=auto would take {words}" in one for one in said)

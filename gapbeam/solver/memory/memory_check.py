@@ -1,4 +1,4 @@
-"""Check of memory before a model is made: models that do not fit are refused."""
+"""Size of a model before it is made: models that do not fit into memory are refused, and simpler ones are named."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import logging
 import re
 import resource
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, assert_never
 
 from gapbeam.meshes.mesh_size import expected_nodes
@@ -16,9 +16,10 @@ from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
 from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.periodic_checks import factor_needed
+from gapbeam.solver.case.model_choice import chosen_case
 from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
 from gapbeam.solver.memory.memory_estimate import beam_needs, free_memory, memory_needs
-from gapbeam.solver.messages.errors import OutOfMemory, UserError
+from gapbeam.solver.messages.errors import CaseError, OutOfMemory, UserError
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -27,6 +28,7 @@ LOG = logging.getLogger("gapbeam")
 GIGABYTE = 1.0e9
 SMALL = 0.5 * GIGABYTE  # needs that are not worth asking how much is free
 DOFS_OF_ELEMENT = 2  # of each motion of a beam
+FAR_MORE = 100.0  # DOFs of a solid over those of a simpler model: the set-up of the solid is then what a run waits for
 UNASSEMBLED = 0.25  # of the matrices: what mesh and nodes alone take
 
 
@@ -45,6 +47,18 @@ def simple_dofs(case: Case) -> int:
     """Return the approximate number of DOFs of a model of beam elements, or of a rigid body: one for each motion."""
     motions = len(beam_motions(case))
     return DOFS_OF_ELEMENT * case.model.elements * motions if isinstance(case.model, BeamModel) else motions
+
+
+def offer_simpler(case: Case) -> None:
+    """Name the model that "auto" takes where the solid of a case, which takes minutes to set up, has far more DOFs."""
+    if case.mesh.dimension == 2 or case.model.rings is not None or not isinstance(case.model, FullModel | ReducedModel):
+        return
+    with suppress(CaseError):
+        simple = chosen_case(case.model_copy(update={"model": AutoModel(type="auto")}))
+        dofs, own = expected_dofs(case), simple_dofs(simple)
+        if isinstance(simple.model, BeamModel | RigidModel) and dofs and dofs > FAR_MORE * own:
+            kind = "beam elements" if isinstance(simple.model, BeamModel) else "a rigid body"
+            LOG.info("the solid has about %.2g DOFs; --set model=auto would take %s, with %d", dofs, kind, own)
 
 
 def memory_of(case: Case, dofs: float) -> dict[str, float]:

@@ -17,7 +17,6 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, assert_never
@@ -32,7 +31,7 @@ from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.case.beam_motions import axial_restraint, motions_in_words
 from gapbeam.solver.case.case import Case, Contact, Damping, Friction, Gates, Output, Wear
 from gapbeam.solver.case.computed_defaults import Default, rayleigh, seat_springs, slip_velocity, tangent_stiffness
-from gapbeam.solver.case.model_choice import chosen_case, resolved_frequency
+from gapbeam.solver.case.model_choice import resolved_frequency
 from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel, Time
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
@@ -40,13 +39,8 @@ from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.loads.load_choice import load_direction
 from gapbeam.solver.loads.places import BodyForce, SupportAcceleration
 from gapbeam.solver.loads.support_walls import walls_of
-from gapbeam.solver.memory.memory_check import (
-    expected_dofs,
-    refuse_too_large,
-    refuse_too_large_before_meshing,
-    simple_dofs,
-)
-from gapbeam.solver.messages.errors import CaseError, UserError
+from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.beam_body import beam_body, rigid_body
 from gapbeam.solver.models.bending_stiffness import refuse_poor_bending
 from gapbeam.solver.models.body import TURNED, Body, ProbeRow, mesh_beam, mesh_dofs, point_rule
@@ -219,7 +213,6 @@ def _time(case: Case) -> Time:
 
 LOG = logging.getLogger("gapbeam")
 GIVEN = "given in the case"
-FAR_MORE = 100.0  # DOFs of a solid over those of a simpler model: the set-up of the solid is then what a run waits for
 
 
 @dataclass(frozen=True)
@@ -326,23 +319,9 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
 
     Collective.
     """
-    _offer_simpler(case)
     model = model_of(case, build_body(case, comm))
     _log_choices(model)
     return model
-
-
-def _offer_simpler(case: Case) -> None:
-    """Name the model that "auto" takes where the solid of a case, which takes minutes to set up, has far more DOFs."""
-    if case.mesh.dimension == 2 or case.model.rings is not None or not isinstance(case.model, FullModel | ReducedModel):
-        return
-    with suppress(CaseError):
-        simple = chosen_case(case.model_copy(update={"model": AutoModel(type="auto")}))
-        dofs = expected_dofs(case)
-        if isinstance(simple.model, BeamModel | RigidModel) and dofs and dofs > FAR_MORE * simple_dofs(simple):
-            kind = "beam elements" if isinstance(simple.model, BeamModel) else "a rigid body"
-            words = "the solid has about %.2g DOFs; --set model=auto would take %s, with %d"
-            LOG.info(words, dofs, kind, simple_dofs(simple))
 
 
 def _log_choices(model: Model) -> None:

@@ -20,7 +20,7 @@ from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
-from gapbeam.solver.memory.memory_check import out_of_memory_reported
+from gapbeam.solver.memory.memory_check import offer_simpler, out_of_memory_reported
 from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
@@ -170,6 +170,7 @@ def _run_case(
     if resume:
         refuse_to_resume(case)
     with out_of_memory_reported("the model was made"), kept_lines() as earlier:
+        offer_simpler(case)
         model = build_model(case, comm)
     signals.check()
     refuse_energy_creators(model)

@@ -94,11 +94,19 @@ def face_contacts(
     one, two = _face(first, where), _face(second, where)
     if FACETS[one.kind].dimension != FACETS[two.kind].dimension:
         raise UserError(f"{where}: found a solid in the plane and one in space, expected two of a kind")
-    law = stiffness if isinstance(stiffness, ForceLaw) else None
-    if law is not None and (law.kind.impact is None or damping):
-        raise UserError(f"{where}: found law {law.kind.name}, expected a stiffness, or Unilateral without damping")
-    hard = positive(1.0 if law else stiffness, f"{where}: stiffness")
     lossy = positive(damping, f"{where}: damping", zero=True)
+    if not isinstance(stiffness, ForceLaw):
+        positive(stiffness, f"{where}: stiffness")
+    elif stiffness.kind.impact is None or damping:
+        raise UserError(
+            f"{where}: found law {stiffness.kind.name}, expected a stiffness, or Unilateral without damping"
+        )
+
+    def law_on(area: float) -> ForceLaw:
+        if isinstance(stiffness, ForceLaw):
+            return stiffness
+        return KelvinVoigt(stiffness=float(stiffness * area), damping=float(lossy * area))
+
     slips = FACETS[one.kind].dimension if positive(friction, f"{where}: friction", zero=True) > 0.0 else 0
     along = _directions(one) if slips == 2 else {}
     own: list[Array] = [np.zeros((3, 0))]
@@ -154,7 +162,7 @@ def face_contacts(
         Contact(
             (one.structure.point(first_rows[i], first[1]), two.structure.point(second_rows[i], second[1])),
             HalfPlane(float(gaps[i]), normal_way),
-            law or KelvinVoigt(stiffness=float(hard * area[node]), damping=float(lossy * area[node])),
+            law_on(area[node]),
             friction, sliding, name=f"{name}-{i}",
         )
         for i, node in enumerate(nodes)

@@ -168,13 +168,10 @@ def _finer(case: Case, plane: bool, even: bool) -> dict[str, Any] | None:
         return mesh_keys(case, 0.5, plane, even) | {"model": _finest(case)}
     simpler = isinstance(case.model, BeamModel | RigidModel)  # what they leave out of the solid is an error of theirs
     solid = simpler and not _contact_of_basis(case) and not _planes_beside_circles(case)
-    return {"model": _finest(case)} | _fewest_points(case) if solid else None
-
-
-def _fewest_points(case: Case) -> dict[str, Any]:
-    """Return the quadrature of contact of a solid, whose steps cost the square of their contact points."""
-    usual = case.contact.quadrature_degree or 2 * case.mesh.degree + 2
-    return {"contact.quadrature_degree": FEW_POINTS} if usual > FEW_POINTS else {}
+    if not solid:
+        return None
+    points = min(case.contact.quadrature_degree or FEW_POINTS, FEW_POINTS)  # steps cost the square of their number
+    return {"model": _finest(case), "contact.quadrature_degree": points}
 
 
 def _planes_beside_circles(case: Case) -> bool:

@@ -325,7 +325,7 @@ def _apart(one: MotionRecord, other: MotionRecord, span: Span, averages: Average
         averages: Widths of the means.
         chatters: Whether ranges may agree by chance; amplitudes of harmonics do where motions differ by phase.
     """
-    if isinstance(span, FigureSpan) or not span.predictable:
+    if isinstance(span, FigureSpan) or not span.predictable or not (span.frequency or chatters):
         return {}
     count = min(len(one.times), len(other.times))
     left, right = one.first(count), other.first(count)

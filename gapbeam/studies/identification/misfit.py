@@ -208,7 +208,7 @@ Slopes = Callable[[ParameterSearchFloatArray], ParameterSearchFloatArray]
 STARTS = 4
 """Places that a search tries first, for each unknown and one more."""
 APART = 0.05
-"""Distance on the scales up to which a start is of the valley of another, or of its end."""
+"""Distance on the scales up to which a start leads to the same minimum as another start, or as an end."""
 
 
 def search(
@@ -255,7 +255,7 @@ def polish(
     """Return the result of least squares from a place; its derivatives are known slopes, or central differences.
 
     With slopes it ends where a step is below the square of the difference, to which these are known. Where runs fail
-    beside its end, it goes on along there.
+    beside its end, it continues along the limit of these failures.
     """
     if not np.all(np.isfinite(residuals(start[None]))):
         return start

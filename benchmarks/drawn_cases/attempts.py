@@ -8,7 +8,7 @@
 
 It marches a quarter of the step by the scheme that conserves energy at any step: others create or take some there, too.
 A contact stiffness that was computed stands for rigid contact: the second way has eight times as much, and an eighth of
-the step, as contacts are shorter.
+the step, as contacts are shorter. Beams that chatter have a 16th and a 32nd of the step, and half of the cell size.
 """
 
 from __future__ import annotations
@@ -18,11 +18,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 import gapbeam
+from benchmarks.drawn_cases.chatter import chattering_scene
 from benchmarks.drawn_cases.scenes import Scene, drawn_scene
 from benchmarks.table import Cell, Table, machine_words
 from benchmarks.true_errors import true_errors
@@ -37,14 +38,30 @@ from gapbeam.studies.error_estimate.force_peaks import BEYOND_HORIZON, SETTLED
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.trials.refined_mesh import mesh_keys
 
-CELLS, STIFFER = 0.25, 8.0  # cell size and computed contact stiffness, over those of the run
-FINER, FINER_AND_STIFFER = 4, 8  # steps
+STIFFER = 8.0  # times the computed contact stiffness of the run
 TINY = 1.0e-300
 CELLS_THAT_RUB = 0.5
 STATIONS, ELEMENTS = 12, 200
 RIGHT = 0.02  # of a figure: a run that is so near to the second way is no wrong one
 NEGLIGIBLE = 1.0e-6  # of the largest figure of its unit: an error and an estimate below it say nothing
 PARTS = {SETTLED: "settled", BEYOND_HORIZON: "beyond the horizon"}  # the others are the start-up
+
+
+class Finer(NamedTuple):
+    """Resolution of a second way.
+
+    Attributes:
+        cells: Cell size, over the cell size of the run.
+        steps: Steps over those of the run.
+        stiffer: Steps over those of the run, where the contact is stiffer, too.
+    """
+
+    cells: float
+    steps: int
+    stiffer: int
+
+
+USUAL, OF_CHATTER = Finer(0.25, 4, 8), Finer(0.5, 16, 32)
 
 
 @dataclass(frozen=True)
@@ -114,9 +131,9 @@ class Attempt:
         return wrong and self.second_status == 0 and (self.off is None or self.off < RIGHT)
 
 
-def attempted(number: int, folder: Path) -> Attempt:
+def attempted(number: int, folder: Path, chatters: bool = False) -> Attempt:
     """Run the scene of a number and, where there is something to compare, a second way."""
-    scene = drawn_scene(number)
+    scene, finer = (chattering_scene(number), OF_CHATTER) if chatters else (drawn_scene(number), USUAL)
     times = scene.tables["time"]
     records = {"output.history_interval": times["step"], "output.fields_interval": times["end"]}
     case = gapbeam.read_case(scene.tables, records)
@@ -130,7 +147,7 @@ def attempted(number: int, folder: Path) -> Attempt:
     if outcome.exit_status != 0 or estimated:
         computed = {one["key"]: one["value"] for one in summary.get("defaults", ())}
         end = float(errors["up_to"]) if estimated else case.time.end
-        other = gapbeam.read_case(case, second_way(scene, case, computed.get("contact.stiffness"), end))
+        other = gapbeam.read_case(case, second_way(scene, case, computed.get("contact.stiffness"), end, finer))
         second = gapbeam.run(other, output=folder / "second", overwrite=True)
         second_status, second_message = second.exit_status, second.message
         if second_status == 0:
@@ -174,18 +191,19 @@ def _figures(summary: dict[str, Any], exact: MotionRecord) -> Iterator[Figure]:
             yield Figure(part, row["name"], row["value"], row["error"], error, row["differences"])
 
 
-def second_way(scene: Scene, case: Case, stiffness: float | None, end: float) -> dict[str, Any]:
+def second_way(scene: Scene, case: Case, stiffness: float | None, end: float, finer: Finer) -> dict[str, Any]:
     """Return the keys of the second way.
 
     Args:
         scene: The scene.
         case: Its case.
         stiffness: Contact stiffness of the run, where it was computed.
-        end: Up to when, s.
+        end: End, s.
+        finer: Its resolution.
     """
     step = float(scene.tables["time"]["step"])
     changes: dict[str, Any] = {
-        "time.step": step / (FINER_AND_STIFFER if scene.automatic else FINER),
+        "time.step": step / (finer.stiffer if scene.automatic else finer.steps),
         "time.scheme": "discrete-gradient",
         "time.end": end,
         "output.history_interval": step,
@@ -194,15 +212,15 @@ def second_way(scene: Scene, case: Case, stiffness: float | None, end: float) ->
     }
     if stiffness is not None:
         changes["contact.stiffness"] = stiffness * (STIFFER if scene.automatic else 1.0)
-    return changes | _finer_model(scene, case)
+    return changes | _finer_model(scene, case, finer.cells)
 
 
-def _finer_model(scene: Scene, case: Case) -> dict[str, Any]:
+def _finer_model(scene: Scene, case: Case, cells: float) -> dict[str, Any]:
     rubs = case.friction is not None
     if case.mesh.dimension == 2:
         basis = {"contact": "all"} if rubs else {"shapes": FINEST_SHAPES}
         finest = {"type": "reduced", "modes": FINEST_MODES} | basis
-        return mesh_keys(case, CELLS_THAT_RUB if rubs else CELLS) | {"model": finest}
+        return mesh_keys(case, CELLS_THAT_RUB if rubs else cells) | {"model": finest}
     if scene.kind == "rigid sections":
         return {"model": {"type": "reduced", "sections": "rigid", "modes": FINEST_MODES, "stations": STATIONS}}
     return {"model": {"type": "beam", "elements": ELEMENTS}}
@@ -237,14 +255,14 @@ def missed(attempts: Sequence[Attempt]) -> Iterator[str]:
             yield f"case {attempt.number} ({attempt.kind}) is refused, and the second way solves it: {attempt.message}"
 
 
-def coverage(attempts: Sequence[Attempt]) -> Table:
+def coverage(attempts: Sequence[Attempt], name: str = "drawn_cases") -> Table:
     """Return the table of all classes, with what is missed and how many pairs of choices were drawn."""
     rows: list[tuple[Cell, ...]] = []
-    for name, found in ratios_by_class(attempts).items():
+    for one_class, found in ratios_by_class(attempts).items():
         ratio, estimate, error = np.array(found).T
         shares = (f"{np.mean(ratio <= limit):.1%}" for limit, _ in PROMISES)
         middle = (f"{np.median(estimate):.2%}", f"{np.median(error):.2%}")
-        rows.append((name, len(found), *shares, f"{ratio.max():.3g}", *middle))
+        rows.append((one_class, len(found), *shares, f"{ratio.max():.3g}", *middle))
     pairs = {
         pair
         for attempt in attempts
@@ -262,7 +280,7 @@ def coverage(attempts: Sequence[Attempt]) -> Table:
         *missed(attempts),
     )
     return Table(
-        "drawn_cases",
+        name,
         f"Error estimates of {len(attempts)} drawn cases",
         ("class", "figures", "below E", "below 2 E", "below 5 E", "largest error / E", "median E", "median error"),
         tuple(rows),

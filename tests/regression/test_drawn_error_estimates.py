@@ -39,6 +39,16 @@ def test_a_drawn_case_lies_within_its_errors(number: int, tmp_path: Path, monkey
     assert sum(ratio <= 1.0 for ratio in ratios) >= FEWEST_BELOW * len(ratios)
 
 
+def test_a_beam_that_chatters_lies_within_its_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blows of a few steps: the ranges of two motions agree by chance, and their difference does not."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "companions")
+    found = attempted(14, tmp_path, chatters=True)
+    assert (found.status, found.second_status) == (0, 0)
+    ratios = [one.error / one.estimate for one in found.figures]
+    assert len(ratios) == 8
+    assert max(ratios) <= 1.0
+
+
 def leaf(push: float) -> dict[str, Any]:
     """Return a leaf that a force at its tip rattles in a narrow slot, in blows of one or two of 40 steps a period."""
     frequency = 37.2

@@ -181,6 +181,49 @@ def test_members_have_restitutions_of_their_own() -> None:
         assert found.q[:, k] == pytest.approx(end.state.q[:, 0], rel=1e-11)
 
 
+def test_impacts_of_impulses_have_no_duration_and_no_peak_force(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A ball that bounces: times, speeds and impulses of free fall; no advice on steps, which would change nothing."""
+    monkeypatch.delenv("GAPBEAM_ERRORS")
+    ball, e, g, high, h = gb.mass(1.3, name="ball"), 0.8, 9.81, 0.1, 1e-5
+    floor = gb.Contact(ball["at"], gb.HalfPlane(0.0), gb.Unilateral(restitution=e), offset=-high, name="floor")
+    scene = gb.Scene(ball, contacts=[floor], loads=[gb.weight(ball, g, name="weight")])
+    outcome = gb.run(scene, step=h, end=0.8, every=10, output=tmp_path / "run")
+    assert outcome.exit_status == 0, outcome.message
+    fall, speed = np.sqrt(2.0 * high / g), np.sqrt(2.0 * g * high) * e ** np.arange(4)
+    times = fall + np.append(0.0, np.cumsum(2.0 * e * speed[:-1] / g))
+    found = np.loadtxt(tmp_path / "run" / "impacts.csv", delimiter=",", skiprows=1, usecols=range(1, 5))
+    wanted = np.column_stack([times, speed, 1.3 * (1.0 + e) * speed, 0.0 * speed])
+    assert found == pytest.approx(wanted, rel=1e-3, abs=1e-12)
+    summary, history = outcome.summary, gb.open_results(outcome).history
+    assert float(history["contact_time"][-1, 0]) == 0.0
+    assert float(history["closings"][-1, 0]) == 4.0
+    assert summary["peak_contact_force"] == {}
+    assert summary["assumptions"] == []
+    assert not [words for words in summary["warnings"] if "resolved" in words or "mean force" in words]
+    figures = {one["name"]: one for one in summary["errors"]["figures"]}
+    assert not [name for name in figures if name.endswith("force")]
+    (row,) = [one for one in summary["closing"]["rows"] if one["figure"] == "floor impulse"]
+    assert row["verdict"] == "good"
+    exact = wanted[:, 2].sum()
+    assert abs(figures["floor impulse"]["value"] - exact) <= max(figures["floor impulse"]["error"], 1e-3 * exact)
+    (page,) = gb.report(tmp_path / "run", pdf=False)
+    assert "the law is impulses, which act at once" in page.read_text(encoding="utf-8")
+
+
+def test_a_block_at_rest_stays_in_contact(tmp_path: Path) -> None:
+    """A weight on a floor without restitution: one contact from its fall on, as long as its load is a weight."""
+    block, h = gb.mass(2.0, name="block"), 1e-4
+    floor = gb.Contact(block["at"], gb.HalfPlane(1e-3), gb.Unilateral(restitution=0.0), name="floor")
+    away = gb.Force(block["at"], lambda t: np.where(np.asarray(t) < 0.5, 20.0, -20.0), name="load")
+    outcome = gb.run(gb.Scene(block, contacts=[floor], loads=[away]), step=h, end=0.6, output=tmp_path / "run")
+    fall, speed = np.sqrt(2.0 * 1e-3 / 10.0), np.sqrt(2.0 * 1e-3 * 10.0)
+    (row,) = np.loadtxt(tmp_path / "run" / "impacts.csv", delimiter=",", skiprows=1, usecols=range(1, 5), ndmin=2)
+    assert row == pytest.approx([fall, speed, 10.0, 0.5 - fall], abs=2.0 * h * 20.0)
+    assert outcome.summary["contact_episodes"]["episodes"] == 0
+
+
 CASE: dict[str, Any] = {
     "structure": [
         {"name": "a", "model": {"type": "mass", "mass": 2.0}, "velocity": 1.3},

@@ -50,15 +50,21 @@ class ContactBlock:
         force: Normal force, N.
         friction: Friction force, N.
         rubbed: Work of sliding in each step, |F_n| times the motion across the normal, J; 0 at points of one motion.
+        closed: Whether the contact is closed at the end of a step: it penetrates, or has an impulse in the step.
+        approach: Speed of approach before a step, m/s; 0 but for laws of impulses.
     """
 
     depth: Array
     force: Array
     friction: Array
     rubbed: Array
+    closed: Array
+    approach: Array
 
 
-def contacts_of(scene: Scene, places: Array, forces: Array, before: Array | None = None) -> ContactBlock:
+def contacts_of(
+    scene: Scene, places: Array, forces: Array, before: Array | None = None, rates: Array | None = None
+) -> ContactBlock:
     """Return the contacts over steps.
 
     Args:
@@ -66,14 +72,19 @@ def contacts_of(scene: Scene, places: Array, forces: Array, before: Array | None
         places: Places of the contact motions, (steps, motions), m.
         forces: Contact forces, (steps, motions), N. The normal force is -F . n, and friction what is across it.
         before: Places before the first step, (motions,); default none: nothing has slid.
+        rates: Velocities before each step, (steps, motions), m/s; default none: all are at rest.
     """
     shape = len(places), len(scene.contacts)
-    found = ContactBlock(*(np.zeros(shape) for _ in range(4)))
+    found = ContactBlock(*(np.zeros(shape) for _ in range(6)))
+    found.closed = np.zeros(shape, dtype=bool)
     moved = np.diff(places, axis=0, prepend=places[:1] if before is None else before[None])
     for i, (one, first) in enumerate(zip(scene.contacts, scene.first, strict=False)):
         mine = slice(first, first + one.motions)
         found.depth[:, i], normals = one.region.penetration(places[:, mine])
         found.force[:, i] = -(forces[:, mine] * normals).sum(axis=1) + 0.0
+        found.closed[:, i] = (found.force if one.is_impulsive else found.depth)[:, i] > 0.0
+        if one.is_impulsive and rates is not None:
+            found.approach[:, i] = np.maximum((rates[:, mine] * normals).sum(axis=1), 0.0)
         if one.motions > 1:
             found.friction[:, i] = _across(forces[:, mine], normals) if one.is_rough else 0.0
             found.rubbed[:, i] = np.maximum(found.force[:, i], 0.0) * _across(moved[:, mine], normals)
@@ -125,12 +136,13 @@ class SceneAccounts:
         approaches: Sum of the approach speeds of all impacts since the start, m/s.
         shape: Coordinates at the largest displacement of a node in space that was looked at.
         shown: Time, s, and size of that displacement, m.
-        episodes: Contacts that ended; `short` of them lasted fewer than ten steps.
+        episodes: Contacts with springs that ended; `short` of them lasted fewer than ten steps.
+        rate: Velocities of the contact motions, by the midpoint rule, m/s.
     """
 
     kept = (
-        "depth", "force", "friction", "impulse", "time", "closings", "last_depth", "begun", "speed", "opened_at",
-        "steps", "totals", "sliding", "square", "approaches", "shape", "shown",
+        "depth", "force", "friction", "impulse", "time", "closings", "last_depth", "shut", "begun", "speed",
+        "opened_at", "steps", "totals", "sliding", "square", "approaches", "shape", "shown", "rate",
     )  # fmt: skip
 
     def __init__(self, marcher: Marcher, gates: Gates, remedy: str) -> None:
@@ -143,6 +155,8 @@ class SceneAccounts:
         start = contacts_of(scene, marcher.y.T.copy(), marcher.F.T.copy())
         self.last_depth = start.depth[0] if count else np.zeros(0)
         self.depth, self.force, self.friction = self.last_depth.copy(), start.force[0].copy(), start.friction[0].copy()
+        self.shut = start.closed[0].astype(float)
+        self.impulsive = np.array([one.is_impulsive for one in scene.contacts], dtype=bool)
         self.impulse, self.time, self.closings, self.begun = (np.zeros(count) for _ in range(4))
         self.speed, self.opened_at = np.full(count, UNSEEN), np.zeros(count)
         self.steps, self.sliding, self.square, self.approaches = (np.zeros(count) for _ in range(4))
@@ -150,8 +164,24 @@ class SceneAccounts:
         self.totals = np.zeros(8)  # last energies: work, law, friction; sum of squares of round-off; episodes
         self.impacts = [ImpactList() for _ in range(count)]
         self.shape, self.shown = marcher.q[:, 0].copy(), np.array([marcher.t, 0.0])
-        for i, depth in enumerate(self.last_depth):
-            self.gates.look(i, bool(depth > 0.0), 0.0, kinetic + strain, 0.0)
+        self.rate = marcher.rates()[:, 0].copy()
+        for i, shut in enumerate(self.shut):
+            self.gates.look(i, bool(shut), 0.0, kinetic + strain, 0.0)
+
+    def rates(self, places: Array, before: Array, h: float) -> Array:
+        """Return the velocities of the contacts before each step of a block, (steps, motions), and keep the last.
+
+        Args:
+            places: Places after each step, (steps, motions), m.
+            before: Places before the first step, (motions,), m.
+            h: Step, s.
+        """
+        signs = (-1.0) ** np.arange(1, len(places) + 1)[:, None]
+        found = signs * carried(2.0 / h * signs * np.diff(places, axis=0, prepend=before[None]), self.rate)
+        rates = np.vstack([self.rate, found[:-1]])
+        if len(places):
+            self.rate = found[-1].copy()
+        return rates
 
     @property
     def episodes(self) -> dict[str, Any]:
@@ -218,12 +248,12 @@ class SceneAccounts:
 
     def take(self, times: Array, h: float, contacts: ContactBlock, energies: EnergyBlock) -> dict[str, Array]:
         """Take in the contacts of a block of steps; return sums since the start after each step, by variable."""
-        closed = contacts.depth > 0.0
-        before = np.vstack([self.last_depth > 0.0, closed[:-1]])
+        closed = contacts.closed
+        before = np.vstack([self.shut > 0.0, closed[:-1]])
         impulse = carried(h * contacts.force, self.impulse)
         found = {
             "impulse": impulse,
-            "contact_time": carried(h * closed.astype(float), self.time),
+            "contact_time": carried(h * (closed & (before | ~self.impulsive)).astype(float), self.time),
             "closings": carried((closed & ~before).astype(float), self.closings),
             "sliding_work": carried(contacts.rubbed, self.sliding),
             "force_square": carried(h * contacts.force**2, self.square),
@@ -233,20 +263,25 @@ class SceneAccounts:
         for k, i in np.argwhere(closed != before):
             depth = float(contacts.depth[k, i])
             earlier = float(contacts.depth[k - 1, i] if k else self.last_depth[i])
-            part = float(closed_part(earlier, depth))
+            part = 0.5 if self.impulsive[i] else float(closed_part(earlier, depth))
             if closed[k, i]:
-                self.speed[i], self.opened_at[i] = approach_speed(earlier, depth, h), times[k] - part * h
+                speed = contacts.approach[k, i] if self.impulsive[i] else approach_speed(earlier, depth, h)
+                self.speed[i], self.opened_at[i] = speed, times[k] - part * h
                 approached[k, i] = self.speed[i]
                 self.begun[i] = impulse[k - 1, i] if k else self.impulse[i]
                 self.steps[i] = -float(k)
             else:
-                self._end(i, float(times[k]) - (1.0 - part) * h, float(impulse[k, i]), self.steps[i] + float(k))
+                steps = self.steps[i] + float(k)
+                lasted = float(times[k]) - (1.0 - part) * h - self.opened_at[i]
+                lasted = (steps - 1.0) * h if self.impulsive[i] else lasted
+                self._end(i, lasted, float(impulse[k, i]), steps)
             self.gates.look(int(i), bool(closed[k, i]), energies.created[k], energy[k], energies.round_off[k])
         found["approach_speeds"] = carried(approached, self.approaches)
         if len(times):
             self.square, self.approaches = (found[name][-1].copy() for name in ("force_square", "approach_speeds"))
             self.steps += np.where(closed[-1], float(len(times)), 0.0)
             self.last_depth, self.impulse = contacts.depth[-1].copy(), impulse[-1].copy()
+            self.shut = closed[-1].astype(float)
             self.time, self.closings = found["contact_time"][-1].copy(), found["closings"][-1].copy()
             self.sliding = found["sliding_work"][-1].copy()
             self.worn.add(found["sliding_work"])
@@ -254,13 +289,14 @@ class SceneAccounts:
                 setattr(self, name, np.maximum(getattr(self, name), getattr(contacts, name).max(axis=0)))
         return found
 
-    def _end(self, i: int, end: float, impulse: float, steps: float) -> None:
+    def _end(self, i: int, lasted: float, impulse: float, steps: float) -> None:
         """End the contact of a place: an impact, if its beginning was seen."""
         if self.speed[i] != UNSEEN:
             gained = impulse - self.begun[i]
-            short = steps < RESOLVING_STEPS
-            self.totals[4:8] += 1.0, float(short), gained, gained * short
-            row = [self.opened_at[i], self.speed[i], gained, end - self.opened_at[i]]
+            if not self.impulsive[i]:
+                short = steps < RESOLVING_STEPS
+                self.totals[4:8] += 1.0, float(short), gained, gained * short
+            row = [self.opened_at[i], self.speed[i], gained, lasted]
             self.impacts[i].add(np.array([row]))
         self.speed[i], self.steps[i] = UNSEEN, 0.0
 

@@ -292,7 +292,8 @@ class SceneMarch:
 
     def __init__(self, asked: SceneRun, marcher: Marcher, steps: int, limits: Gates, signals: Signals) -> None:
         self.asked, self.marcher, self.steps, self.signals = asked, marcher, steps, signals
-        remedy = "Try a smaller step or a softer stiffness"
+        softer = "" if all(one.is_impulsive for one in asked.scene.contacts) else " or a softer stiffness"
+        remedy = f"Try a smaller step{softer}"
         if not promises_balance(asked.scheme):
             remedy = "Try the default scheme, which creates none, a smaller step or a softer stiffness"
         self.accounts = SceneAccounts(marcher, limits, remedy)
@@ -406,7 +407,8 @@ class SceneMarch:
         kept = StepRecords(*(one[:count] for one in kept))
         times = marcher.t0 + (before + 1 + np.arange(count)) * marcher.h
         accounts, scene = self.accounts, self.asked.scene
-        contacts = contacts_of(scene, kept.places[:, :, 0], kept.felt[:, :, 0], place)
+        rates = accounts.rates(kept.places[:, :, 0], place, marcher.h)
+        contacts = contacts_of(scene, kept.places[:, :, 0], kept.felt[:, :, 0], place, rates)
         energies = accounts.energies(kept, kept.felt[:, :, 0])
         sums = accounts.take(times, marcher.h, contacts, energies)
         last = failure is not None or count < whole or before + count == self.steps

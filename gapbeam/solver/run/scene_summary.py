@@ -30,7 +30,8 @@ def describe_scene(scene: Scene, step: float, end: float, scheme: LinearScheme) 
             "between": [f"{point.structure.name or '?'}.{point.name or '?'}" for point in one.points],
             "region": one.region.kind.name,
             "law": one.law.kind.name,
-            "values": _plain(dict(zip(one.law.kind.names, one.law.values, strict=True))),
+            "impulsive": one.is_impulsive,
+            "values": _plain(dict(zip(one.law.kind.given, one.law.values, strict=False))),
             "clearance": _plain(_clearance(one.region)),
             "friction": _plain(one.friction),
             "moves": one.wall is not None,
@@ -83,7 +84,8 @@ def figures_of(accounts: SceneAccounts, names: Sequence[str], seconds: float) ->
     """
 
     def by_contact(values: Any) -> dict[str, float]:
-        return {name: float(value) for name, value in zip(names, values, strict=True)}
+        forces = zip(names, values, accounts.impulsive, strict=True)
+        return {name: float(value) for name, value, impulsive in forces if not impulsive}
 
     found = {
         "energy": describe_energy(accounts.ledger, accounts.gates),

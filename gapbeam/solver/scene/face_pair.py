@@ -79,7 +79,8 @@ def face_contacts(
     Args:
         first: Structure of `from_mesh`, and the name of a set of nodes: the facets of its surface that they span.
         second: The other, likewise.
-        stiffness: Penalty stiffness, Pa/m: about ten times Young's modulus over the size of a cell; or `Unilateral`.
+        stiffness: Penalty stiffness, Pa/m: about ten times Young's modulus over the size of a cell; or a law per area,
+            as `Cubic` with a stiffness in Pa/m.
         damping: Pa s/m.
         clearance: Distance of the faces, m, where it is known better than facets of curved faces have it; negative: an
             interference. Default: as the meshes lie.
@@ -96,16 +97,12 @@ def face_contacts(
         raise UserError(f"{where}: found a solid in the plane and one in space, expected two of a kind")
     lossy = positive(damping, f"{where}: damping", zero=True)
     if not isinstance(stiffness, ForceLaw):
-        positive(stiffness, f"{where}: stiffness")
-    elif stiffness.kind.impact is None or damping:
-        raise UserError(
-            f"{where}: found law {stiffness.kind.name}, expected a stiffness, or Unilateral without damping"
-        )
-
-    def law_on(area: float) -> ForceLaw:
-        if isinstance(stiffness, ForceLaw):
-            return stiffness
-        return KelvinVoigt(stiffness=float(stiffness * area), damping=float(lossy * area))
+        law = KelvinVoigt(stiffness=float(positive(stiffness, f"{where}: stiffness")), damping=float(lossy))
+    elif stiffness.kind.per_area is None or damping:
+        expected = "a stiffness, or a law with `per_area` and no damping beside it"
+        raise UserError(f"{where}: found law {stiffness.kind.name}, expected {expected}")
+    else:
+        law = stiffness
 
     slips = FACETS[one.kind].dimension if positive(friction, f"{where}: friction", zero=True) > 0.0 else 0
     along = _directions(one) if slips == 2 else {}
@@ -162,7 +159,7 @@ def face_contacts(
         Contact(
             (one.structure.point(first_rows[i], first[1]), two.structure.point(second_rows[i], second[1])),
             HalfPlane(float(gaps[i]), normal_way),
-            law_on(area[node]),
+            law.on_area(float(area[node])),
             friction, sliding, name=f"{name}-{i}",
         )
         for i, node in enumerate(nodes)

@@ -45,6 +45,7 @@ class LawKind:
             to x1; or None.
         memory: Names of these parameters; those of SPEEDS are the velocities of the contact at the start.
         fractions: Names of parameters that may not be above 1.
+        per_area: Names of the parameters that grow with the area of a face; None: the law acts at points alone.
         impact: Function of a law of impulses, impact(x0, step, h, force, stiffness, speed, *given): force T of a step
             and dT/dx1 from the force of the last pass, a stiffness beside which the bodies are soft, and the approach
             speed at its start; None: a spring with a damper.
@@ -63,6 +64,7 @@ class LawKind:
     settle: Any = None
     memory: tuple[str, ...] = ()
     fractions: tuple[str, ...] = ()
+    per_area: tuple[str, ...] | None = None
     impact: Any = None
 
     @property
@@ -120,6 +122,11 @@ class ForceLaw:
         except (TypeError, ValueError):  # a function of numbers only
             return True
 
+    def on_area(self, area: float) -> ForceLaw:
+        """Return the law of a part of a face, m^2, of a law per area."""
+        given = dict(zip(self.kind.names, self.values, strict=True))
+        return self.replaced(**{name: area * given[name] for name in self.kind.per_area or ()})
+
     def replaced(self, **parameters: Any) -> ForceLaw:
         """Return the law with other parameters.
 
@@ -142,6 +149,7 @@ def law(
     nonnegative: Sequence[str] = (),
     positive: Sequence[str] = (),
     settle: Callable[..., Any] | None = None,
+    per_area: Sequence[str] | None = None,
 ) -> Callable[[Callable[..., Any]], LawKind]:
     """Make a law of a spring; a decorator of spring(x, *parameters), whose parameters are those of the law.
 
@@ -157,6 +165,7 @@ def law(
         positive: Names of parameters that may not be 0 either.
         settle: Function that returns the memory of the law after a step; see `LawKind`. Parameters with defaults are
             this memory.
+        per_area: Names of the parameters that grow with the area of a face; None: it acts at points alone.
 
     Raises:
         UserError: A name is that of no parameter.
@@ -169,13 +178,13 @@ def law(
         )
         defaults = {one.name: one.default for one in given if one.default is not one.empty}
         names = tuple(one.name for one in given)
-        if unknown := sorted({*nonnegative, *positive} - set(names)):
+        if unknown := sorted({*nonnegative, *positive, *(per_area or ())} - set(names)):
             raise UserError(f"law {spring.__name__}: no parameter {', '.join(unknown)}; it has {', '.join(names)}")
         bounds = tuple(nonnegative), tuple(positive)
         memory = tuple(defaults) if settle is not None else ()
         return LawKind(
             spring.__name__, names, inlined(spring), potential_, damper_, mean_, adhesive, defaults, *bounds, settle_,
-            memory,
+            memory, per_area=None if per_area is None else tuple(per_area),
         )  # fmt: skip
 
     return make

@@ -75,6 +75,12 @@ class Marcher:
         self._recall(state.memory)
         self.ledger[STORED] = rest(self.slabs, self.y)[2]
 
+    def rates(self) -> Array:
+        """Return the velocities of the contacts, walls at their mean over the next step, (motions, lanes), m/s."""
+        times = np.array([self.t, self.t + self.h])
+        walls: Array = np.diff(self.scene.walls(times, self.lanes), axis=0)[0]
+        return np.asarray(self.scene.contact_rows @ self.v - walls / self.h)
+
     def _recall(self, memory: Array | None) -> None:
         """Give laws their memory, (values, lanes); None: nothing but the speed of their contacts."""
         parts = list(self.slabs.memory())
@@ -83,8 +89,7 @@ class Marcher:
             for part, values in zip(parts, np.split(memory, ends[:-1]), strict=True):
                 part[:] = values.reshape(part.shape)
             return
-        times = np.array([self.t0, self.t0 + self.h])
-        speed = self.scene.contact_rows @ self.v - np.diff(self.scene.walls(times, self.lanes), axis=0)[0] / self.h
+        speed = self.rates()
         for s, part in enumerate(parts):
             here = self.slabs.motion[self.slabs.start[s] : self.slabs.start[s + 1]]
             names = self.scene.contacts[int(np.searchsorted(self.scene.first, here[0], "right")) - 1].law.kind.memory

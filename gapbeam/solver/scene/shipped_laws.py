@@ -24,6 +24,7 @@ from gapbeam.solver.system.operators import Array
     mean=lambda a, b, stiffness, damping: (0.5 * stiffness * (a + b), 0.5 * stiffness),  # noqa: ARG005
     damper=lambda force, share, rate, stiffness, damping: damping * share * rate,  # noqa: ARG005
     nonnegative=("stiffness", "damping"),
+    per_area=("stiffness", "damping"),
 )
 def KelvinVoigt(x, stiffness, damping=0.0):  # type: ignore[no-untyped-def]  # noqa: ARG001, N802
     """Return stiffness x + damping x', never negative: spring and damper side by side."""
@@ -35,6 +36,7 @@ def KelvinVoigt(x, stiffness, damping=0.0):  # type: ignore[no-untyped-def]  # n
     mean=lambda a, b, stiffness, damping: (0.5 * stiffness * (a + b), 0.5 * stiffness),  # noqa: ARG005
     damper=lambda force, share, rate, stiffness, damping: min(max(damping * share * rate, -force), force),  # noqa: ARG005
     nonnegative=("stiffness", "damping"),
+    per_area=("stiffness", "damping"),
 )
 def ElastoGap(x, stiffness, damping):  # type: ignore[no-untyped-def]  # noqa: ARG001, N802
     """Return stiffness x + damping x', the damper no larger than the spring: no jump at touch, no pull.
@@ -54,6 +56,7 @@ def _cubic_mean(a, b, stiffness, scale):  # type: ignore[no-untyped-def]
     mean=_cubic_mean,
     nonnegative=("stiffness",),
     positive=("scale",),
+    per_area=("stiffness",),
 )
 def Cubic(x, stiffness, scale):  # type: ignore[no-untyped-def]  # noqa: N802
     """Return stiffness (x + x^3 / scale^2): a bumper that stiffens."""
@@ -96,7 +99,8 @@ def _hunt_crossley(exponent: float) -> LawKind:
 
     spring.__name__ = "HuntCrossley"
     damper = lambda force, share, rate, stiffness, chi: chi * force * rate  # noqa: ARG005, E731
-    return law(potential, damper, mean if half else None, nonnegative=("stiffness", "chi"))(spring)
+    make = law(potential, damper, mean if half else None, nonnegative=("stiffness", "chi"), per_area=("stiffness",))
+    return make(spring)
 
 
 @checked
@@ -126,7 +130,13 @@ def _adhesive_potential(x, stiffness, pull, reach):  # type: ignore[no-untyped-d
     return -soft if x <= 0 else -ramp - pull * x + 0.5 * stiffness * x * x
 
 
-@law(potential=_adhesive_potential, adhesive=True, nonnegative=("stiffness", "pull"), positive=("reach",))
+@law(
+    potential=_adhesive_potential,
+    adhesive=True,
+    nonnegative=("stiffness", "pull"),
+    positive=("reach",),
+    per_area=("stiffness", "pull"),
+)
 def Adhesive(x, stiffness, pull, reach):  # type: ignore[no-untyped-def]  # noqa: N802
     """Return a pull that grows to `pull` over `reach` before touch, then a press of `stiffness`."""
     if x <= -reach:

@@ -46,7 +46,8 @@ def _none(x, *values):  # noqa: ARG001
 
 _UNILATERAL = LawKind(
     "Unilateral", ("restitution", *SPEEDS), _none, _none, None, defaults=dict.fromkeys(SPEEDS, 0.0),
-    nonnegative=("restitution",), settle=_settle, memory=SPEEDS, fractions=("restitution",), impact=_impact,
+    nonnegative=("restitution",), settle=_settle, memory=SPEEDS, fractions=("restitution",), per_area=(),
+    impact=_impact,
 )  # fmt: skip
 
 

@@ -19,8 +19,6 @@ from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint
 from gapbeam.solver.scene_file.pair_tables import (
     HalfPlaneRegion,
-    ImpulseLaw,
-    LinearLaw,
     PairTable,
     at_nearest,
     meeting_faults,
@@ -135,13 +133,12 @@ def point_contact(site: Site, number: int, pair: PairTable) -> Contact | None:
 def face_pair(site: Site, number: int, pair: PairTable) -> list[Contact]:
     """Return the contacts of a pair of faces, whose points their structures get."""
     ends = [(site.bodies[owner], face) for owner, _, face in (place.partition(".") for place in pair.between)]
-    assert isinstance(pair.law, LinearLaw | ImpulseLaw)
+    assert pair.law is not None
     assert isinstance(pair.region, HalfPlaneRegion | None)
-    hard, lossy = (pair.law.stiffness, pair.law.damping) if isinstance(pair.law, LinearLaw) else (pair.law.made(), 0.0)
     clearance = None if pair.region is None else pair.region.clearance
     try:
         found = face_contacts(
-            ends[0], ends[1], hard, damping=lossy, clearance=clearance,
+            ends[0], ends[1], pair.law.made(), clearance=clearance,
             friction=pair.friction or 0.0, sliding=pair.sliding or 0.0, name=pair.name,
         )  # fmt: skip
     except UserError as error:

@@ -163,7 +163,7 @@ class PairTable(Table):
     at: Literal["nearest", "faces"] | None = Field(
         default=None,
         description="nearest: structures touch at their nearest places; faces: sets of nodes, the finer mesh first, "
-        "with a law per area, Pa/m and Pa s/m",
+        "with a law per area, Pa/m^exponent and Pa s/m",
     )
     region: RegionOfPair | None = Field(
         default=None,
@@ -344,8 +344,6 @@ def faces_faults(key: Key, pair: PairTable, bodies: Mapping[str, Any]) -> Iterat
     if pair.offset != 0.0:
         yield Fault((*key, "offset"), f"{pair.offset} of faces", "no offset: their places are of the meshes",
                     'region = { type = "half-plane", clearance = 1e-4 }')  # fmt: skip
-    if not isinstance(pair.law, LinearLaw | ImpulseLaw | None):
-        yield Fault((*key, "law"), f"{pair.law.type} between faces", "kelvin-voigt, per area, or unilateral")
 
 
 def meeting_faults(

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from gapbeam.postprocess.signals.figure_names import (
     AXIAL_STRESS,
     DISPLACEMENT,
+    IMPULSE,
     LARGEST_FORCE,
     MEAN_FORCE,
     NOT_SETTLED,
@@ -24,7 +25,8 @@ GAP = 2  # spaces between columns
 MOST_ROWS, MOST_FORCES, MOST_STATISTICS = 8, 4, 3
 LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
 LEAST_IN_MS = 1.0e-4  # s: widths of means below it are in microseconds
-FORCES = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}")
+PEAKS = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}")
+FORCES = (*PEAKS, f" {IMPULSE}")
 SHOWN_FIGURES = (f" {DISPLACEMENT}", f" {AXIAL_STRESS}", f" {VON_MISES_STRESS}", *FORCES)
 SHOWN_STATISTICS = (".rms", ".impact_rate")
 SHOWN_SPANS = (SETTLED, SECOND_HALF, WHOLE_RUN, "first part", BEYOND_HORIZON, UP_TO_HORIZON, "start-up")
@@ -57,6 +59,8 @@ def closing_table(
 ) -> ClosingTable:
     """Return the main figures of a run: own ones, all of them, statistics under noise, motions, the largest forces.
 
+    Faces whose law is impulses have their impulse in place of a force.
+
     Args:
         figures: Figures of all parts of a run, with their errors.
         reached: Time up to which errors are known, s.
@@ -69,7 +73,9 @@ def closing_table(
     averaged = [_statistic(one) for one in described if one["name"].endswith(SHOWN_STATISTICS)]
     known = [one for one in figures if one.error is not None and not one.own]
     span = next((name for name in SHOWN_SPANS if any(one.span == name for one in known)), None)
+    peaks = {one.name.removesuffix(end) for one in known for end in PEAKS if one.name.endswith(end)}
     shown = [one for one in known if one.span == span and one.name.endswith(SHOWN_FIGURES)]
+    shown = [one for one in shown if one.name.removesuffix(f" {IMPULSE}") not in peaks]
     rows = [*own, *averaged[:MOST_STATISTICS]]
     forces = sorted((one for one in shown if one.name.endswith(FORCES)), key=lambda one: -abs(one.value))
     largest = forces[: max(min(MOST_FORCES, MOST_ROWS - len(rows)), 0)]

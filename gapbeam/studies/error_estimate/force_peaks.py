@@ -26,6 +26,7 @@ import numpy as np
 from gapbeam.postprocess.signals.figure_names import (
     AXIAL_STRESS,
     DISPLACEMENT,
+    IMPULSE,
     LARGEST_FORCE,
     MEAN_FORCE,
     SMOOTHED_ACCELERATION,
@@ -237,7 +238,7 @@ def lost_in_steps(motion: MotionRecord, step: float) -> dict[str, float]:
         Shares by face, and of the face with the largest impulse by OF_MOTION; at most 1, 0 without contact.
     """
     found = dict.fromkeys((*motion.faces, OF_MOTION), 0.0)
-    for number, face in enumerate(motion.faces):
+    for number, face in motion.pressed:
         steps = contact_records(motion.force[:, number]) * motion.interval / step
         found[face] = _longer(steps) if steps > 0.0 else 0.0
     if motion.faces:
@@ -277,7 +278,7 @@ def contact_windows(motion: MotionRecord) -> dict[str, float | None]:
         motion: Motion of the run, over the part whose peaks are asked for.
     """
     found: dict[str, float | None] = {}
-    for number, face in enumerate(motion.faces):
+    for number, face in motion.pressed:
         count = contact_records(motion.force[:, number])
         resolved = count > RESOLVING_STEPS and not hides_blows(motion, number)
         found[face] = None if resolved or not count else motion.interval * min(count, RESOLVING_STEPS)
@@ -341,7 +342,7 @@ def force_peaks(run: MotionRecord, spans: Iterable[Span]) -> ForcePeaks:
         largest, means = part.force.max(axis=0), peak_forces(part, widths)
         found[span.name] = {
             face: {LARGEST_FORCE: float(largest[number]), MEAN_FORCE: float(means[number]), DURATION: durations[number]}
-            for number, face in enumerate(run.faces)
+            for number, face in run.pressed
         }
     return found
 
@@ -401,7 +402,7 @@ def key_figures(motion: MotionRecord, span: Span, averages: Averages) -> dict[st
     For each probe: peak to peak of the displacement and of the smoothed absolute acceleration, and, over whole periods
     of the forcing, the amplitudes of the first three harmonics of the displacement, of bodies that move in space for
     both directions; for each gauge the range of the axial and the largest von Mises stress; for each face the impulse,
-    and the largest recorded force or the largest mean force.
+    and the largest recorded force or the largest mean force; of a law of impulses the impulse alone.
 
     Args:
         motion: The records.
@@ -434,8 +435,9 @@ def _figures(motion: MotionRecord, frequency: float | None, averages: Averages) 
     windows = [averages.force.get(face) for face in motion.faces]
     peaks = peak_forces(motion, windows)
     for number, (face, width) in enumerate(zip(motion.faces, windows, strict=True)):
-        yield f"{face} {LARGEST_FORCE if width is None else MEAN_FORCE}", "N", float(peaks[number])
-        yield f"{face} impulse", "N s", float(motion.impulse[-1, number] - motion.impulse[0, number])
+        if face not in motion.impulsive:
+            yield f"{face} {LARGEST_FORCE if width is None else MEAN_FORCE}", "N", float(peaks[number])
+        yield f"{face} {IMPULSE}", "N s", float(motion.impulse[-1, number] - motion.impulse[0, number])
 
 
 def _harmonics(times: Array, values: Array, frequency: float) -> Array:

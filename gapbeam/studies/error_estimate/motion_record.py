@@ -35,6 +35,7 @@ class MotionRecord:
         farthest: Largest displacement of a probe along any axis, m; None: that of `displacement`.
         figures: Figures of one's own.
         own: Quantities of those figures, (n, figures), SI; not a number where the motion has no such record.
+        impulsive: Faces whose law is impulses: they have no force, whose peak depends on the step.
     """
 
     times: Array
@@ -52,6 +53,12 @@ class MotionRecord:
     farthest: float | None = None
     figures: tuple[Figure, ...] = ()
     own: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    impulsive: tuple[str, ...] = ()
+
+    @property
+    def pressed(self) -> tuple[tuple[int, str], ...]:
+        """Number and name of each face that has a force."""
+        return tuple((number, face) for number, face in enumerate(self.faces) if face not in self.impulsive)
 
     @classmethod
     def of_records(

@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 
 from gapbeam.postprocess.results.results import records_in
-from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.messages.errors import Interrupted, RunError, in_one_line
 from gapbeam.solver.messages.wording import counted
@@ -102,7 +101,7 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
         return none("observers may set loads, and are not called again")
     records, labels = records_in(outcome.folder)
     begin = float(records["time"][0])
-    run = _motion(records, labels, asked.figures)
+    run = _motion(records, labels, asked)
     if len(run.times) < FEWEST_RECORDS:
         return none(f"there are {counted(len(run.times), 'record')}, and {FEWEST_RECORDS} are the fewest")
     motions, failed = dict[str, MotionRecord](), dict[str, str]()
@@ -132,16 +131,15 @@ def marched(asked: SceneRun, signals: Signals) -> MotionRecord:
     march = SceneMarch(asked, marcher, steps_to(asked.end, marcher.t, marcher.h), limits, signals)
     parts = [rows for rows in march.rows() if rows is not None]
     records = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return _motion(records, march.records.labels, asked.figures)
+    return _motion(records, march.records.labels, asked)
 
 
-def _motion(
-    records: Mapping[str, Array], labels: Mapping[str, Sequence[str]], figures: Sequence[Figure]
-) -> MotionRecord:
+def _motion(records: Mapping[str, Array], labels: Mapping[str, Sequence[str]], asked: SceneRun) -> MotionRecord:
     """Return the motion in records, with times from 0 on, also those of figures of one's own."""
     begin, in_space = float(records["time"][0]), len(labels.get("component", ())) > 1
     moved = {**records, "time": records["time"] - begin}
-    return MotionRecord.of_records(moved, labels, in_space, [one.earlier(begin) for one in figures])
+    found = MotionRecord.of_records(moved, labels, in_space, [one.earlier(begin) for one in asked.figures])
+    return replace(found, impulsive=tuple(one.name for one in asked.scene.contacts if one.is_impulsive))
 
 
 def _errors(

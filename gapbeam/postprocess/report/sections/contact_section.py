@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import xarray as xr
 
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words, number
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
-from gapbeam.postprocess.report.sections.support_section import ZOOM, chart_along, end_words, is_long
+from gapbeam.postprocess.report.sections.support_section import IMPULSES_ONLY, ZOOM, chart_along, end_words, is_long
 from gapbeam.postprocess.results.columns_of_run import WearMap
 from gapbeam.postprocess.signals.signal import Signal, enlarged_span, face_signal
 from gapbeam.solver.messages.wording import counted
@@ -132,13 +132,16 @@ def _interval(rate: dict[str, Any]) -> str:
 _MICRO = 1.0e6
 
 
-def contact_section(history: xr.Dataset, frequency: float | None, command: str) -> ReportSection:
+def contact_section(
+    history: xr.Dataset, frequency: float | None, command: str, impulsive: Collection[str] = ()
+) -> ReportSection:
     """Return force, gap and penetration of every face over the record and over its end.
 
     Args:
         history: `Results.history`, with contact_force and penetration.
         frequency: Frequency of the forcing, Hz; None shows the tenth of the record where most happens.
         command: Command that makes the figures.
+        impulsive: Faces whose law is impulses.
 
     Raises:
         SignalError: A value is not finite.
@@ -159,13 +162,15 @@ def contact_section(history: xr.Dataset, frequency: float | None, command: str) 
         impulses = face_signal(history, "impulse", face).values if "impulse" in history else None
         rows.append(
             (
-                face, float(force[face].values.max()), float(force[face].values.mean()), 100.0 * float(pressed.mean()),
+                face, None if face in impulsive else float(force[face].values.max()),
+                float(force[face].values.mean()), 100.0 * float(pressed.mean()),
                 _MICRO * float(max(depth[face].values.max(), 0.0)), _MICRO * float(max(-depth[face].values.min(), 0.0)),
                 None if impulses is None else float(impulses[-1] - impulses[0]),
             )
         )  # fmt: skip
     heads = ("face", "largest recorded force (N)", "mean force (N)", "in contact (% of the records)",
              "largest penetration (µm)", "largest gap (µm)", "impulse (N s)")  # fmt: skip
+    notes = [f"No largest force of {' and '.join(impulsive)}: {IMPULSES_ONLY}"] if impulsive else []
     blocks: list[Block] = []
     if is_long(time, frequency):
         words = f"Normal force on the beam, the whole record.{thinning_words(size)}"
@@ -176,7 +181,7 @@ def contact_section(history: xr.Dataset, frequency: float | None, command: str) 
             f"Smallest gap of each face, {end}; below zero the largest penetration.",
             "time (ms)", "gap (µm)", gaps, command,
         ),
-        TableBlock("The faces over the whole record, at the recorded instants", heads, rows),
+        TableBlock("The faces over the whole record, at the recorded instants", heads, rows, notes),
         *_bodies(history),
     ]  # fmt: skip
     return ReportSection("Contact", "contact", blocks)

@@ -41,6 +41,7 @@ from gapbeam.postprocess.report.sections.statistics_section import (
     points_section,
     statistics_section,
 )
+from gapbeam.postprocess.report.sections.support_section import impulsive_faces
 from gapbeam.postprocess.report.sections.sweep_section import alike
 from gapbeam.postprocess.report.sections.verdict_section import (
     computation_section,
@@ -293,7 +294,8 @@ def sections_of_records(results: Results, command: str) -> list[ReportSection]:
     else:
         found += _made("Orbits", "orbits", lambda: [orbits_section(results, command)])
     if "contact_force" in history and "penetration" in history:
-        found += _made("Contact", "contact", lambda: [contact_section(history, frequency, command)])
+        struck = impulsive_faces(results.summary)
+        found += _made("Contact", "contact", lambda: [contact_section(history, frequency, command, struck)])
     return found
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from gapbeam.postprocess.report.blocks import Block, Cell, TableBlock, Verdict, number, percent
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.html_page import sentence
-from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE, NOT_SETTLED, REFUSED, usable
+from gapbeam.postprocess.signals.figure_names import IMPULSE, LARGEST_FORCE, MEAN_FORCE, NOT_SETTLED, REFUSED, usable
 
 USE_HEAD = "use of the peak"
 RESOLVED = "contacts resolved by the step"
@@ -24,6 +24,8 @@ ADVICE = ("try ", "use ", "make it ", "add ")  # words of warnings that say what
 SAID = (RESOLVED, f"the {LARGEST_FORCE} on ", "can be predicted up to")  # warnings that advice of ours stands for
 RANGE, COUNTED = " †", " counted"  # behind a number of impacts
 FINE = ("good", "rough", "no contact")  # verdicts of figures that may be used
+IMPULSES_ONLY = "the law is impulses, which act at once; a force of a step is the impulse over the step."
+NONE = "none"
 Summary = Mapping[str, Any]
 
 
@@ -54,7 +56,7 @@ def support_table(summary: Summary) -> TableBlock | None:
     for face in faces:
         peak, judged = _peak(summary, face, figures)
         wear = (worn.get(face, ""),) if worn else ()
-        impulse = _figure(figures.get(f"{face} impulse"))
+        impulse = _figure(figures.get(f"{face} {IMPULSE}"))
         rows.append((face, peak, impulse, _impacts(summary, face), *wear, judged))
     part = f", {closing}" if closing else ""
     horizon = (summary.get("errors") or {}).get("horizon")
@@ -64,6 +66,8 @@ def support_table(summary: Summary) -> TableBlock | None:
         if any("*" in str(row[1]) for row in rows)
         else []
     )
+    if any(row[1] == NONE for row in rows):
+        notes.append(f"No peak force: {IMPULSES_ONLY} The last column judges the impulse.")
     if any(RANGE in str(row[3]) for row in rows):
         notes.append("†: of the whole run, with the range over it and its comparison runs; light touches count.")
     if any(COUNTED in str(row[3]) for row in rows):
@@ -75,16 +79,23 @@ def _faces(summary: Summary) -> list[str]:
     """Return the faces that a run reports, in their order."""
     supports = [one for one in (summary.get("impacts") or {}).values() if isinstance(one, Mapping)]
     found = [str(face) for one in supports for face in one.get("faces") or {}]
-    return found or [str(face) for face in summary.get("peak_contact_force") or {}]
+    return found or list(dict.fromkeys([*(summary.get("peak_contact_force") or {}), *impulsive_faces(summary)]))
+
+
+def impulsive_faces(summary: Summary) -> list[str]:
+    """Return the contacts of a scene whose law is impulses: they have no peak force."""
+    contacts = (summary.get("scene") or {}).get("contacts") or ()
+    return [str(one["name"]) for one in contacts if one.get("impulsive")]
 
 
 def _peak(summary: Summary, face: str, figures: Mapping[str, Summary]) -> tuple[str, str]:
-    """Return the peak force of a face with its interval, and whether it may be used."""
-    for name, star in ((LARGEST_FORCE, ""), (MEAN_FORCE, " *")):
+    """Return the peak force of a face with its interval, and whether it, or the impulse, may be used."""
+    names = ((IMPULSE, ""),) if face in impulsive_faces(summary) else ((LARGEST_FORCE, ""), (MEAN_FORCE, " *"))
+    for name, star in names:
         if one := figures.get(f"{face} {name}"):
             if one["value"] == 0.0 == one.get("error"):
                 return "0", "no contact"
-            return f"{_figure(one)}{star}", usable(one.get("relative_error"))
+            return NONE if name == IMPULSE else f"{_figure(one)}{star}", usable(one.get("relative_error"))
     force = (summary.get("peak_contact_force") or {}).get(face)
     return ("", "") if force is None else (number(float(force), 3), "error not known")
 
@@ -174,9 +185,14 @@ def _refused(summary: Summary) -> list[str]:
     """Return the figures on the first screen, and in the table that closed the run, that may not be used."""
     rows = (summary.get("closing") or {}).get("rows") or ()
     table = support_table(summary)
-    peaks = [f"peak force on {row[0]}" for row in (table.rows if table else ()) if row[-1] == REFUSED]
+    peaks = [
+        f"{IMPULSE if row[1] == NONE else 'peak force'} on {row[0]}"
+        for row in (table.rows if table else ())
+        if row[-1] == REFUSED
+    ]
     others = [str(row["figure"]) for row in rows if row["verdict"] == REFUSED]
-    return peaks + [name for name in others if not any(f" {force}" in name for force in (LARGEST_FORCE, MEAN_FORCE))]
+    said = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}", f" {IMPULSE}")
+    return peaks + [name for name in others if not any(words in name for words in said)]
 
 
 def _listed(names: Sequence[str] | Mapping[str, Any]) -> str:

@@ -17,7 +17,12 @@ from gapbeam.postprocess.report.blocks import (
     percent,
     warnings_of,
 )
-from gapbeam.postprocess.report.sections.support_section import doubts_of_figures, support_table, things_to_do
+from gapbeam.postprocess.report.sections.support_section import (
+    doubts_of_figures,
+    impulsive_faces,
+    support_table,
+    things_to_do,
+)
 from gapbeam.postprocess.results.columns_of_run import supports_of
 from gapbeam.postprocess.results.results import Results
 
@@ -276,11 +281,15 @@ def result_figures(results: Results) -> list[Row]:
     """Return name, value and unit of the results that the summary reports, as far as they are there."""
     summary = results.summary
     supports = supports_of(summary, results.case) if results.case.get("support") else ()
-    alone = len(supports) == 1
+    alone, impacts = len(supports) == 1, summary.get("impacts") or {}
     rows: list[Row] = [
         *(
             (f"largest contact force of a step on the {face}", float(force), "N")
             for face, force in (summary.get("peak_contact_force") or {}).items()
+        ),
+        *(
+            (f"largest impulse of an impact on the {face}", _of(impacts.get(face) or {}, "impulse", "largest"), "N s")
+            for face in impulsive_faces(summary)
         ),
         ("largest penetration", _of(summary, "penetration", "largest", _MICRO), "µm"),
         ("largest penetration over the clearance", _of(summary, "penetration", "relative_to_clearance", 100.0), "%"),

@@ -133,6 +133,12 @@ def test_no_argument_ends_in_a_traceback(name: str) -> None:
             call(**{**sound, argument: WRONG_KIND})
 
 
+def test_a_keyword_that_does_not_exist_names_the_function() -> None:
+    """As Python does for functions without checks."""
+    with pytest.raises(TypeError, match=r"Slot\(\).*'play'"):
+        gb.Slot(play=1e-4)
+
+
 @pytest.mark.parametrize(
     ("law", "bad"),
     [

@@ -72,7 +72,11 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        for name, value in signature.bind(*args, **kwargs).arguments.items():
+        try:
+            bound = signature.bind(*args, **kwargs).arguments
+        except TypeError:
+            return function(*args, **kwargs)  # raises the error, with the name of the function
+        for name, value in bound.items():
             for one in value if name in several else (value,):
                 _refuse(called, name, one, wanted.get(name))
         return function(*args, **kwargs)

@@ -4,7 +4,12 @@ Contacts that feel nothing stay out of the equations. With D the Delassus operat
 
     (1 - h J D) F = F_law(y) + J (y_free - y),     y_new = y_free + h D F,
 
-until the law reproduces F: to round-off, or to the tolerance twice running. After some passes a line search on the step
+until the law reproduces F: to round-off, or to the tolerance twice running. Where many contacts move with few motions,
+as stations of a rigid section do, D = Q Q^T with few columns in Q, and the equations are those of x = Q^T F:
+
+    (1 - h Q^T J Q) x = Q^T (F_law(y) + J (y_free - y)),     y_new = y_free + h Q x,     F = F_law(y) + J (y_new - y).
+
+After some passes a line search on the step
 potential helps where there is one (no friction), then a continuation in stiffness. Friction needs neither: a contact
 whose slip turns round is linearized at no slip.
 """
@@ -141,7 +146,7 @@ def off(h, free, F, y1, room, a, tolerance):
 
 
 @lanewise
-def solve(slabs, h, D, y0, free, F, y1, room, tolerance):
+def solve(slabs, h, D, Q, y0, free, F, y1, room, tolerance):
     """Find contact forces F (a guess at entry) and places y1 of a step. Return passes, negative if not converged.
 
     Where friction that hardly slides keeps Newton's method in a cycle, the step is solved with friction that slides
@@ -149,7 +154,7 @@ def solve(slabs, h, D, y0, free, F, y1, room, tolerance):
     """
     stage, spent = -1, 0
     while True:
-        found = newton(slabs, h, D, y0, free, F, y1, room, tolerance)
+        found = newton(slabs, h, D, Q, y0, free, F, y1, room, tolerance)
         spent += abs(found)
         if stage == 0 or (stage < 0 and (found >= 0 or not slabs.rough)):
             return spent if found >= 0 else -spent
@@ -179,9 +184,9 @@ def slide(slabs, ease):
 
 
 @lanewise
-def newton(slabs, h, D, y0, free, F, y1, room, tolerance):
+def newton(slabs, h, D, Q, y0, free, F, y1, room, tolerance):
     """Find contact forces F (a guess at entry) and places y1. Return passes, negative if not converged."""
-    m, law, new, way, base, J, A, closed = len(D), room.law, room.new, room.way, room.base, room.J, room.A, room.closed
+    m, new, way, base, closed = len(D), room.new, room.way, room.base, room.closed
     room.flag[:] = 0
     copy(free, y1)
     a, near = 0, False
@@ -226,37 +231,12 @@ def newton(slabs, h, D, y0, free, F, y1, room, tolerance):
         if a <= 2 and it < PLAIN:
             few(h, free, F, y1, room, a)
             continue
-        i = 0
-        while i < a:
-            d, o = room.span[i], closed[i]
-            for k in range(i, i + d):
-                p = closed[k]
-                for j in range(a):
-                    c0, c1 = h * room.D[i, j], h * room.D[i + (d > 1), j]
-                    for lane in range(L):
-                        A[k, j, lane] = -c0 * J[3 * p, lane] - c1 * J[3 * p + 1, lane]  # the second is 0 for one motion
-                q = o + (d > 1)
-                for lane in range(L):
-                    A[k, k, lane] += 1.0
-                    new[k, lane] = (
-                        law[p, lane]
-                        + J[3 * p, lane] * (free[o, lane] - y1[o, lane])
-                        + J[3 * p + 1, lane] * (free[q, lane] - y1[q, lane])
-                    )
-                if d == 3:
-                    for j in range(a):
-                        c0 = h * room.D[i + 2, j]
-                        for lane in range(L):
-                            A[k, j, lane] -= c0 * J[3 * p + 2, lane]
-                    for lane in range(L):
-                        new[k, lane] += J[3 * p + 2, lane] * (free[o + 2, lane] - y1[o + 2, lane])
-            i += d
-        eliminate(A, new, room.inverse, a)
         for i in range(a):
-            o = closed[i]
-            for lane in range(L):
-                base[i, lane], way[i, lane] = y1[o, lane], free[o, lane]
-        add(room.D[:a, :a], new[:a], way[:a], h)
+            copy(y1[closed[i] : closed[i] + 1], base[i : i + 1])
+        if 0 < 2 * Q.shape[1] < a and not slabs.rough:
+            by_motions(h, Q, free, y1, room, a)
+        else:
+            by_forces(h, free, y1, room, a)
         if PLAIN <= it < RAMP and not slabs.rough:
             search(slabs, h, y0, y1, F, room, a)
         for i in range(a):
@@ -264,6 +244,110 @@ def newton(slabs, h, D, y0, free, F, y1, room, tolerance):
             for lane in range(L):
                 F[o, lane], y1[o, lane] = new[i, lane], way[i, lane]
     return -PASSES
+
+
+@lanewise
+def by_forces(h, free, y1, room, a):
+    """Solve the equations of `a` closed motions for their new forces and places."""
+    law, J, A, new, closed = room.law, room.J, room.A, room.new, room.closed
+    i = 0
+    while i < a:
+        d, o = room.span[i], closed[i]
+        for k in range(i, i + d):
+            p = closed[k]
+            for j in range(a):
+                c0, c1 = h * room.D[i, j], h * room.D[i + (d > 1), j]
+                for lane in range(L):
+                    A[k, j, lane] = -c0 * J[3 * p, lane] - c1 * J[3 * p + 1, lane]  # the second is 0 for one motion
+            q = o + (d > 1)
+            for lane in range(L):
+                A[k, k, lane] += 1.0
+                new[k, lane] = (
+                    law[p, lane]
+                    + J[3 * p, lane] * (free[o, lane] - y1[o, lane])
+                    + J[3 * p + 1, lane] * (free[q, lane] - y1[q, lane])
+                )
+            if d == 3:
+                for j in range(a):
+                    c0 = h * room.D[i + 2, j]
+                    for lane in range(L):
+                        A[k, j, lane] -= c0 * J[3 * p + 2, lane]
+                for lane in range(L):
+                    new[k, lane] += J[3 * p + 2, lane] * (free[o + 2, lane] - y1[o + 2, lane])
+        i += d
+    eliminate(A, new, room.inverse, a)
+    for i in range(a):
+        copy(free[closed[i] : closed[i] + 1], room.way[i : i + 1])
+    add(room.D[:a, :a], new[:a], room.way[:a], h)
+
+
+@lanewise
+def by_motions(h, Q, free, y1, room, a):
+    """Solve the equations of `a` closed motions for new forces and places by the columns of Q."""
+    law, J, A, x, new, way, closed = room.law, room.J, room.A, room.x, room.new, room.way, room.closed
+    columns = Q.shape[1]
+    for r in range(columns):
+        for lane in range(L):
+            x[r, lane] = 0.0
+        for s in range(columns):
+            for lane in range(L):
+                A[r, s, lane] = 1.0 if r == s else 0.0
+    i = 0
+    while i < a:
+        d, o = room.span[i], closed[i]
+        if d == 1 and i + 3 < a and room.span[i + 1] == 1 and room.span[i + 2] == 1 and room.span[i + 3] == 1:
+            o1, o2, o3 = closed[i + 1], closed[i + 2], closed[i + 3]
+            for lane in range(L):
+                new[i, lane] = law[o, lane] + J[3 * o, lane] * (free[o, lane] - y1[o, lane])
+                new[i + 1, lane] = law[o1, lane] + J[3 * o1, lane] * (free[o1, lane] - y1[o1, lane])
+                new[i + 2, lane] = law[o2, lane] + J[3 * o2, lane] * (free[o2, lane] - y1[o2, lane])
+                new[i + 3, lane] = law[o3, lane] + J[3 * o3, lane] * (free[o3, lane] - y1[o3, lane])
+            for r in range(columns):
+                q0, q1, q2, q3 = Q[o, r], Q[o1, r], Q[o2, r], Q[o3, r]
+                for lane in range(L):
+                    x[r, lane] += (
+                        q0 * new[i, lane] + q1 * new[i + 1, lane] + q2 * new[i + 2, lane] + q3 * new[i + 3, lane]
+                    )
+                q0, q1, q2, q3 = h * q0, h * q1, h * q2, h * q3
+                for s in range(columns):
+                    c0, c1, c2, c3 = q0 * Q[o, s], q1 * Q[o1, s], q2 * Q[o2, s], q3 * Q[o3, s]
+                    for lane in range(L):
+                        A[r, s, lane] -= (
+                            c0 * J[3 * o, lane] + c1 * J[3 * o1, lane] + c2 * J[3 * o2, lane] + c3 * J[3 * o3, lane]
+                        )
+            i += 4
+            continue
+        for k in range(d):
+            p = o + k
+            for lane in range(L):
+                new[i + k, lane] = law[p, lane]
+            for n in range(d):
+                for lane in range(L):
+                    new[i + k, lane] += J[3 * p + n, lane] * (free[o + n, lane] - y1[o + n, lane])
+            for r in range(columns):
+                for lane in range(L):
+                    x[r, lane] += Q[p, r] * new[i + k, lane]
+                for n in range(d):
+                    for s in range(columns):
+                        c = h * Q[p, r] * Q[o + n, s]
+                        for lane in range(L):
+                            A[r, s, lane] -= c * J[3 * p + n, lane]
+        i += d
+    eliminate(A, x, room.inverse, columns)
+    for i in range(a):
+        copy(free[closed[i] : closed[i] + 1], way[i : i + 1])
+        add(Q[closed[i] : closed[i] + 1], x[:columns], way[i : i + 1], h)
+    i = 0
+    while i < a:
+        d, o = room.span[i], closed[i]
+        for k in range(d):
+            p = o + k
+            for lane in range(L):
+                new[i + k, lane] = law[p, lane]
+            for n in range(d):
+                for lane in range(L):
+                    new[i + k, lane] += J[3 * p + n, lane] * (way[i + n, lane] - y1[o + n, lane])
+        i += d
 
 
 @lanewise

@@ -20,6 +20,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.linalg.lapack
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
@@ -27,6 +28,7 @@ from gapbeam.solver.scene.feedback import FeedbackLoop, aligned
 from gapbeam.solver.scene.touch_kernel import FORCE, LAST, NEW, POTENTIAL, SLOPE
 from gapbeam.solver.system.operators import Array
 
+ROUND_OFF = 1e-13  # of the mobility of a contact motion
 Three = tuple[float, float, float]
 LOOKS, GROWN, FAR = 1001, 1e-9, 1e4  # angles that are looked at, growth that is round-off, and the largest angle, rad
 RESOLVED = 1.2
@@ -216,6 +218,7 @@ class Linear(NamedTuple):
         answers: (m, n): velocities of unit forces at contacts.
         patterns: (loads, n).
         delassus: (m, m): row j has the velocities of all contact motions for a unit contact force j, feedback included.
+        low_rank: (m, k): Q with delassus = Q Q^T; of no columns where that saves nothing.
         carry: (m, p - m + outputs): velocities of the other ports, then feedback forces, for unit contact forces.
         watch: (watched, n).
         root: (n,): root of the modal mass of a scheme with exact frequencies; else ones.
@@ -231,6 +234,7 @@ class Linear(NamedTuple):
     answers: Array
     patterns: Array
     delassus: Array
+    low_rank: Array
     carry: Array
     watch: Array
     root: Array
@@ -273,6 +277,26 @@ class Slabs(NamedTuple):
             yield self.work[s, first : first + count, : self.start[s + 1] - self.start[s]]
 
 
+def low_rank_factor(delassus: Array, movable: bool) -> Array:
+    """Return Q, (m, k), with delassus = Q Q^T to round-off, by a Cholesky factorization with pivots.
+
+    Q has no columns where the operator may change (`movable`), is not symmetric, or has k of m / 2 or more.
+    """
+    m = len(delassus)
+    none, size = np.zeros((m, 0)), np.sqrt(np.abs(np.diag(delassus)))
+    if movable or m < 3:
+        return none
+    size[size == 0.0] = 1.0
+    scaled = delassus / size / size[:, None]
+    factor, pivots, rank, _ = scipy.linalg.lapack.dpstrf(scaled, lower=1, tol=ROUND_OFF)
+    if 2 * rank >= m:
+        return none
+    Q = np.empty((m, rank))
+    Q[pivots - 1] = np.tril(factor)[:, :rank]
+    exact = np.abs(Q @ Q.T - scaled).max() <= ROUND_OFF
+    return np.ascontiguousarray(size[:, None] * Q) if exact else none
+
+
 class SolveRoom(NamedTuple):
     """Work arrays of the contact solve: of all motions, (m, L), then of those that are closed, and their lists."""
 
@@ -281,6 +305,7 @@ class SolveRoom(NamedTuple):
     new: Array
     way: Array
     base: Array
+    x: Array
     inverse: Array
     line: Array
     A: Array
@@ -392,7 +417,7 @@ def rooms(linear: Linear, contacts: int, lanes: int) -> tuple[Space, SolveRoom]:
     n, m, outputs, watched = len(linear.squares), len(linear.delassus), len(linear.feed.acted), len(linear.watch)
     sizes = (n, n, n, linear.feed.acted.shape[1], m, m, linear.feed.stack, outputs, m, watched, 1, outputs)
     space = Space(*(aligned(np.zeros((rows, lanes))) for rows in sizes))
-    arrays = (np.zeros((rows, lanes)) for rows in (m, 3 * m, m, m, m, m, 4))
+    arrays = (np.zeros((rows, lanes)) for rows in (m, 3 * m, m, m, m, m, m, 4))
     lists = tuple(np.zeros(count, dtype=np.int64) for count in (contacts, m, m, m, 1))
     whole: tuple[Any, ...] = (*arrays, np.zeros((m, m, lanes)), np.zeros((m, m)), *lists)
     return space, SolveRoom(*whole)

@@ -15,7 +15,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Place, aligned, feedback_loop, joined, motions_once, parts_of
-from gapbeam.solver.scene.linear_scheme import Linear, LinearScheme, Slabs, exact_modes
+from gapbeam.solver.scene.linear_scheme import Linear, LinearScheme, Slabs, exact_modes, low_rank_factor
 from gapbeam.solver.scene.scene_load import Load
 from gapbeam.solver.scene.scene_table import scene_html, scene_words
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
@@ -371,8 +371,8 @@ class Scene:
         numbers = np.array([scheme.inertia, scheme.drag, scheme.velocity, scheme.acceleration])
         watch = self.rows(self.point_names.values())
         arrays = (
-            weight, inverse, squares, damping, ports[: m + len(patterns)], X.T[:m], patterns, met[:m].T, met[m:].T,
-            watch, root, numbers,
+            weight, inverse, squares, damping, ports[: m + len(patterns)], X.T[:m], patterns, met[:m].T,
+            low_rank_factor(met[:m].T, self.is_moving), met[m:].T, watch, root, numbers,
         )  # fmt: skip
         kept: Any = (aligned(np.asarray(one, dtype=float)) for one in arrays)
         return Linear._make([*kept, feed])

@@ -40,7 +40,7 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
     for j in range(m):
         for lane in range(L):
             free[j, lane] = y[j, lane] - moved[j, lane] + h * u[j, lane]
-    passes = solve(slabs, h, linear.delassus, y, free, F, y1, room, tolerance)
+    passes = solve(slabs, h, linear.delassus, linear.low_rank, y, free, F, y1, room, tolerance)
     if passes < 0:
         return passes
     spread(linear.carry, room.closed, room.size[0], F, u[m:], 1.0)

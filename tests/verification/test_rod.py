@@ -197,7 +197,6 @@ PUBLISHED = [
     (DISCRETE_GRADIENT, 1.0, LUMPED, 20.0, None, None, None, 0.0),
     (TRAPEZOID, 100.0, LUMPED, 20.0, None, None, None, 0.12),
     (TRAPEZOID, RIGID, LUMPED_AND_MOVED, 20.0, None, None, None, -0.19),
-    (scheme_of("moreau-jean", theta=0.5), RIGID, LUMPED, 20.0, None, None, None, -0.11),
     (ALPHA_0, 10.0, LUMPED, 20.0, None, None, None, -0.71),
 ]
 """Scheme, gamma0, masses, CFL; errors, peak and energy change that a rod code written apart gave, masses lumped."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any
 
 import numpy as np
@@ -15,13 +17,15 @@ from scipy.linalg import eigh
 import gapbeam
 from gapbeam.meshes.mesh_size import CellLength
 from gapbeam.solver.case import solution_tables
+from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_choice import graded_count, graded_places, longest_element
 from gapbeam.solver.case.solution_tables import SPACING_OF_WAVE, BeamModel
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.messages.errors import CaseError
-from gapbeam.solver.models.model import Model, build_model
+from gapbeam.solver.models.model import Model, body_key, build_model
+from gapbeam.solver.models.reduction.span_basis import wave_count
 from gapbeam.solver.models.timoshenko_beam import SteppedBeam
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
@@ -93,6 +97,42 @@ def test_nodes_are_as_many_as_asked_for_and_lie_at_the_ends_of_supports(
     assert sizes.max() == pytest.approx(longest_element(case, model))
     # fewer by far than equal elements that are as short in the shortest support
     assert count < 0.6 * length / sizes.min()
+
+
+@st.composite
+def loaded(draw: st.DrawFn) -> Tables:
+    """Return a load whose highest frequency lies far above or below the frequencies of the beam."""
+    highest, kind = draw(st.floats(0.2, 2.0e3)), draw(st.sampled_from(["harmonic", "noise", "sweep", "record"]))
+    match kind:
+        case "harmonic":
+            return {"type": "harmonic_force", "point": 0.3, "amplitude": 1.0, "frequency": highest}
+        case "noise":
+            spectrum = {"type": "white", "density": 1.0, "high": highest}
+            return {"type": "random", "quantity": "acceleration", "spectrum": spectrum}
+        case "sweep":
+            ends = {"start_frequency": 0.1, "end_frequency": highest, "duration": 0.01}
+            return {"type": "swept-sine", "quantity": "acceleration", "amplitude": 1.0, **ends}
+    times = np.linspace(0.0, 8.0 / highest, 400)
+    with NamedTemporaryFile("w", suffix=".csv", delete=False) as file:
+        np.savetxt(file, np.column_stack([times, np.sin(2.0 * np.pi * highest * times)]))
+    return {"type": "recorded_motion", "file": file.name, "beyond": "zero"}
+
+
+@settings(max_examples=40, deadline=None)
+@given(supported(), loaded(), st.integers(2, 600), st.sampled_from(["equal", "graded"]))
+def test_a_body_that_studies_share_has_the_elements_of_its_case(
+    scene: tuple[float, list[tuple[float, float]]], load: Tables, elements: int, spacing: str
+) -> None:
+    """What is left of a case in the key of its body gives the same elements and spans, without the file of a record."""
+    case = tube(*scene, {"type": "beam", "elements": elements, "spacing": spacing}, load=[load])
+    assert isinstance(case.model, BeamModel)
+    key, places, waves = body_key(case), graded_places(case, elements), wave_count(case)
+    if "file" in load:
+        Path(load["file"]).unlink()
+    if case.model.graded:
+        assert graded_places(key, elements).tolist() == places.tolist()
+    if not case.model.is_whole(len(beam_motions(case))):
+        assert wave_count(key) == waves
 
 
 @settings(max_examples=10, deadline=None)

@@ -128,8 +128,9 @@ def highest_frequency(case: Case) -> float:
 
 
 def resolved_frequency(case: Case) -> float | None:
-    """Return the frequency that the spans of a beam resolve, Hz; None where the motions of all nodes are marched."""
-    if not isinstance(case.model, BeamModel) or case.model.is_whole(len(beam_motions(case))):
+    """Return the frequency that graded elements or spans of a beam resolve, Hz; None for equal ones marched whole."""
+    model = case.model
+    if not isinstance(model, BeamModel) or (not model.graded and model.is_whole(len(beam_motions(case)))):
         return None
     return highest_frequency(case)
 

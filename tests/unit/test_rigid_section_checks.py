@@ -34,12 +34,14 @@ GOOD = (
 RIGID = 'sections = "rigid"\n'
 
 BAD = {
-    "a slot": (
-        GOOD.replace('"hole"', '"slot"', 1),
-        ["slot a", "supports around", "[0.0, 180.0]", "leave sections out"],
+    "a slot around a flat section": (
+        GOOD.replace('"hole"', '"slot"').replace('"round"', '"rectangle"'),
+        ["slot a", "or slots around a round section", "leave sections out"],
     ),
+    "a slice": (GOOD.replace('"hole"', '"slot"').replace("dimension = 3", "dimension = 2"), ["slot a", "(3D)"]),
+    "one plane": (GOOD.replace('"hole"', '"stop"', 1), ["stop a", "one plane alone", 'type = "beam"']),
     "base and gland": (
-        GOOD.replace(HOLES, "[support]\nlength = 0.05\nclearance = 1e-4\n"),
+        GOOD.replace(HOLES, "[support]\nlength = 0.05\nclearance = 1e-4\n").replace('"round"', '"rectangle"'),
         ["rigid, with the slot support", "supports around the beam"],
     ),
     "every interface DOF": (
@@ -68,10 +70,10 @@ def test_what_does_not_fit_is_refused(name: str, tmp_path: Path) -> None:
     assert_says("\n".join(map(str, faults_of(written(tmp_path, text)))), words)
 
 
-def test_a_slot_as_a_polygon_is_taken(tmp_path: Path) -> None:
-    """The advice for a slot is true: two walls around a round section are one."""
-    walls = GOOD.replace('"hole"', '{ type = "polygon", walls = [0.0, 180.0] }', 1)
-    case = read_case(written(tmp_path, walls))
+@pytest.mark.parametrize("region", ['"slot"', '{ type = "polygon", walls = [0.0, 180.0] }'])
+def test_a_slot_around_a_round_section_is_taken(region: str, tmp_path: Path) -> None:
+    """The advice for a slot is true: around a round section it has rigid sections, as two walls have."""
+    case = read_case(written(tmp_path, GOOD.replace('"hole"', region, 1)))
     assert case.model.rings == 8
     assert read_case_text(case_to_toml(case)) == case
 

@@ -250,13 +250,14 @@ def test_auto_takes_few_elements_for_tubes_in_many_plates(length: float, count: 
     assert memory_of(equal, 1.0e5)["beam"] > 1.0e9
 
 
-def test_stations_ask_for_supports_around_the_beam() -> None:
-    region = {"region": {"type": "slot"}}
+@pytest.mark.parametrize("model", ["beam", "rigid"])
+def test_stations_ask_for_supports_around_the_beam_or_round_sections(model: str) -> None:
+    gap = {"name": "gap", "from": 0.5, "to": 0.6, "clearance": 1.0e-4, "region": {"type": "slot"}}
+    given, slab = {"type": model, "stations": 2}, {"length": 2.0, "thickness": 0.02, "width": 0.02}
     with pytest.raises(CaseError, match="stations") as error:
-        tube(2.0, PLATES, {"type": "beam", "stations": 2}, support=[
-            {"name": "gap", "from": 0.5, "to": 0.6, "clearance": 1.0e-4, **region}
-        ])  # fmt: skip
+        tube(2.0, PLATES, given, support=[gap], beam=slab, joint=[])
     assert "leave stations out" in str(error.value)
+    assert tube(2.0, PLATES, given, support=[gap], joint=[]).model.rings == 2
 
 
 @settings(max_examples=50, deadline=None)

@@ -17,7 +17,7 @@ from mpi4py import MPI
 from scipy.optimize import brentq
 
 import gapbeam
-from gapbeam.solver.case.solution_tables import BeamModel
+from gapbeam.solver.case.solution_tables import BeamModel, RigidModel
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.system.operators import Array
@@ -171,7 +171,7 @@ REGIONS = ["hole", {"type": "polygon", "walls": [-45.0, 45.0, 180.0], "recesses"
 def test_another_place_moves_the_gaps(region: Any) -> None:
     """What a sweep changes without a new mesh is what a new model has."""
     plain, other = model_of(region, cells=4), model_of(region, cells=4, **MOVED)
-    moved = plain.body.contact.with_gaps_of(other.case.layout.faces)
+    moved = plain.system.contact.with_gaps_of(other.case.layout.faces)
     assert np.ptp(moved.initial_gap - plain.system.contact.initial_gap) > 1e-5
     assert moved.initial_gap == pytest.approx(other.system.contact.initial_gap, abs=1e-15)
 
@@ -180,13 +180,14 @@ def test_another_place_moves_the_gaps(region: Any) -> None:
 def test_a_tube_between_walls_rests_as_its_solid_does() -> None:
     """Reduced and beam models against the solid, in a V-block."""
     block = {"type": "polygon", "walls": [-45.0, 60.0]}
-    models = {name: model_of(block, DOWN, name, 4, 1e11) for name in ("full", "reduced", "beam", "rigid")}
-    at_points = models["beam"].case.model_copy(update={"model": BeamModel(type="beam")})
-    models["beam at points"] = build_model(at_points, MPI.COMM_SELF)
+    models = {name: model_of(block, DOWN, name, 4, 1e11) for name in ("full", "reduced", "beam")}
+    for name, table in {"beam": BeamModel(type="beam"), "rigid": RigidModel(type="rigid")}.items():
+        at_points = models["beam"].case.model_copy(update={"model": table})
+        models[f"{name} at points"] = build_model(at_points, MPI.COMM_SELF)
     places = {name: seated(model) for name, model in models.items()}
     assert places["reduced"] == pytest.approx(places["full"], abs=0.01 * CLEARANCE)
     # its section keeps its shape
     assert places["beam at points"] == pytest.approx(places["full"], abs=0.05 * CLEARANCE)
     # stations meet walls along lines, as by hand; radii at points are 0.02 off
-    nearer = places["rigid"] - resting([-45.0, 60.0], 0.0)
+    nearer = places["rigid at points"] - resting([-45.0, 60.0], 0.0)
     assert places["beam at points"] - places["beam"] == pytest.approx(nearer, abs=0.02 * CLEARANCE)

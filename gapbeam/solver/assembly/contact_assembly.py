@@ -5,9 +5,9 @@ axis: a plane stands the gap of its face away from the outermost point of the fa
 with their own gaps. Weights are areas projected on the bending axis. Friction acts across it, along the other axes. The
 faces of holes are met along the radii of the section, and friction acts along the beam and around it.
 
-Stations along a support around a round beam take the mean motions of its surface. The quadrature points (x_j, w_j) of
-the surface within a support make a discrete measure along the beam. The nodes x_s of its Gauss rule are the stations.
-The mean motions of the sections, along y and z, are a polynomial in x that fits the motions u_j of the surface best,
+Stations x_s along a support around a round beam (`gauss_rule.stations_along`) take the mean motions of its surface. The
+quadrature points (x_j, w_j) of the surface within a support make a discrete measure along the beam. The mean motions of
+the sections, along y and z, are a polynomial in x that fits the motions u_j of the surface best,
 
     s_s = sum_a pi_a(x_s) c_a,    c_a = sum_j w_j pi_a(x_j) u_j,    a < 4
 
@@ -53,7 +53,7 @@ from scipy.sparse import block_diag, csr_matrix, vstack
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
 from gapbeam.solver.assembly.elasticity import CellStiffness
 from gapbeam.solver.assembly.face_quadrature import FacePoints, PointRule, along_beam, face_points, gather_points
-from gapbeam.solver.assembly.gauss_rule import gauss_rule
+from gapbeam.solver.assembly.gauss_rule import gauss_rule, stations_along
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.supports.regions.around_face import BoreFace
 from gapbeam.solver.supports.support import Face, Support, along_faces
@@ -296,6 +296,7 @@ def ring_rows(
     space: Any,
     faces: Mapping[str, Indices],
     supported: Sequence[Face],
+    spans: Sequence[tuple[float, float]],
     rule: PointRule,
     count: int,
     follows: bool = False,
@@ -304,19 +305,20 @@ def ring_rows(
 
     Args:
         space: Blocked vector Lagrange space of a solid.
-        faces: Local facets by the name of the face that they touch: all those around the beam.
+        faces: Local facets by the name of the face that they touch; those of a span go all around the beam.
         supported: Faces of the supports.
+        spans: First and last x of each, m.
         rule: Rule for the points of a facet.
-        count: Stations along each support; fewer where the mesh has fewer places.
+        count: Stations along each support.
         follows: Whether motion along the faces is needed.
 
     Collective.
     """
     comm, block = space.mesh.comm, space.dofmap.index_map_bs
-    surfaces = [
-        gather_points(comm, face_points(space, faces[face.name], rule, 1.0, BoreFace(face.name, 0.0)))
-        for face in supported
-    ]
+    surfaces = list[FacePoints]()
+    for span in spans:
+        around = np.concatenate([faces[one.name] for one, own in zip(supported, spans, strict=True) if own == span])
+        surfaces.append(gather_points(comm, face_points(space, around, rule, 1.0, BoreFace("section", 0.0))))
     used = [np.abs(points.values) > NO_ENTRY for points in surfaces]
     held = EVERY if follows else ACROSS
     numbers = [(points.nodes[which] * block)[:, None] + held for points, which in zip(surfaces, used, strict=True)]
@@ -328,19 +330,19 @@ def ring_rows(
     fits, values, surface = list[csr_matrix](), list[Array](), list[csr_matrix]()
     for face, points in enumerate(surfaces):
         x = points.positions[:, 0]
-        gauss = gauss_rule(x, points.weights, count)
-        places.append(gauss.rows @ x)
-        areas.append(gauss.areas)
-        owners.append(np.full(len(gauss.areas), face))
+        stations, shares = stations_along(*spans[face], count)
+        places.append(stations)
+        areas.append(points.weights.sum() * shares)
+        owners.append(np.full(count, face))
+        fitted = gauss_rule(x, points.weights, min(count, FITTED))
+        at_stations = fitted.values(x, stations)
         nodal = [_values(points, used[face], slots, block, axis, interface.size) for axis in ACROSS]
-        fits += [csr_matrix(gauss.moments[:FITTED] @ along) for along in nodal]
+        fits += [csr_matrix(fitted.moments @ along) for along in nodal]
         # y and z of one station after the other, all c of y before those of z
-        values.append(
-            np.einsum("as,yz->syza", gauss.at_nodes[:FITTED], np.identity(2)).reshape(2 * len(gauss.areas), -1)
-        )
+        values.append(np.einsum("as,yz->syza", at_stations, np.identity(2)).reshape(2 * count, -1))
         if follows:
             axial = _values(points, used[face], slots, block, 0, interface.size)
-            surface.append(_surface(points, gauss.at_nodes[:FITTED].T @ gauss.moments[:FITTED], [axial, *nodal]))
+            surface.append(_surface(points, at_stations.T @ fitted.moments, [axial, *nodal]))
     return RingRows(
         interface,
         listed,

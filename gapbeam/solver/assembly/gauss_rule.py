@@ -1,4 +1,4 @@
-"""The Gauss rule of a discrete measure: few nodes instead of many points.
+"""Gauss rules: few nodes instead of many points, and stations along a support.
 
 The rule of points y_j with weights w_j has k nodes y_i and weights A_i, and integrates polynomials of degree 2 k - 1
 like the points themselves. A node takes the value of the polynomial of degree k - 1 that fits the values f_j best,
@@ -7,7 +7,13 @@ like the points themselves. A node takes the value of the polynomial of degree k
 
 with pi_a the orthonormal polynomials of the measure.
 
-Source: Golub and Welsch (1969) for the rule from the recurrence of the polynomials.
+Stations along a support are nodes of the Gauss-Lobatto rule: the first and the last lie at its edges, where a beam that
+tilts touches first, and n of them integrate polynomials of degree 2 n - 3. Force and couple of a depth that is linear
+along the support follow from three. One or two stations are those of the Gauss rule, as two at the edges would have
+three times the couple.
+
+Sources: Golub and Welsch (1969) for the rule from the recurrence of the polynomials; Davis and Rabinowitz (1984),
+Methods of Numerical Integration, section 2.7, for nodes at the ends.
 """
 
 from __future__ import annotations
@@ -15,10 +21,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.legendre import Legendre, leggauss, legvander
 
 from gapbeam.solver.system.operators import Array
 
 SAME_PLACE = 1.0e-6  # of the length over which the points lie
+FEWEST_AT_EDGES = 3  # stations, the first and the last of which lie at the edges of a support
 
 
 @dataclass(frozen=True)
@@ -39,6 +47,18 @@ class GaussRule:
     def rows(self) -> Array:
         """P, (k, points)."""
         return np.asarray(self.at_nodes.T @ self.moments)
+
+    def values(self, y: Array, places: Array) -> Array:
+        """Return pi_a at other places, (k, places), polynomial by polynomial.
+
+        Args:
+            y: Places of the points, (points,), m.
+            places: Other places, m.
+        """
+        nodes = self.rows @ y
+        middle, half = float(nodes.mean()), float(np.ptp(nodes)) or 1.0
+        own, wanted = (legvander((some - middle) / half, len(nodes) - 1) for some in (nodes, places))
+        return np.asarray((wanted @ np.linalg.solve(own, self.at_nodes.T)).T)
 
 
 def gauss_rule(y: Array, weights: Array, count: int) -> GaussRule:
@@ -71,3 +91,21 @@ def gauss_rule(y: Array, weights: Array, count: int) -> GaussRule:
     areas = total * vectors[0] ** 2
     values = vectors * np.sign(vectors[0]) / np.sqrt(areas)
     return GaussRule(areas, values, np.array(polynomials) * weights)
+
+
+def stations_along(start: float, end: float, count: int) -> tuple[Array, Array]:
+    """Return x of stations along a support, (count,), m, and the share of its length that each stands for, (count,).
+
+    Args:
+        start: x of its first edge, m.
+        end: x of its other edge, m.
+        count: Number of stations.
+    """
+    if count < FEWEST_AT_EDGES:
+        nodes, weights = (np.asarray(some) for some in leggauss(count))
+    else:
+        last = Legendre.basis(count - 1)
+        nodes = np.array([-1.0, *sorted(last.deriv().roots().real), 1.0])
+        weights = np.asarray(1.0 / last(nodes) ** 2, dtype=float)
+    nodes, weights = nodes - nodes[::-1], weights + weights[::-1]  # even up to the last bit
+    return start + 0.25 * (end - start) * (2.0 + nodes), weights / weights.sum()

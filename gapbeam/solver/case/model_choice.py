@@ -76,17 +76,29 @@ def line_radii(case: Case) -> tuple[float | None, ...]:
 
 
 def rolling_radius(case: Case, support: OneSupport) -> float | None:
-    """Return the radius of a round beam in a support of flat walls that it can meet along lines, m; else None."""
-    widths = {piece.beam.width for piece in case.profile.between(support.start, support.end)}
+    """Return the radius of a round beam in a support of flat walls that it can meet along lines, m; else None.
+
+    Planes below and above keep their points with friction, whose few stations take turns at the edges.
+    """
+    beams = [piece.beam for piece in case.profile.between(support.start, support.end)]
+    widths = {beam.width for beam in beams}
     lines = (
-        all(isinstance(face, WallsFace) for face in support.faces)
+        all(isinstance(face, WallsFace) or not (face.around or case.friction) for face in support.faces)
         and len(widths) == 1
+        and all(beam.section.round for beam in beams)
+        and case.mesh.dimension == 3
+        and case.mesh.file is None
         and law_at(case.contact, support).rolls
         and case.contact.formulation.follows_the_law
         and support.support_stiffness is None
         and case.contact.points is None
     )
     return 0.5 * widths.pop() if lines else None
+
+
+def meets_sections(case: Case, support: OneSupport) -> bool:
+    """Return whether sections that keep their shape meet a support: around the beam, or along lines."""
+    return support.around or rolling_radius(case, support) is not None
 
 
 def own_stiffness(case: Case, support: OneSupport) -> float | None:
@@ -225,13 +237,13 @@ LEVELS: tuple[tuple[str, ModelTable], ...] = (
 
 
 def chosen_case(case: Case) -> Case:
-    """Return a case with the model that "auto" stands for, and why; or a beam with what was not given of its model.
+    """Return a case with the model that "auto" stands for, and why; or what was not given of a beam or a rigid body.
 
     Raises:
         CaseError: No model fits: what all of them contradict, or else the reasons of each.
     """
     asked = case.model
-    if isinstance(asked, BeamModel):
+    if isinstance(asked, BeamModel | RigidModel):
         return case.model_copy(update={"model": asked.fitted(scene_figures(case, "motion"))})
     if not isinstance(asked, AutoModel):
         return case
@@ -298,7 +310,7 @@ def scene_figures(case: Case, wanted: Wanted) -> SceneFigures:
         shortest_support=case.layout.shortest,
         squeezed=any(one.clearance < 0.0 for one in case.layout.supports),
         graded=graded_count(case),
-        around=all(one.around for one in case.layout.supports),
+        around=all(meets_sections(case, one) for one in case.layout.supports),
         longest_support=max(one.length for one in case.layout.supports),
         rolls=rolls(case),
     )

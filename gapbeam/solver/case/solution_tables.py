@@ -11,8 +11,8 @@ from pydantic import BeforeValidator, Field
 from gapbeam.solver.integrators.scheme_choice import USUAL, Scheme
 from gapbeam.solver.schema.table import OF_TYPE, NonNegative, Positive, Switch, Table, Whole, named
 
-STATIONS, FEWEST_STATIONS, MOST_STATIONS = 8, 4, 20
-STATIONS_OF_WAVE = 16  # in a bending wave; with four in a short support, forces and displacements are right to 0.1 %
+STATIONS, MOST_STATIONS = 8, 64  # with eight, the couple of a tilted section on a line is right to 1 %
+STATIONS_OF_WAVE = 16  # in a bending wave
 RIGID_SHARE = 0.3  # of the first bending frequency, up to which a body may be rigid
 THICKNESS_OF_WAVE = 0.125  # thickness over the bending wavelength, up to which beam theory holds
 SPACING_OF_WAVE = 0.125  # distance of nodes over the bending wavelength
@@ -39,7 +39,7 @@ class SceneFigures(NamedTuple):
         shortest_support: Length of the shortest support, m.
         squeezed: Whether a support is an interference fit, which squeezes the section.
         graded: Number of graded elements that supports and waves ask for.
-        around: Whether all supports are around the beam.
+        around: Whether sections that keep their shape meet all supports: around the beam, or along lines.
         longest_support: Length of the longest support, m.
         rolls: Whether sections that keep their shape meet some supports along lines, and the others as circles.
     """
@@ -60,11 +60,11 @@ class SceneFigures(NamedTuple):
 
     @property
     def stations(self) -> int | None:
-        """Sections that touch along each support around the beam: as many as bending waves ask for, on lines."""
-        if not self.rolls:
-            return STATIONS if self.around else None
-        wanted = ceil(STATIONS_OF_WAVE * self.longest_support / self.wavelength)
-        return min(max(wanted, FEWEST_STATIONS), MOST_STATIONS)
+        """Sections that touch along each support that they meet; on lines as many as bending waves ask for."""
+        if not self.around:
+            return None
+        wanted = ceil(STATIONS_OF_WAVE * self.longest_support / self.wavelength) if self.rolls else 0
+        return min(max(wanted, STATIONS), MOST_STATIONS)
 
 
 class _AnyModel(Table):
@@ -161,7 +161,8 @@ class ReducedModel(_AnyModel):
         default=None,
         ge=1,
         le=MOST_STATIONS,
-        description=f"rigid sections along each support, at Gauss points; default {STATIONS} where sections are rigid",
+        description="rigid sections along each support, the first and the last at its edges (one or two at Gauss "
+        f"points); default {STATIONS} where sections are rigid",
     )
 
     @property
@@ -208,8 +209,9 @@ class BeamModel(_AnyModel):
         default=None,
         ge=1,
         le=MOST_STATIONS,
-        description="sections that touch along each support around the beam, at Gauss points; default "
-        f"{STATIONS} where all supports are around the beam (on lines: as waves ask for), else the points of the mesh",
+        description="sections that touch along each support, the first and the last at its edges (one or two at Gauss "
+        f"points); default {STATIONS} where all supports are around the beam or meet a round one along lines (there: "
+        "more as waves ask for), else the points of the mesh",
     )
     motions: Literal["auto"] | tuple[BeamMotion, ...] = Field(
         default="auto",
@@ -267,6 +269,23 @@ class RigidModel(_AnyModel):
     """A rigid body between the contact faces of the mesh."""
 
     type: Literal["rigid"] = Field(description="name of the model")
+    stations: Whole | None = Field(
+        default=None,
+        ge=1,
+        le=MOST_STATIONS,
+        description="sections that touch along each support, as of a beam; default that of a beam where flat walls are "
+        "met along lines, else the points of the mesh",
+    )
+
+    @property
+    def rings(self) -> int | None:
+        """Sections that touch along each support; None: points of the mesh touch."""
+        return self.stations
+
+    def fitted(self, scene: SceneFigures) -> Self:
+        """Return the model with sections that touch flat walls along lines, where all supports can be met so."""
+        lines = scene.rolls and "stations" not in self.model_fields_set
+        return self.model_copy(update={"stations": scene.stations}) if lines else self
 
     def doubts(self, scene: SceneFigures) -> Iterator[str]:
         """Yield results of a body that deforms, and loads or contacts that make the beam bend."""

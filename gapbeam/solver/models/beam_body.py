@@ -16,7 +16,7 @@ are those of the points of the beam.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, pi
@@ -31,7 +31,7 @@ from gapbeam.meshes.versions.mesh_geometry import geometry_order
 from gapbeam.solver.assembly.assembled_system import acting_rows, attached_motions
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.assembly.elasticity import in_cells
-from gapbeam.solver.assembly.gauss_rule import gauss_rule
+from gapbeam.solver.assembly.gauss_rule import stations_along
 from gapbeam.solver.case.analysis_table import NAMES, RigidMotion, unit_motions
 from gapbeam.solver.case.beam_motions import axial_restraint, beam_motions, is_symmetric, lateral_restraint
 from gapbeam.solver.case.case import Case
@@ -329,7 +329,7 @@ def rigid_body(case: Case, meshed: MeshedBeam) -> Body:
     """
     started = time.perf_counter()
     beam, symmetric = BeamOfParts.rigid(case, meshed), is_symmetric(case)
-    body, sparse = _on_parts(case, meshed, beam, None, symmetric)
+    body, sparse = _on_parts(case, meshed, beam, case.model.rings, symmetric)
     operators = sparse.dense
     body = replace(body, operators=operators)
     mass, restraint = operators.mass, operators.apply_restraint(np.identity(beam.size))
@@ -367,7 +367,7 @@ def _on_parts(
     if stations is None:
         contact = gathered_points(case, contact, symmetric, 1, meshed.facet_length)
     else:
-        contact = _at_stations(contact, beam, stations)
+        contact = _at_stations(contact, beam, case.layout.face_spans, stations)
     if case.follows_faces:
         contact = replace(contact, tangents=_tangents(contact, beam), frictionless=case.friction is None)
     patterns = []
@@ -438,22 +438,25 @@ def _on_beam(contact: ContactOperator, beam: BeamOfParts) -> ContactOperator:
     return replace(contact, interface=Interface(beam.size, everywhere, everywhere), gap_matrix=gap)
 
 
-def _at_stations(contact: ContactOperator, beam: BeamOfParts, count: int) -> ContactOperator:
-    """Return the operator at points around so many sections along each support, at Gauss points.
+def _at_stations(
+    contact: ContactOperator, beam: BeamOfParts, spans: Sequence[tuple[float, float]], count: int
+) -> ContactOperator:
+    """Return the operator at points around so many sections along each support.
 
     Args:
         contact: The operator at the points of the mesh, all of them around the beam, on the DOFs of the beam.
         beam: The beam, whose sections keep their shape.
+        spans: First and last x of each face, m.
         count: Sections along each support.
     """
-    places, areas, faces = list[Array](), list[Array](), list[Indices]()
-    for face, points in enumerate(contact.points_of_faces):
-        x = contact.positions[points, 0]
-        gauss = gauss_rule(x, contact.weights[points], count)
-        places.append(gauss.rows @ x)
-        areas.append(gauss.areas)
-        faces.append(np.full(len(gauss.areas), face))
-    around = points_around(contact, np.concatenate(places), np.concatenate(areas), np.concatenate(faces))
+    found = [stations_along(*span, count) for span in spans]
+    areas = [contact.weights[points].sum() for points in contact.points_of_faces]
+    around = points_around(
+        contact,
+        np.concatenate([places for places, _ in found]),
+        np.concatenate([area * shares for area, (_, shares) in zip(areas, found, strict=True)]),
+        np.repeat(np.arange(len(spans)), count),
+    )
     opening = contact.support.opening(around.faces, around.positions[:, : beam.dimension])
     return StationOperator(
         interface=contact.interface,

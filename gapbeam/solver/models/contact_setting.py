@@ -261,7 +261,7 @@ def met_along_lines(case: Case, body: Body) -> Body:
         None if radius is None else nominal_area(case, one)
         for radius, one in zip(line_radii(case), case.layout.by_face, strict=True)
     ]
-    contact, holding = whole_contact(body.contact, areas), body.holding
+    contact, holding = whole_contact(body.contact, areas, on_lines=True), body.holding
     if holding is not None and isinstance(contact, ResultantOperator) and contact.distributed is body.contact:
         friction = holding.friction
         if friction.shape[1]:

@@ -96,6 +96,11 @@ class Layout:
         return tuple(one for one in self.supports for _ in one.faces)
 
     @property
+    def face_spans(self) -> tuple[tuple[float, float], ...]:
+        """First and last x of each face, m."""
+        return tuple((one.start, one.end) for one in self.by_face)
+
+    @property
     def stiffness_keys(self) -> str:
         """The keys of the contact stiffness that act, as overrides write them, in words."""
         return " or ".join(dict.fromkeys(map(stiffness_key, self.supports)))

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gapbeam.solver.case.case import MOST_CELLS, Case, advised_scheme
-from gapbeam.solver.case.model_choice import line_radii
+from gapbeam.solver.case.model_choice import line_radii, meets_sections
 from gapbeam.solver.case.solution_tables import MOST_STATIONS, BeamModel, FullModel, ReducedModel, RigidModel, Time
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.studies.trials.refined_mesh import mesh_keys
@@ -167,16 +167,17 @@ def _finer(case: Case, plane: bool, even: bool) -> dict[str, Any] | None:
     if case.mesh.dimension == 2 or plane:
         return mesh_keys(case, 0.5, plane, even) | {"model": _finest(case)}
     simpler = isinstance(case.model, BeamModel | RigidModel)  # what they leave out of the solid is an error of theirs
-    solid = simpler and not _contact_of_basis(case) and not _planes_beside_circles(case)
+    solid = simpler and not _contact_of_basis(case) and not _needs_two_bases(case)
     if not solid:
         return None
     points = min(case.contact.quadrature_degree or FEW_POINTS, FEW_POINTS)  # steps cost the square of their number
     return {"model": _finest(case), "contact.quadrature_degree": points}
 
 
-def _planes_beside_circles(case: Case) -> bool:
-    """Return True for a solid without a basis for the supports: circles need sections that are rigid, planes others."""
-    return any(face.circle for face in case.layout.faces) and not all(one.around for one in case.layout.supports)
+def _needs_two_bases(case: Case) -> bool:
+    """Return True for a solid without a basis for the supports: circles and lines need rigid sections, planes none."""
+    rigid = any(face.circle for face in case.layout.faces) or _on_lines(case)
+    return rigid and not all(len(one.sides) > 1 and meets_sections(case, one) for one in case.layout.supports)
 
 
 def _too_many_cells(case: Case, plane: bool, even: bool) -> bool:
@@ -192,8 +193,8 @@ def _why_no_finer(case: Case, plane: bool, even: bool) -> list[str]:
     sliceable = case.profile.sliceable(case.beam.width)
     why = "the motion is not in the bending plane" if sliceable else "the section has no slice"
     words = [f"a finer mesh: {why}, and finer solids are expensive"]
-    if isinstance(case.model, BeamModel | RigidModel) and _planes_beside_circles(case):
-        words.append("what the model leaves out of a solid, which has no basis for both circles and planes")
+    if isinstance(case.model, BeamModel | RigidModel) and _needs_two_bases(case):
+        words.append("what the model leaves out of a solid, which has no basis for both rigid sections and planes")
     elif isinstance(case.model, BeamModel | RigidModel) and _contact_of_basis(case):
         words.append("what the model leaves out of a solid, which friction and exact formulations make expensive")
     return words

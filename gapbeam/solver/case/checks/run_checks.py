@@ -9,15 +9,16 @@ import numpy as np
 
 from gapbeam.solver.case.analysis_table import Analysis, RigidMotion, Transient, centered_pose, centering_faults
 from gapbeam.solver.case.beam_motions import motions_of_tables
+from gapbeam.solver.case.beam_profile import beam_at
 from gapbeam.solver.case.case import Beam, Contact, Damping, Mesh, Output, acting_friction, advised_scheme
 from gapbeam.solver.case.checks.attachment_checks import Joints
-from gapbeam.solver.case.checks.place_checks import Loads, Probes
+from gapbeam.solver.case.checks.place_checks import Loads, Probes, Segments
 from gapbeam.solver.case.solution_tables import BeamModel, FullModel, ModelTable, ReducedModel, RigidModel, Time
 from gapbeam.solver.loads.attachments import Joint, MotionName, PointMass
-from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import apart, counted, exceeds
 from gapbeam.solver.supports.layout import Layout, keyed
-from gapbeam.solver.supports.support_tables import AnySupports
+from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
 
 MOST_STEPS = 1e9
 MULTIPLE_TOLERANCE = 1e-6
@@ -340,36 +341,48 @@ def stations_are_of_rigid_sections(model: ModelTable) -> Iterator[Fault]:
         )
 
 
-def touching_sections_are_in_holes(model: ModelTable, support: AnySupports, contact: Contact) -> Iterator[Fault]:
-    """Sections of beam elements that touch at stations are met all around."""
-    if not isinstance(model, BeamModel) or model.stations is None:
+def touching_sections_meet_their_supports(
+    beam: Beam, segment: Segments, mesh: Mesh, model: ModelTable, support: AnySupports, contact: Contact
+) -> Iterator[Fault]:
+    """Sections of beam elements and rigid bodies that touch at stations are met all around, or along lines."""
+    if not isinstance(model, BeamModel | RigidModel) or model.stations is None:
         return
     key, found = ("model", "stations"), f"{model.stations}"
-    for at, one in keyed(support):
-        if not one.around:
-            expected = "supports around the beam alone: stations are sections that are met all around"
-            yield Fault(key, f"{found}, with the {one.region.type} {one.name}", expected, "leave stations out", (at,))
-            break
+    for at, one in _planes_without_lines(beam, segment, mesh, support):
+        expected = "supports around the beam, or a round section (3D): stations are sections that keep their shape"
+        yield Fault(key, f"{found}, with the {one.region.type} {one.name}", expected, "leave stations out", (at,))
+        break
     if contact.points is not None:
         related = (("contact", "points"),)
         yield Fault(key, f"{found}, with contact.points", "one of both", "leave one of both out", related)
 
 
-def rigid_sections_are_in_holes(model: ModelTable, support: AnySupports) -> Iterator[Fault]:
-    """Sections that keep their shape are met all around, and take the place of shapes of pressure on a surface."""
+def _planes_without_lines(
+    beam: Beam, segment: Segments, mesh: Mesh, support: AnySupports
+) -> Iterator[tuple[Key, OneSupport]]:
+    """Yield the planes below and above sections that are not round, or whose mesh is not a solid of gapbeam."""
+    for at, one in keyed(support):
+        here = beam_at(beam, segment.values(), 0.5 * (one.start + one.end))
+        if not one.around and not (here.section.round and mesh.dimension == 3 and mesh.file is None):
+            yield at, one
+
+
+def rigid_sections_meet_their_supports(
+    beam: Beam, segment: Segments, mesh: Mesh, model: ModelTable, support: AnySupports
+) -> Iterator[Fault]:
+    """Sections that keep their shape are round on planes, and take the place of shapes of pressure on a surface."""
     if not isinstance(model, ReducedModel) or model.rings is None:
         return
-    for key, one in keyed(support):
-        if not one.around:
-            yield Fault(
-                SECTIONS,
-                f"rigid, with the {one.region.type} {one.name}",
-                "supports around the beam alone: the surface on planes deforms",
-                'region = "hole", or for a slot { type = "polygon", walls = [0.0, 180.0] } with half its clearance, '
-                "around a round section; or leave sections out",
-                (key,),
-            )
-            break
+    flat = list(_planes_without_lines(beam, segment, mesh, support))
+    for key, one in [*flat, *((at, one) for at, one in keyed(support) if len(one.sides) == 1)][:1]:
+        yield Fault(
+            SECTIONS,
+            f"rigid, with the {one.region.type} {one.name}",
+            "supports around the beam, or slots around a round section (3D): a surface on one plane alone, or a flat "
+            "side, deforms",
+            'section = "round" in slots, type = "beam", or leave sections out',
+            (key,),
+        )
     if model.contact == "all":
         expected = 'contact = "shapes": all motions of the surface are those of sections that deform'
         yield Fault(SECTIONS, 'rigid, with contact = "all"', expected, "leave one of both out", (("model", "contact"),))

@@ -215,12 +215,13 @@ Row = tuple[Indices, Array, float, Array]
 """Points with their shares, the initial gap, m, and the place of a contact point."""
 
 
-def whole_contact(contact: ContactOperator, areas: Sequence[float | None]) -> ContactOperator:
+def whole_contact(contact: ContactOperator, areas: Sequence[float | None], on_lines: bool = False) -> ContactOperator:
     """Return the operator whose points of some faces add up to nominal areas; itself where no face asks for it.
 
     Args:
         contact: The operator at the points of the mesh.
         areas: Nominal area of each face, m^2; None: the face keeps its points.
+        on_lines: Whether the sections there are round, so that planes meet them along lines, too.
 
     Not collective: the operator is the same on all ranks.
     """
@@ -235,7 +236,7 @@ def whole_contact(contact: ContactOperator, areas: Sequence[float | None]) -> Co
             sizes = contact.weights[here] * (np.pi * area / contact.weights[here].sum())
             found = [_kept(contact, point) for point in here]
         else:
-            parts = [_touching(contact, face, group, along) for group, along in _groups(contact, face, here)]
+            parts = [_touching(contact, face, group, along, on_lines) for group, along in _groups(contact, face, here)]
             found = [row for part, _ in parts for row in part]
             sizes = np.concatenate([size * (area / size.sum()) for _, size in parts])
         rows += found
@@ -276,7 +277,9 @@ def _groups(contact: ContactOperator, face: Face, here: Indices) -> Iterator[tup
     yield here, np.array([1.0, 0.0])
 
 
-def _touching(contact: ContactOperator, face: Face, group: Indices, along: Array) -> tuple[list[Row], Array]:
+def _touching(
+    contact: ContactOperator, face: Face, group: Indices, along: Array, on_line: bool
+) -> tuple[list[Row], Array]:
     """Return the contact points of what one wall meets, with the areas that they stand for, (k,), m^2."""
     places, weights = contact.positions[group], contact.weights[group]
     rise = face.side * face.rise(places)
@@ -287,7 +290,7 @@ def _touching(contact: ContactOperator, face: Face, group: Indices, along: Array
         for one in stations:
             outermost[one] = gaps[one].min()
     even = gaps - outermost <= EVEN * length
-    if not face.around and weights[even].sum() > FLAT * weights.sum():
+    if not (face.around or on_line) and weights[even].sum() > FLAT * weights.sum():
         flat = np.flatnonzero(even)
         return [_kept(contact, group[point]) for point in flat], weights[flat]
     sideways = places[:, 1:] @ along

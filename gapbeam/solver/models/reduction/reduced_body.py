@@ -128,8 +128,8 @@ class RigidSections:
     def of_body(cls, body: Body, stations: int) -> RigidSections:
         """Return the rigid sections of a body, so many along each support. Collective."""
         meshed, case = body.meshed, body.case
-        supported, rule = body.contact.support.faces, point_rule(case)
-        return cls(body, ring_rows(meshed.space, meshed.faces, supported, rule, stations, case.follows_faces))
+        supported, rule, spans = body.contact.support.faces, point_rule(case), case.layout.face_spans
+        return cls(body, ring_rows(meshed.space, meshed.faces, supported, spans, rule, stations, case.follows_faces))
 
     @property
     def count(self) -> int:

@@ -13,6 +13,7 @@ from gapbeam.solver.loads.random_load import RandomLoad
 from gapbeam.solver.loads.step_force import StepForce
 from gapbeam.solver.loads.support_motion import (
     BaseMotion,
+    ClearanceChange,
     HarmonicSupportMotion,
     MovingSupport,
     RecordedMotion,
@@ -66,6 +67,13 @@ def _of_support(base: type[MovingSupport]) -> type[LoadTable]:
     return create_model("Of" + base.__name__, __base__=base, __module__=__name__, __doc__=base.__doc__, **keys)
 
 
+def _of_pair(base: type[MovingSupport]) -> type[LoadTable]:
+    """Return a change of the clearance of a pair."""
+    text = "name of the pair whose clearance changes"
+    keys: dict[str, Any] = {"support": (Name, Field(description=text, examples=["end-stop"]))}
+    return create_model("Of" + base.__name__, __base__=base, __module__=__name__, __doc__=base.__doc__, **keys)
+
+
 AlongBeam = create_model(
     "AlongBeam", __base__=RandomLineLoad, __module__=__name__, __doc__=RandomLineLoad.__doc__,
     structure=(Name, Field(description="name of the beam", examples=["tube"])), direction=DIRECTION,
@@ -77,6 +85,7 @@ TABLES = (
     AlongBeam,
     *(_of_structures(one) for one in (Gravity, BaseMotion, RecordedMotion)),
     *(_of_support(one) for one in (HarmonicSupportMotion, RecordedSupportMotion)),
+    _of_pair(ClearanceChange),
 )
 SceneLoad: Any = Annotated[Union[TABLES], OF_TYPE]  # noqa: UP007 - of a tuple
 """Loads of case files whose functions of time a scene takes."""
@@ -86,6 +95,8 @@ AnyLoad = LoadTable
 """A load, whichever it is."""
 LineLoad = RandomLineLoad
 """A load along a beam."""
+OpenedPair = ClearanceChange
+"""A change of the clearance of a pair."""
 
 
 def is_along_beam(load: LoadTable) -> TypeGuard[LineLoad]:
@@ -105,4 +116,9 @@ def structure_of(load: LoadTable) -> str | None:
 
 def support_of(load: LoadTable) -> str | None:
     """Return the pair, snubber or joint whose side on the frame a load moves; None: another load."""
-    return getattr(load, "support", None)
+    return None if opens(load) else getattr(load, "support", None)
+
+
+def opens(load: LoadTable) -> TypeGuard[OpenedPair]:
+    """Return whether a load changes the clearance of a pair."""
+    return isinstance(load, ClearanceChange)

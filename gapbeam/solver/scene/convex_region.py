@@ -95,6 +95,16 @@ class ConvexRegion:
             self, values=tuple(v + by if outward else v for v, outward in zip(self.values, moved, strict=True))
         )
 
+    @property
+    def flat_faces(self) -> tuple[tuple[ConvexRegion, float], ...]:
+        """The half planes that bound it, each with its way outward by a unit of clearance; none where it is curved."""
+        if self.kind is _SLOT:
+            half, center = 0.5 * self.values[0], self.values[1]
+            return (HalfPlane(half + center), 0.5), (HalfPlane(half - center, -1.0), 0.5)
+        kind, n = self.kind, self.kind.outward
+        places = range(0, len(self.values), kind.period) if n > 1 else ()
+        return tuple((HalfPlane(self.values[i + n], self.values[i : i + self.motions]), 1.0) for i in places)
+
     def replaced(self, name: str, value: Any) -> ConvexRegion:
         """Return the region with another value of a name.
 

@@ -6,9 +6,6 @@ import re
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
-from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.messages.errors import Fault, Key, UserError
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.face_pair import face_contacts
@@ -27,7 +24,6 @@ from gapbeam.solver.scene_file.pair_tables import (
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.structure_tables import BodyTable, MemberTable, SnubberJoint
-from gapbeam.solver.system.operators import Array
 
 STATION = re.compile(r"(feedback|load|pair|point) \d+: ")  # no name of a point in a file has a blank
 SPREAD = re.compile(r"(feedback|load|point) \d+: ")  # these get no static responses
@@ -170,16 +166,3 @@ def snubber_of(site: Site, number: int, joint: SnubberJoint) -> Contact | None:
     except UserError as error:
         site.faults.append(fault_of(("joint", number, "between"), error))
         return None
-
-
-Motions = list[tuple[Array, TimeFunction]]
-"""Unit vectors in the motions of a point, each with its displacement over time."""
-
-
-def on_moving_walls(contact: Contact, motions: Motions) -> Contact:
-    """Return a contact whose side on the frame moves, counted from t = 0."""
-
-    def wall(t: float) -> Array:
-        return np.asarray(sum(unit * (float(s.value(t)) - float(s.value(0.0))) for unit, s in motions))
-
-    return replace(contact, wall=wall) if motions else contact

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -11,29 +10,29 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from gapbeam.solver.loads.scene_load_choice import AnyLoad, LineLoad, is_along_beam, point_of, structure_of, support_of
-from gapbeam.solver.loads.time_function import TimeFunction
+from gapbeam.solver.loads.scene_load_choice import (
+    AnyLoad,
+    is_along_beam,
+    structure_of,
+)
 from gapbeam.solver.messages.errors import CaseError, Fault, Key, RunError, UserError
-from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.modal_files import read_modes
 from gapbeam.solver.scene.scene import Scene
-from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, MovingPoint, moving_force, moving_point, weight
+from gapbeam.solver.scene.scene_load import MovingPoint, moving_point
 from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, reduced_at_points
 from gapbeam.solver.scene.structure_files import PlacedPoint, read_model
 from gapbeam.solver.scene_file.contact_builder import (
     SPREAD,
     STATION,
-    Motions,
     Site,
     at_points,
     condensed_face,
     face_pair,
     fault_of,
-    on_moving_walls,
     point_contact,
     snubber_of,
 )
@@ -46,6 +45,12 @@ from gapbeam.solver.scene_file.feedback_tables import (
     stations,
 )
 from gapbeam.solver.scene_file.frame_builder import direction_of, extent_of, framed, stations_of
+from gapbeam.solver.scene_file.load_builder import (
+    LoadSignal,
+    at_moving_end,
+    loads_of,
+    moved_contacts,
+)
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, in_space, line_of
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.structure_tables import (
@@ -66,17 +71,6 @@ from gapbeam.solver.scene_file.structure_tables import (
 from gapbeam.solver.system.operators import Array
 
 WAY = 41  # points along the way of one that moves
-
-
-@dataclass(frozen=True)
-class _Signal:
-    """The function of time of a load, for arrays of any shape."""
-
-    value: Callable[[Any], Any]
-
-    def __call__(self, times: Any) -> Array:
-        flat = np.ravel(times)
-        return np.array(np.broadcast_to(self.value(flat), flat.shape), dtype=float).reshape(np.shape(times))
 
 
 def built_scene(
@@ -108,7 +102,8 @@ def built_scene(
     feedbacks = [_feedback(site, number, one) for number, one in enumerate(case.feedback)]
     contacts = [point_contact(site, number, pair) for number, pair in enumerate(pairs) if pair.at != "faces"]
     contacts += [condensed_face(site, key, one) for key, some in faces.items() for one in some if not site.faults]
-    loads = [load for number, one in enumerate(case.load) for load in _loads(site, number, one)]
+    owners = {one.name: pairs[number].name for number, some in faces.items() for one in some}
+    loads = [load for number, one in enumerate(case.load) for load in loads_of(site, number, one)]
     for one in site.bodies.values():
         for name in [name for name in one.points if STATION.match(name)]:
             del one.points[name]
@@ -126,8 +121,13 @@ def built_scene(
             elif len(known) == len(ends):
                 between = known[0] if len(known) == 1 else (known[0], known[1])
                 joints.append(Joint(between, joint.stiffness, joint.damping))
-                loads += _at_moving_end(site, number, joint, known[0])
-    moved = [on_moving_walls(one, _motions(site, one.name, one.points[0])) for one in contacts if one is not None]
+                loads += at_moving_end(site, number, joint, known[0])
+    moved = [
+        part
+        for one in contacts
+        if one is not None
+        for part in moved_contacts(site, one, owners.get(one.name, one.name))
+    ]
     if site.faults:
         raise CaseError(source, put(site.faults))
     scene = Scene(
@@ -146,7 +146,7 @@ def with_noise(scene: Scene, loads: Iterable[AnyLoad]) -> Scene:
             drawn += [(f"{name}-{k}", part) for k, part in enumerate(load.parts, start=1)]
         elif load.noise:
             drawn += [(name, load)]
-    return scene.with_({f"{name}.value": _Signal(part.time_function().value) for name, part in drawn})
+    return scene.with_({f"{name}.value": LoadSignal(part.time_function().value) for name, part in drawn})
 
 
 def start_velocities(case: SceneCase, scene: Scene) -> dict[Structure, Array]:
@@ -385,107 +385,3 @@ def _fault(site: Site, number: int, error: Exception) -> Fault:
     elif table.reduce is not None and "modes" in str(error):
         key = (*key, "reduce")
     return fault_of(key, error)
-
-
-def _loads(site: Site, number: int, load: AnyLoad) -> list[Load]:
-    key: Key = ("load", number)
-    name, value, place = str(vars(load)["name"]), _Signal(load.time_function().value), point_of(load)
-    wanted = structure_of(load)
-    if is_along_beam(load):
-        body = site.bodies.get(wanted or "")
-        return [] if body is None else _along_beam(site, number, load, body)
-    if support_of(load) is not None:
-        return []
-    if place is not None:
-        point = site.point((*key, "point"), place, may_move=not load.noise)
-        unit = None if point is None else _in_motions(site, number, load, point)
-        if isinstance(point, MovingPoint) and unit is not None:
-            way = point.track
-            return [*moving_force(way.points, list(way.places), value, way.position, name, unit)]
-        return [] if point is None or unit is None else [Force(point, value, unit, name)]
-    bodies = {one: body for one, body in site.bodies.items() if wanted in (None, one)}
-    bare = [one for one, body in bodies.items() if body.inertia is None]
-    if bare:
-        site.faults.append(
-            Fault((*key, "structure"), f"{', '.join(bare)}, of which no motion with the frame is known",
-                  "structures with a direction: `frame` of matrices, a column frame of modes",
-                  'add frame = [0, 0, 1] to the structure, or name another structure')
-        )  # fmt: skip
-        return []
-    given = vars(load)["direction"]
-    for one, body in bodies.items():
-        fault = _direction_fault(one, body, given, load.static)
-        if fault:
-            site.faults.append(Fault((*key, "direction"), *fault))
-            return []
-    return [
-        _on_inertia(load, body, value, name if len(bodies) == 1 else f"{name}-{one}", given)
-        for one, body in bodies.items()
-    ]
-
-
-def _motions(site: Site, name: str, point: StructurePoint) -> Motions:
-    """Return the motions of the side on the frame of a pair or joint."""
-    moving = [(number, one) for number, one in enumerate(site.case.load) if name and support_of(one) == name]
-    units = [(_in_motions(site, number, one, point), one.time_function()) for number, one in moving]
-    return [(unit, s) for unit, s in units if unit is not None]
-
-
-def _at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructurePoint) -> list[Load]:
-    """Return the forces k s + c s' on a point by the end of a joint that moves by s, counted from t = 0."""
-
-    def force(s: TimeFunction) -> Callable[[Any], Any]:
-        rate = s.rate
-        assert rate is not None
-        return lambda t: joint.stiffness * (s.value(t) - s.value(0.0)) + joint.damping * rate(t)
-
-    motions = _motions(site, joint.name, point) if len(joint.between) == 1 else []
-    return [Force(point, _Signal(force(s)), unit, f"{joint.name} {number}-{k}") for k, (unit, s) in enumerate(motions)]
-
-
-def _in_motions(site: Site, number: int, load: AnyLoad, point: StructurePoint) -> Array | None:
-    """Return the direction of a load in the motions of a point, of length 1; None, with a fault, where it has none."""
-    along = vars(load)["direction"]
-    given = np.eye(len(point.rows))[0] if along is None else np.asarray(along, dtype=float)
-    if len(given) != len(point.rows) or not np.any(given):
-        site.faults.append(
-            Fault(("load", number, "direction"), f"{list(given)} at a point of {counted(len(point.rows), 'motion')}",
-                  "a number for each motion, not all 0")
-        )  # fmt: skip
-        return None
-    return np.asarray(given / np.linalg.norm(given))
-
-
-def _along_beam(site: Site, number: int, load: LineLoad, body: Structure) -> list[Load]:
-    """Return a load for each pattern of forces along a beam, each with its own noise."""
-    points = [body[f"load {number}: {i}"] for i in range(len(load.patterns[0].places))]
-    unit = _in_motions(site, number, load, points[0])
-    if unit is None:
-        return []
-    rows = np.stack([unit @ point.rows for point in points])
-    return [
-        Load(body, np.asarray(pattern.weights) @ rows, _Signal(part.time_function().value), f"{load.name}-{k}")
-        for k, (part, pattern) in enumerate(zip(load.parts, load.patterns, strict=True), start=1)
-    ]
-
-
-def _direction_fault(name: str, body: Structure, given: Any, static: bool) -> tuple[str, str, str] | None:
-    """Return the fault of the direction of a load on a structure."""
-    if not body.is_spatial and given is not None:
-        return (
-            f'a direction of a load on "{name}", which has no place in space',
-            "no direction: `frame` of a structure is the direction",
-            "leave direction out, or give the structure a place",
-        )
-    if body.is_spatial and (given is None or len(given) != 3 or not any(given)) and not (static and given is None):
-        found = "nothing: the key is missing" if given is None else f"{list(given)}"
-        return found, f'a vector (x, y, z): "{name}" is placed in space', "direction = [0, 0, 1] is along z"
-    return None
-
-
-def _on_inertia(load: AnyLoad, body: Structure, value: _Signal, name: str, given: Any) -> Load:
-    if load.static:
-        downward = load.default_sense if given is None else 1.0
-        along = None if not body.is_spatial else (0.0, 0.0, 1.0) if given is None else given
-        return weight(body, downward * load.weight_acceleration, along, name)
-    return BaseMotion(body, value, given, name)

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from gapbeam.solver.case.checks.run_checks import run_has_steps, step_follows_the_forcing
 from gapbeam.solver.case.figure_table import figure_faults
-from gapbeam.solver.loads.scene_load_choice import LineLoad, is_along_beam, point_of, structure_of, support_of
+from gapbeam.solver.loads.scene_load_choice import (
+    LineLoad,
+    OpenedPair,
+    is_along_beam,
+    opens,
+    point_of,
+    structure_of,
+    support_of,
+)
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import near
 from gapbeam.solver.scene_file.feedback_tables import feedback_faults
-from gapbeam.solver.scene_file.pair_tables import PairContact, faces_faults, nearest_faults
+from gapbeam.solver.scene_file.pair_tables import DiscRegion, PairContact, PairTable, faces_faults, nearest_faults
 from gapbeam.solver.scene_file.structure_tables import (
     NODAL,
     BodyTable,
@@ -343,6 +351,17 @@ def _along(key: Key, load: LineLoad, body: BodyTable) -> Iterator[Fault]:
                     f"a span on the beam, from 0 to {body.model.length:g} m")  # fmt: skip
 
 
+def _opened(key: Key, load: OpenedPair, pairs: Iterable[PairTable]) -> Iterator[Fault]:
+    """A change of a clearance has a pair of flat faces."""
+    regions = {one.name: one.region for one in pairs}
+    flat = [name for name, one in regions.items() if not isinstance(one, DiscRegion)]
+    if load.support in flat:
+        return
+    found = f'"{load.support}"' + (", a disc" if load.support in regions else "")
+    yield Fault((*key, "support"), found, f"a pair with flat faces: one of {', '.join(flat) or 'none'}",
+                "a polygon of up to 30 corners is nearly a disc" if load.support in regions else "")  # fmt: skip
+
+
 def _loads(
     tables: Mapping[str, Any], known: Mapping[str, set[str] | None], by_name: Mapping[str, BodyTable]
 ) -> Iterator[Fault]:
@@ -357,6 +376,8 @@ def _loads(
         if (support := support_of(load)) is not None and support not in held:
             yield Fault((*key, "support"), f'"{support}"', f"a pair, snubber or elastic joint of one point: "
                         f"one of {', '.join(held) or 'none'}", "all supports alike: base_motion")  # fmt: skip
+        if opens(load):
+            yield from _opened(key, load, tables.get("pair", {}).values())
         if name is not None:
             yield from _known_structure((*key, "structure"), name, by_name)
         if is_along_beam(load) and name is not None and name in by_name:

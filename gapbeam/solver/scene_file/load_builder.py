@@ -1,0 +1,179 @@
+"""Loads of a file of several structures: forces, gravity, and motions of what their pairs and joints stand on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.loads.scene_load_choice import (
+    AnyLoad,
+    LineLoad,
+    is_along_beam,
+    opens,
+    point_of,
+    structure_of,
+    support_of,
+)
+from gapbeam.solver.loads.time_function import TimeFunction
+from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.scene.contact_pair import Contact
+from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, MovingPoint, moving_force, weight
+from gapbeam.solver.scene.structure import Structure, StructurePoint
+from gapbeam.solver.scene_file.contact_builder import Site
+from gapbeam.solver.scene_file.structure_tables import SpringJoint
+from gapbeam.solver.system.operators import Array
+
+
+@dataclass(frozen=True)
+class LoadSignal:
+    """The function of time of a load, for arrays of any shape."""
+
+    value: Callable[[Any], Any]
+
+    def __call__(self, times: Any) -> Array:
+        """Return the values at these times."""
+        flat = np.ravel(times)
+        return np.array(np.broadcast_to(self.value(flat), flat.shape), dtype=float).reshape(np.shape(times))
+
+
+def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
+    """Return the forces of a load; none, with faults, where it fits no place, and where it moves a support."""
+    key: Key = ("load", number)
+    name, value, place = str(vars(load)["name"]), LoadSignal(load.time_function().value), point_of(load)
+    wanted = structure_of(load)
+    if is_along_beam(load):
+        body = site.bodies.get(wanted or "")
+        return [] if body is None else _along_beam(site, number, load, body)
+    if support_of(load) is not None or opens(load):
+        return []
+    if place is not None:
+        point = site.point((*key, "point"), place, may_move=not load.noise)
+        unit = None if point is None else _in_motions(site, number, load, point)
+        if isinstance(point, MovingPoint) and unit is not None:
+            way = point.track
+            return [*moving_force(way.points, list(way.places), value, way.position, name, unit)]
+        return [] if point is None or unit is None else [Force(point, value, unit, name)]
+    bodies = {one: body for one, body in site.bodies.items() if wanted in (None, one)}
+    bare = [one for one, body in bodies.items() if body.inertia is None]
+    if bare:
+        site.faults.append(
+            Fault((*key, "structure"), f"{', '.join(bare)}, of which no motion with the frame is known",
+                  "structures with a direction: `frame` of matrices, a column frame of modes",
+                  'add frame = [0, 0, 1] to the structure, or name another structure')
+        )  # fmt: skip
+        return []
+    given = vars(load)["direction"]
+    for one, body in bodies.items():
+        fault = _direction_fault(one, body, given, load.static)
+        if fault:
+            site.faults.append(Fault((*key, "direction"), *fault))
+            return []
+    return [
+        _on_inertia(load, body, value, name if len(bodies) == 1 else f"{name}-{one}", given)
+        for one, body in bodies.items()
+    ]
+
+
+def _in_motions(site: Site, number: int, load: AnyLoad, point: StructurePoint) -> Array | None:
+    """Return the direction of a load in the motions of a point, of length 1; None, with a fault, where it has none."""
+    along = vars(load)["direction"]
+    given = np.eye(len(point.rows))[0] if along is None else np.asarray(along, dtype=float)
+    if len(given) != len(point.rows) or not np.any(given):
+        site.faults.append(
+            Fault(("load", number, "direction"), f"{list(given)} at a point of {counted(len(point.rows), 'motion')}",
+                  "a number for each motion, not all 0")
+        )  # fmt: skip
+        return None
+    return np.asarray(given / np.linalg.norm(given))
+
+
+def _along_beam(site: Site, number: int, load: LineLoad, body: Structure) -> list[Load]:
+    """Return a load for each pattern of forces along a beam, each with its own noise."""
+    points = [body[f"load {number}: {i}"] for i in range(len(load.patterns[0].places))]
+    unit = _in_motions(site, number, load, points[0])
+    if unit is None:
+        return []
+    rows = np.stack([unit @ point.rows for point in points])
+    return [
+        Load(body, np.asarray(pattern.weights) @ rows, LoadSignal(part.time_function().value), f"{load.name}-{k}")
+        for k, (part, pattern) in enumerate(zip(load.parts, load.patterns, strict=True), start=1)
+    ]
+
+
+def _direction_fault(name: str, body: Structure, given: Any, static: bool) -> tuple[str, str, str] | None:
+    """Return the fault of the direction of a load on a structure."""
+    if not body.is_spatial and given is not None:
+        return (
+            f'a direction of a load on "{name}", which has no place in space',
+            "no direction: `frame` of a structure is the direction",
+            "leave direction out, or give the structure a place",
+        )
+    if body.is_spatial and (given is None or len(given) != 3 or not any(given)) and not (static and given is None):
+        found = "nothing: the key is missing" if given is None else f"{list(given)}"
+        return found, f'a vector (x, y, z): "{name}" is placed in space', "direction = [0, 0, 1] is along z"
+    return None
+
+
+def _on_inertia(load: AnyLoad, body: Structure, value: LoadSignal, name: str, given: Any) -> Load:
+    if load.static:
+        downward = load.default_sense if given is None else 1.0
+        along = None if not body.is_spatial else (0.0, 0.0, 1.0) if given is None else given
+        return weight(body, downward * load.weight_acceleration, along, name)
+    return BaseMotion(body, value, given, name)
+
+
+def at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructurePoint) -> list[Load]:
+    """Return the forces k s + c s' on a point by the end of a joint that moves by s, counted from t = 0."""
+
+    def force(s: TimeFunction) -> Callable[[Any], Any]:
+        rate = s.rate
+        assert rate is not None
+        return lambda t: joint.stiffness * (s.value(t) - s.value(0.0)) + joint.damping * rate(t)
+
+    motions = _motions(site, joint.name, point) if len(joint.between) == 1 else []
+    return [
+        Force(point, LoadSignal(force(s)), unit, f"{joint.name} {number}-{k}") for k, (unit, s) in enumerate(motions)
+    ]
+
+
+def moved_contacts(site: Site, contact: Contact, pair: str) -> list[Contact]:
+    """Return a contact as the loads move its region, counted from t = 0.
+
+    Where its clearance changes, each flat face of the region is a contact that moves along its normal.
+
+    Args:
+        site: The structures, with the loads.
+        contact: The contact.
+        pair: Name of its pair.
+    """
+    motions = _motions(site, contact.name, contact.points[0])
+    if motions:
+        contact = replace(contact, wall=_wall(motions))
+    changes = [one.time_function() for one in site.case.load if opens(one) and one.support == pair]
+    if not changes:
+        return [contact]
+    found, faces = list[Contact](), contact.region.flat_faces
+    for i, (face, share) in enumerate(faces):
+        ways = [(share * face.normals[0, : contact.motions], s) for s in changes]
+        name = contact.name if len(faces) == 1 else f"{contact.name}-{i}"
+        found.append(replace(contact, region=face, wall=_wall([*motions, *ways]), name=name))
+    return found
+
+
+Motions = list[tuple[Array, TimeFunction]]
+"""Ways of a region in the motions of a point, each with its displacement over time."""
+
+
+def _motions(site: Site, name: str, point: StructurePoint) -> Motions:
+    """Return the motions of the side on the frame of a pair or joint."""
+    moving = [(number, one) for number, one in enumerate(site.case.load) if name and support_of(one) == name]
+    units = [(_in_motions(site, number, one, point), one.time_function()) for number, one in moving]
+    return [(unit, s) for unit, s in units if unit is not None]
+
+
+def _wall(motions: Motions) -> Callable[[float], Array]:
+    return lambda t: np.asarray(sum(way * (float(s.value(t)) - float(s.value(0.0))) for way, s in motions))

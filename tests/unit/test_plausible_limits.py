@@ -12,6 +12,7 @@ from mpi4py import MPI
 
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.reading.case_reader import read_case_text
+from gapbeam.solver.case.reading.overrides import UNITS, factor_of
 from gapbeam.solver.messages.errors import CaseError, UserError
 from gapbeam.solver.messages.wording import ROUND_OFF, apart, exceeds
 from gapbeam.solver.models.model import build_model
@@ -30,7 +31,7 @@ def said(text: str) -> str:
     return "\n".join(warnings(read_case_text(text)))
 
 
-@pytest.mark.parametrize("clearance", [0.02, 0.12, 0.5, 3.0, 1e3])
+@pytest.mark.parametrize("clearance", [0.04, 0.12, 0.5, 3.0, 1e3])
 @pytest.mark.parametrize("joint", ["", GUIDE, PINS, CLAMP])
 def test_play_of_any_width_is_accepted(clearance: float, joint: str) -> None:
     """More than ten thicknesses and half the beam: warned of as tilt only where the beam can tilt as a rigid body."""
@@ -234,10 +235,51 @@ def test_many_supports_with_much_play_take_one_line(count: int) -> None:
     """A leaf spring on twenty far stops is asked about once."""
     stops = [PLANE.replace('"a"', f'"a{n}"').replace("from = 0.0", f"from = {0.02 * n}") for n in range(count)]
     far = [stop.replace("to = 0.1", f"to = {0.02 * n + 0.01}") for n, stop in enumerate(stops)]
-    lines = said(BEAM + "".join(far).replace("1e-4", "0.02")).splitlines()
+    lines = said(BEAM + "".join(far).replace("1e-4", "0.05")).splitlines()
     asked = [line for line in lines if "is it in mm" in line]
     assert len(asked) == 1
     assert (f", and {count - 1} after it:" in asked[0]) == (count > 1)
+
+
+@pytest.mark.parametrize("units", UNITS)
+@given(data=st.data())
+def test_a_case_that_names_its_units_is_not_asked_about_others(units: str, data: st.DataObject) -> None:
+    """Reeds, sheets, keys and plates in the numbers of any system: no other unit is named than that of a number."""
+    length = data.draw(st.floats(1e-3, 3.0))
+    thickness = length * data.draw(st.floats(1e-3, 0.15))
+    play, width = thickness * data.draw(st.floats(1e-3, 30.0)), length * data.draw(st.floats(0.01, 30.0))
+    modulus = 10.0 ** data.draw(st.floats(3.0, 13.0))
+    density = 10.0 ** data.draw(st.floats(0.0, 5.0))
+    scale = {kind: factor_of(kind, units) or 1.0 for kind in ("m", "Pa", "kg/m^3")}
+    text = (
+        f'units = "{units}"\n[beam]\nlength = {length / scale["m"]!r}\nthickness = {thickness / scale["m"]!r}\n'
+        f"width = {width / scale['m']!r}\n[material]\nyoung_modulus = {modulus / scale['Pa']!r}\npoisson_ratio = 0.3\n"
+        f"density = {density / scale['kg/m^3']!r}\n[time]\nend = 0.1\n"
+        f"[support]\nlength = {0.2 * length / scale['m']!r}\n"
+        f"clearance = {play / scale['m']!r}\n"
+    )
+    lines = said(text)
+    assert "is it in" not in lines
+    assert "not mm" not in lines
+    assert "not GPa" not in lines
+    assert ("young_modulus" in lines) == (not 1e5 <= modulus <= 2e12)
+    assert ("density" in lines) == (not 10.0 <= density <= 25e3)
+
+
+@pytest.mark.parametrize(("gravity", "asked"), [(9.81, True), (1.62, True), (9810.0, False), (1e-3, False)])
+def test_gravity_in_si_is_asked_about_where_the_file_is_in_mm(gravity: float, asked: bool) -> None:
+    """9.81 mm/s^2 is no gravity; a case without units means 9.81 m/s^2."""
+    load = f'[[load]]\ntype = "gravity"\nacceleration = {gravity}\n'
+    tables = "[beam]\nlength = 600\nthickness = 12\nwidth = 20\n[material]\nyoung_modulus = 2.1e5\n"
+    tables += "poisson_ratio = 0.3\ndensity = 7.9e-9\n[time]\nend = 0.1\n[support]\nlength = 50\nclearance = 0.1\n"
+    assert ("in the units that the file names" in said(f'units = "mm-t-s"\n{tables}{load}')) == asked
+
+
+@pytest.mark.parametrize("gap", [0.5, 1.0, 2.5])
+def test_play_of_a_thickness_or_two_and_wide_strips_are_believed(gap: float) -> None:
+    """A contact spring, a sheet at rubber stops, a strip of a plate that is wider than long."""
+    text = BEAM.replace("width = 0.02", "width = 1.5") + PLANE.replace("1e-4", str(0.012 * gap))
+    assert "is it in mm" not in said(text)
 
 
 @pytest.mark.parametrize(("clearance", "far"), [(1.0e-3, False), (3.0e-3, False), (0.011, False), (0.04, True)])

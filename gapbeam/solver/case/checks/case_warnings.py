@@ -60,42 +60,53 @@ HEAVY, SOFT = 2500.0, 1e9  # kg/m^3 and Pa: no solid material is so dense and so
 LEAST_YIELD = 1e5  # Pa
 SLOW = 1.0  # Hz
 MUCH_DAMPING = 0.5  # of critical
+FAINT = (1e-3, 3e-2)  # m/s^2: gravity of moons and planets a thousand times too small
+NAMED = "is its number in the units that the file names?"
+MUCH_PLAY = 3.0  # of the thickness: reeds, contact springs and sheets have as much
+MOST_WIDTH = 10.0  # of the length: strips of plates are wider than long
 MOST_TILT = 3.0  # degrees: the cosine of a small rotation is 1 within 0.14 %
 
 
 def unit_questions(case: Case) -> Iterator[str]:
-    """Yield values that look like another unit, one line each."""
+    """Yield values that look like another unit, one line each; of a case that names its units, unusual ones alone."""
     for usual in USUAL:
         value = getattr(getattr(case, usual.table), usual.key)
-        yield from _asked(f"[{usual.table}]", usual, value)
+        yield from _asked(f"[{usual.table}]", usual, value, case.units is not None)
         segments: tuple[Segment, ...] = case.segment
         for number, segment in enumerate(segments, 1):
             own = getattr(segment, usual.key, None)
             if usual.key != "length" and own is not None:
-                yield from _asked(f'[[segment]] number {number} (name "{segment.name}")', usual, own)
-    yield from _shape(case)
-    yield from _material(case)
-    yield from _clearances(case)
+                place = f'[[segment]] number {number} (name "{segment.name}")'
+                yield from _asked(place, usual, own, case.units is not None)
+    if case.units is None:
+        yield from _shape(case)
+        yield from _material(case)
+        yield from _clearances(case)
+    else:
+        yield from _weight(case)
     yield from _damping(case)
     yield from _frequencies(case)
 
 
-def _asked(place: str, usual: UsualRange, value: float) -> Iterator[str]:
+def _asked(place: str, usual: UsualRange, value: float, named: bool) -> Iterator[str]:
     if not usual.least <= value <= usual.most:
+        unit = usual.unit.partition(",")[0].partition(":")[0]
+        if named:
+            yield f"{place} {usual.key}: {value:g} {unit} is unusual; {NAMED}"
+            return
         words = f"{place} {usual.key} = {value:g} is unusual; the unit is {usual.unit}"
         least = STIFF if usual.key == "young_modulus" else usual.least
         found = next(((unit, size * value) for unit, size in usual.slips if least <= size * value <= usual.most), None)
-        unit = usual.unit.partition(",")[0].partition(":")[0]
         yield words if found is None else f"{words}; is it in {found[0]}, {_si(found[1])} {unit}?"
 
 
 def _shape(case: Case) -> Iterator[str]:
-    """Ask about a section that is larger than the beam is long."""
-    for key in ("thickness", "width"):
-        value = getattr(case.beam, key)
-        if exceeds(value, case.beam.length) and value <= MOST_SECTION:  # what is larger is unusual by itself
-            found, length = apart(value, case.beam.length)
-            words = f"is more than the length, {length} m: is it in mm, {_si(1e-3 * value)} m?"
+    """Ask about a section that is thicker, or wider by far, than the beam is long."""
+    for key, usual in (("thickness", 1.0), ("width", MOST_WIDTH)):
+        value, length = getattr(case.beam, key), case.beam.length
+        if exceeds(value, usual * length) and value <= MOST_SECTION:  # what is larger is unusual by itself
+            found, other = apart(value, length)
+            words = f"is more than the length, {other} m: is it in mm, {_si(1e-3 * value)} m?"
             yield f"[beam] {key} = {found} {words}"
 
 
@@ -113,20 +124,30 @@ def _material(case: Case) -> Iterator[str]:
 
 
 def _clearances(case: Case) -> Iterator[str]:
-    """Ask about play larger than the section; of several supports about the first."""
+    """Ask about play of several thicknesses; of several supports about the first."""
     large = []
     for key, support in keyed(case.support):
         thickness = case.profile.at(0.5 * (support.start + support.end)).beam.thickness
-        if exceeds(abs(support.clearance), thickness):
+        if exceeds(abs(support.clearance), MUCH_PLAY * thickness):
             large.append((key, support, thickness))
     for key, support, thickness in large[:1]:
         found, size = apart(support.clearance, thickness)
         place = "[support]" if len(key) == 1 else f'[[support]] number {int(key[1]) + 1} (name "{support.name}")'
         place += f", and {len(large) - 1} after it:" if large[1:] else ""
         yield (
-            f"{place} clearance = {found} is more than the thickness of the beam, {size} m: "
+            f"{place} clearance = {found} is several times the thickness of the beam, {size} m: "
             f"is it in mm, {_si(1e-3 * support.clearance)} m?"
         )
+
+
+def _weight(case: Case) -> Iterator[str]:
+    """Ask about gravity that would be one of a planet in mm/s^2."""
+    for number, load in enumerate(case.load, 1):
+        if FAINT[0] <= load.weight_acceleration <= FAINT[1]:
+            yield (
+                f'[[load]] number {number} (name "{load.name}") acceleration: {load.weight_acceleration:g} m/s^2 is '
+                f"unusual; {NAMED}"
+            )
 
 
 def _damping(case: Case) -> Iterator[str]:
@@ -230,8 +251,8 @@ def shape(case: Case) -> Iterator[str]:
         turns = turns and bending_rank(case.joint, held_only=True) < 2
         if turns and tilt > MOST_TILT:
             yield (
-                f"{place} clearance = {support.clearance:g} lets the beam tilt by {tilt:.2g} degrees; "
-                "the equations are those of small rotations, and the unit is m, not mm"
+                f"{place} clearance = {support.clearance:g} m lets the beam tilt by {tilt:.2g} degrees; "
+                f"the equations are those of small rotations{'' if case.units else ', and the unit is m, not mm'}"
             )
         if support.around and support.met_region.along_radii:
             share = (abs(support.clearance) + support.region.recess) / (0.5 * beam.thickness)

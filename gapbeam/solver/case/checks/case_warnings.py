@@ -239,7 +239,7 @@ def shape(case: Case) -> Iterator[str]:
     """Yield a beam that is not slender, and a clearance that is not small."""
     profile = case.profile
     if profile.thinnest > case.beam.length / 5:
-        yield f"[beam] thickness = {profile.thinnest:g} is over a fifth of the length: this is hardly a beam"
+        yield f"[beam] thickness = {profile.thinnest:g} m is over a fifth of the length: this is hardly a beam"
     for key, support in keyed(case.support):
         beam = profile.at(0.5 * (support.start + support.end)).beam
         place = "[support]" if len(key) == 1 else f'[[support]] number {int(key[1]) + 1} (name "{support.name}")'

@@ -17,6 +17,7 @@ from gapbeam.solver.case.checks.all_checks import contradictions
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.json_schema import schema
 from gapbeam.solver.case.model_choice import chosen_case
+from gapbeam.solver.case.reading.file_units import in_file_units
 from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, candidates, check_types, incomplete, label
 from gapbeam.solver.case.reading.overrides import Overrides, convert, looks_like_millimeters, override
 from gapbeam.solver.case.reading.toml_text import beyond_bounds, key_lines, line_of, parse, read_text
@@ -148,7 +149,7 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
     """Return the case of the tables of a file, or raise all of their faults."""
     refuse_scene(data, path)
     _refuse_endless(data, path)
-    unclear = convert(data)
+    units, unclear = data.get("units"), convert(data)
     typed, faults = override(data, overrides)
     _refuse_endless(data, path)
     _find_files(data, path)
@@ -164,7 +165,7 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
     elif not (wrong or faults):
         case, wrong = _chosen(data)
     if wrong:
-        faults += places.put_in_order(wrong)
+        faults += places.put_in_order(in_file_units(wrong, units, data, typed))
     if faults:
         raise CaseError(str(path), faults[:MOST_FAULTS])
     return with_checksums(case or chosen_case(Case.model_validate(data)))

@@ -1,0 +1,69 @@
+"""Faults in the units of a file that names them: lengths in words, and the numbers of advice, are in mm there.
+
+The checks know SI alone. What they found in a file in mm is said as the file has it, so that advice can be typed there.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from gapbeam.solver.case.json_schema import unit_in
+from gapbeam.solver.case.reading.known_keys import candidates
+from gapbeam.solver.case.reading.overrides import SI, UNITS, factor_of
+from gapbeam.solver.messages.errors import Fault, Key
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
+_NUMBERS = re.compile(rf"(?<![\w.]){_NUMBER}")
+_LENGTHS = re.compile(rf"(?<![\w.]){_NUMBER}(?:(?: to | and | or |, ){_NUMBER})* m(?![\w/^])")
+_UNIT_ALONE = re.compile(r"\b(in |are |, )m(?=[,;)]|$)")
+_SLIP = re.compile(r"is it in mm\? In m it is \S+")
+_GIVEN = re.compile(rf"\b([a-z][\w.]*) = ({_NUMBER}|\[[^\[\]]*\])")
+_AS_TYPED = re.compile(r"remove the quotes(?! and the unit)|a whole number without")
+
+
+def in_file_units(faults: list[Fault], units: object, data: Mapping[str, Any], typed: Mapping[Key, str]) -> list[Fault]:
+    """Return the faults of a file in the units that it names; those of overrides, which are SI, as they are.
+
+    Args:
+        faults: Faults in SI.
+        units: The key `units` of the file; SI, nothing or no system leaves the faults as they are.
+        data: The case file as read, in SI.
+        typed: The keys that overrides have replaced.
+    """
+    if not isinstance(units, str) or units not in UNITS or UNITS[units] == UNITS[SI]:
+        return faults
+    return [fault if fault.key in typed else _restated(fault, units, data) for fault in faults]
+
+
+def _restated(fault: Fault, units: str, data: Mapping[str, Any]) -> Fault:
+    own = _factor(fault.key, units, data)
+    found = _divided(fault.found, own) if re.fullmatch(_NUMBER, fault.found) else _lengths(fault.found, units)
+    hint = _SLIP.sub("", fault.hint)
+
+    def given(match: re.Match[str]) -> str:
+        key = tuple(match[1].split("."))
+        factor = _factor(key if len(key) > 1 else (*fault.key[:-1], *key), units, data)
+        return f"{match[1]} = {_divided(match[2], factor)}"
+
+    if not _AS_TYPED.match(hint):
+        hint = _GIVEN.sub(given, hint)
+    return replace(fault, found=found, expected=_lengths(fault.expected, units), hint=_lengths(hint, units))
+
+
+def _factor(key: Key, units: str, data: Mapping[str, Any]) -> float:
+    """Return the size in SI of one of the unit of a key; 1 of an unknown key, or where the unit depends on others."""
+    fields = [model.model_fields[str(key[-1])] for model in candidates(key[:-1], data) if key[-1] in model.model_fields]
+    return (factor_of(unit_in(fields[0].description or ""), units) or 1.0) if fields else 1.0
+
+
+def _divided(words: str, factor: float) -> str:
+    return words if factor == 1.0 else _NUMBERS.sub(lambda match: f"{float(match[0]) / factor:.10g}", words)
+
+
+def _lengths(words: str, units: str) -> str:
+    """Return words with the lengths among them in mm."""
+    words = _LENGTHS.sub(lambda match: f"{_divided(match[0][:-2], UNITS[units][0])} mm", words)
+    return _UNIT_ALONE.sub(r"\1mm", words)

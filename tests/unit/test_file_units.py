@@ -1,0 +1,116 @@
+"""Faults of a file that names its units: numbers as the file has them, and advice that can be typed there."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gapbeam.solver.case.reading.case_reader import read_case_text
+from gapbeam.solver.messages.errors import CaseError, Fault
+
+CASE = """units = "UNITS"
+[beam]
+length = 510
+thickness = 12
+width = 12
+section = { type = "tube", wall = 2 }
+[material]
+young_modulus = 2.1e5
+poisson_ratio = 0.3
+density = 7.85e-9
+[mesh]
+dimension = 3
+size = 12
+[[support]]
+name = "a"
+from = 100
+to = 120
+clearance = 0.2
+[[joint]]
+name = "j"
+type = "clamped"
+point = 0
+[[mass]]
+name = "head"
+point = 500
+mass = 1e-4
+[[fluid]]
+name = "water"
+from = 200
+to = 400
+added_mass = 1e-7
+[[load]]
+type = "clearance_change"
+support = "a"
+times = [0, 0.05]
+changes = [0, -0.1]
+[time]
+end = 0.05
+"""
+LENGTHS = {"length", "thickness", "width", "size", "from", "to", "clearance", "point", "changes"}
+SPOILED = {
+    "joint beyond the end": ("point = 0\n", "point = {}\n", (600, 9e4)),
+    "mass beyond the end": ("point = 500", "point = {}", (600, 9e4)),
+    "support beyond the end": ("to = 120", "to = {}", (600, 9e4)),
+    "support that ends before": ("from = 100", "from = {}", (121, 400)),
+    "fluid beyond the end": ("to = 400", "to = {}", (600, 9e4)),
+    "wall": ("wall = 2", "wall = {}", (6.5, 500)),
+    "cell": ("size = 12", "size = {}", (600, 9e4)),
+    "interference": ("clearance = 0.2", "clearance = -{}", (7, 300)),
+    "closure": ("[0, -0.1]", "[0, -{}]", (7, 300)),
+    "minus": ("thickness = 12", "thickness = -{}", (1, 30)),
+    "in brackets": ("length = 510", "length = [{}]", (500, 900)),
+    "unit in quotes": ("length = 510", 'length = "{} mm"', (500, 900)),
+    "quotes": ("length = 510", 'length = "{}"', (500, 900)),
+}
+
+
+def in_units(units: str, text: str = CASE) -> str:
+    """Return a case in a system of units: lengths stay in mm, or are in m; the material as it should be there."""
+    text = text.replace("UNITS", units)
+    return text if units == "mm-t-s" else text.replace("2.1e5", "2.1e8").replace("e-9", "e-6").replace("1e-7", "1e-4")
+
+
+def faults(text: str, overrides: tuple[str, ...] = ()) -> tuple[Fault, ...]:
+    """Return the faults of a case."""
+    try:
+        read_case_text(text, overrides)
+    except CaseError as error:
+        return tuple(error.faults)
+    return ()
+
+
+@pytest.mark.parametrize("units", ["mm-t-s", "mm-kg-s"])
+@pytest.mark.parametrize("kind", SPOILED)
+@given(share=st.floats(0.0, 1.0))
+def test_faults_are_in_the_numbers_of_the_file_and_advice_mends_them(kind: str, units: str, share: float) -> None:
+    """What was typed is what was found; no metre and no question about mm; `key = value` can be typed as it stands."""
+    good, line, (least, most) = SPOILED[kind]
+    typed = f"{least + share * (most - least):.4g}"
+    text = in_units(units)
+    assert not faults(text)
+    spoiled = text.replace(good, line.format(typed), 1)
+    assert spoiled != text
+    found = faults(spoiled)
+    assert found
+    words = "\n".join(map(str, found))
+    assert not re.search(r"\d m(?![\w/^])|in m\b(?!m)|is it in mm", words), words
+    numbers = [abs(float(one)) for one in re.findall(r"(?<![\w.])[-+]?[\d.]+(?:e[-+]?\d+)?", words)]
+    assert any(one == pytest.approx(float(typed), rel=1e-6) for one in numbers), words
+    advice = re.search(r"\b(\w+) = ([-\d.e+]+)", found[0].hint)
+    if advice and advice[1] in LENGTHS:
+        mended = spoiled.replace(line.format(typed).strip(), f"{advice[1]} = {advice[2]}", 1)
+        assert not faults(mended), (words, faults(mended))
+
+
+def test_overrides_and_files_in_si_keep_their_words() -> None:
+    """`--set` takes SI in any file; a file in SI is told about SI."""
+    text = in_units("mm-t-s")
+    (fault,) = faults(text, ("joint.j.point=0.9",))
+    assert "x = 0.9 m" in fault.found
+    si = text.replace("mm-t-s", "m-kg-s")  # the same numbers in m: a beam of 510 m
+    (fault,) = faults(si.replace("point = 0\n", "point = 900\n"))
+    assert "x = 900 m" in fault.found

@@ -107,7 +107,7 @@ def test_faults_are_in_the_numbers_of_the_file_and_advice_mends_them(kind: str, 
 
 
 def test_overrides_and_files_in_si_keep_their_words() -> None:
-    """`--set` takes SI in any file; a file in SI is told about SI."""
+    """`--set` takes SI in any file; a file in SI has faults in SI."""
     text = in_units("mm-t-s")
     (fault,) = faults(text, ("joint.j.point=0.9",))
     assert "x = 0.9 m" in fault.found

@@ -28,7 +28,7 @@ LOG = logging.getLogger("gapbeam")
 GIGABYTE = 1.0e9
 SMALL = 0.5 * GIGABYTE  # needs that are not worth asking how much is free
 DOFS_OF_ELEMENT = 2  # of each motion of a beam
-FAR_MORE = 100.0  # DOFs of a solid over those of a simpler model: the set-up of the solid is then what a run waits for
+FAR_MORE = 100.0  # DOFs of a mesh over those of a simpler model: the mesh is then what a run waits for
 UNASSEMBLED = 0.25  # of the matrices: what mesh and nodes alone take
 
 
@@ -50,15 +50,20 @@ def simple_dofs(case: Case) -> int:
 
 
 def offer_simpler(case: Case) -> None:
-    """Name the model that "auto" takes where the solid of a case, which takes minutes to set up, has far more DOFs."""
-    if case.mesh.dimension == 2 or case.model.rings is not None or not isinstance(case.model, FullModel | ReducedModel):
+    """Name the model that "auto" takes where the mesh of a case, whose set-up or steps take minutes, has far more DOFs.
+
+    A slice is set up in seconds: only where its steps have all of its DOFs does it take minutes.
+    """
+    flat = case.mesh.dimension == 2
+    if case.model.rings is not None or not isinstance(case.model, FullModel if flat else FullModel | ReducedModel):
         return
     with suppress(CaseError):
         simple = chosen_case(case.model_copy(update={"model": AutoModel(type="auto")}))
         dofs, own = expected_dofs(case), simple_dofs(simple)
         if isinstance(simple.model, BeamModel | RigidModel) and dofs and dofs > FAR_MORE * own:
             kind = "beam elements" if isinstance(simple.model, BeamModel) else "a rigid body"
-            LOG.info("the solid has about %.2g DOFs; --set model=auto would take %s, with %d", dofs, kind, own)
+            mesh = "slice" if flat else "solid"
+            LOG.info("the %s has about %.2g DOFs; --set model=auto would take %s, with %d", mesh, dofs, kind, own)
 
 
 def memory_of(case: Case, dofs: float) -> dict[str, float]:

@@ -74,7 +74,7 @@ def ask(slabs, h, y0, y1, F, room, which, scale, begin):
 
 @lanewise
 def gather(slabs, D, room):
-    """List the closed motions and their part of D."""
+    """List the closed motions, and their part of D if the room takes it."""
     a = 0
     room.shut[:] = 0
     for s in range(len(slabs.address)):
@@ -84,22 +84,24 @@ def gather(slabs, D, room):
                 for k in range(d):
                     room.closed[a + k], room.span[a + k], room.shut[slabs.motion[e] + k] = slabs.motion[e] + k, d - k, 1
                 a += d
-    for i in range(a):
-        for j in range(a):
-            room.D[i, j] = D[room.closed[j], room.closed[i]]
+    if a <= len(room.D):
+        for i in range(a):
+            for j in range(a):
+                room.D[i, j] = D[room.closed[j], room.closed[i]]
     room.size[0] = a
     return a
 
 
 @lanewise
-def off(h, free, F, y1, room, a, tolerance):
+def off(h, D, free, F, y1, room, a, tolerance):
     """Compare F with the law, by the motion that the mobility of a contact makes of the difference.
 
     Return 0: to round-off, 1: to the tolerance, so that one more pass of Newton will do, 2: not.
     """
-    law, J, D, rough, bad, i = room.law, room.J, room.D, 0, 0, 0
+    law, J, rough, bad, i = room.law, room.J, 0, 0, 0
     while i < a:
-        d, o, h00 = room.span[i], room.closed[i], h * D[i, i]
+        d, o = room.span[i], room.closed[i]
+        h00 = h * D[o, o]
         if d == 1:
             for lane in range(L):
                 r, size = abs(law[o, lane] - F[o, lane]), abs(y1[o, lane]) + abs(free[o, lane])
@@ -107,7 +109,7 @@ def off(h, free, F, y1, room, a, tolerance):
                 rough += not r <= EPS * (abs(law[o, lane]) + size * abs(J[3 * o, lane]))  # NaN is bad
                 bad += not miss <= limit
         elif d == 2:
-            h01, h10, h11, p = h * D[i, i + 1], h * D[i + 1, i], h * D[i + 1, i + 1], o + 1
+            h01, h10, h11, p = h * D[o + 1, o], h * D[o, o + 1], h * D[o + 1, o + 1], o + 1
             for lane in range(L):
                 r, s = law[o, lane] - F[o, lane], law[p, lane] - F[p, lane]
                 j00, j01, j10, j11 = J[3 * o, lane], J[3 * o + 1, lane], J[3 * p, lane], J[3 * p + 1, lane]
@@ -130,7 +132,7 @@ def off(h, free, F, y1, room, a, tolerance):
                         A[k, c, lane] = 1.0 if k == c else 0.0
                         near += abs(J[3 * (o + k) + c, lane]) * (abs(y1[o + c, lane]) + abs(free[o + c, lane]))
                         for n in range(d):
-                            A[k, c, lane] -= J[3 * (o + k) + n, lane] * h * D[i + n, i + c]
+                            A[k, c, lane] -= J[3 * (o + k) + n, lane] * h * D[o + c, o + n]
                     rough += not abs(x[k, lane]) <= EPS * near
             eliminate(A, x, room.inverse, d)
             for lane in range(L):
@@ -138,7 +140,7 @@ def off(h, free, F, y1, room, a, tolerance):
                 for k in range(d):
                     miss = 0.0
                     for c in range(d):
-                        miss += D[i + k, i + c] * x[c, lane]
+                        miss += D[o + c, o + k] * x[c, lane]
                     size, total = size + abs(y1[o + k, lane]) + abs(free[o + k, lane]), total + abs(h * miss)
                 bad += not total <= tolerance * size
         i += d
@@ -208,7 +210,7 @@ def newton(slabs, h, D, Q, y0, free, F, y1, room, tolerance):
             a = gather(slabs, D, room)
         else:
             ask(slabs, h, y0, y1, F, room, 1, scale, False)
-        miss = off(h, free, F, y1, room, a, tolerance) if scale == 1.0 else 2
+        miss = off(h, D, free, F, y1, room, a, tolerance) if scale == 1.0 else 2
         done, near = miss == 0 or (miss == 1 and near), miss == 1
         if done:
             if fresh or a == m:  # the others were asked at these very places
@@ -233,10 +235,10 @@ def newton(slabs, h, D, Q, y0, free, F, y1, room, tolerance):
             continue
         for i in range(a):
             copy(y1[closed[i] : closed[i] + 1], base[i : i + 1])
-        if 0 < 2 * Q.shape[1] < a and not slabs.rough:
-            by_motions(h, Q, free, y1, room, a)
-        else:
+        if a <= len(room.A):
             by_forces(h, free, y1, room, a)
+        else:
+            by_motions(h, Q, free, y1, room, a)
         if PLAIN <= it < RAMP and not slabs.rough:
             search(slabs, h, y0, y1, F, room, a)
         for i in range(a):

@@ -412,14 +412,20 @@ def step_records(linear: Linear, steps: int, lanes: int, kept: bool, with_energi
     return StepRecords(*(np.zeros((*size, lanes)) for size in sizes))
 
 
-def rooms(linear: Linear, contacts: int, lanes: int) -> tuple[Space, SolveRoom]:
-    """Return the work arrays of a condensed scene."""
+def rooms(linear: Linear, slabs: Slabs, lanes: int) -> tuple[Space, SolveRoom]:
+    """Return the work arrays of a condensed scene.
+
+    A and D take so many closed motions as are solved by their forces: more than twice the columns of the factor of low
+    rank are solved by these, unless there is friction, whose slopes are not symmetric.
+    """
     n, m, outputs, watched = len(linear.squares), len(linear.delassus), len(linear.feed.acted), len(linear.watch)
     sizes = (n, n, n, linear.feed.acted.shape[1], m, m, linear.feed.stack, outputs, m, watched, 1, outputs)
     space = Space(*(aligned(np.zeros((rows, lanes))) for rows in sizes))
     arrays = (np.zeros((rows, lanes)) for rows in (m, 3 * m, m, m, m, m, m, 4))
-    lists = tuple(np.zeros(count, dtype=np.int64) for count in (contacts, m, m, m, 1))
-    whole: tuple[Any, ...] = (*arrays, np.zeros((m, m, lanes)), np.zeros((m, m)), *lists)
+    lists = tuple(np.zeros(count, dtype=np.int64) for count in (len(slabs.motion), m, m, m, 1))
+    columns = linear.low_rank.shape[1]
+    few = m if slabs.rough or not columns else max(2 * columns, 3)
+    whole: tuple[Any, ...] = (*arrays, np.zeros((few, few, lanes)), np.zeros((few, few)), *lists)
     return space, SolveRoom(*whole)
 
 

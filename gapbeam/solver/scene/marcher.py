@@ -63,7 +63,7 @@ class Marcher:
         self.slabs = scene.slabs(lanes, step, self.linear.delassus, scheme.law)
         state = (start or scene.state()).spread(lanes)
         self.t0, self.count = state.t, 0
-        self.space, self.room = rooms(self.linear, len(scene.contacts), lanes)
+        self.space, self.room = rooms(self.linear, self.slabs, lanes)
         self.q, self.v, self.z, self.F = (aligned(one) for one in (state.q, state.v, state.z, state.F))
         self.y, self.inputs = self.places(), scene.inputs(self.q)
         self.a: Array = np.zeros((0, lanes))

@@ -54,7 +54,7 @@ app = typer.Typer(
 
 
 def _print_versions(wanted: bool) -> None:
-    """Print the versions of gapbeam and of what its results depend on, and leave."""
+    """Print the versions of gapbeam and of the packages behind its results, and leave."""
     if not wanted:
         return
     if first_rank():
@@ -165,7 +165,7 @@ def duration(text: str, option: str = "--wall-time") -> float:
 
 @app.command()
 def check(case: CaseArgument, override: Overrides = None) -> int:
-    """Read and mesh a case, and report what its run will be."""
+    """Read and mesh a case, and report model, time and memory of its run."""
     from gapbeam.interface.single_case import check as check_file
 
     description = check_file(case, override or [])

@@ -34,7 +34,7 @@ class Work(NamedTuple):
 
 
 def compile_() -> int:
-    """Compile now what first runs would compile: time loops of small models.
+    """Compile the time loops of small models now, so that first runs do not wait.
 
     The machine code is kept in ~/.cache for this processor, until gapbeam itself changes.
 

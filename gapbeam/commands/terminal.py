@@ -51,7 +51,7 @@ class Bar:
         self._left, self._shown = TimeLeft(), time.monotonic()
 
     def show(self, done: int, total: int | None, words: str | None = None) -> None:
-        """Show how much is done of how much, and of what."""
+        """Show the name of the work, and how much of it is done."""
         left = self._left.words(done, total)
         self._words = self._words if words is None else words
         self._progress.update(self._task, completed=done, total=total, description=self._words, left=left)

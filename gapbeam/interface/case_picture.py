@@ -1,4 +1,4 @@
-"""A picture of a case before it runs: what `gapbeam.view` and `gapbeam view` draw."""
+"""Picture of a case before it runs, drawn by `gapbeam.view` and `gapbeam view`."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def view(
 
 
 def set_up_of(case: Case) -> SetUp:
-    """Mesh a case and return what a picture of it shows.
+    """Mesh a case and return the scene of its picture.
 
     Raises:
         MeshError: The mesh file does not fit the case.

@@ -152,7 +152,7 @@ def _refuse(names: Collection[str], what: str) -> None:
 
 
 def model(case: CaseSource, overrides: Overrides = (), comm: MPI.Comm | None = None) -> Simulation:
-    """Mesh, assemble and reduce a case: what is then seated and marched, and leaves no files.
+    """Mesh, assemble and reduce a case in memory, ready for its seat and its march.
 
     Args:
         case: As in `run`.
@@ -199,7 +199,7 @@ def scene(case: CaseSource, overrides: Overrides = ()) -> Scene:
 
 
 def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription | SceneDescription:
-    """Mesh, assemble and seat a case, march some steps, and describe what its run will be and will cost.
+    """Mesh, assemble and seat a case, march some steps, and predict its run: model, time, memory.
 
     Of a file with [[structure]]: its structures, points, frequencies, contacts and seat.
 

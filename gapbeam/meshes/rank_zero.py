@@ -76,7 +76,7 @@ def _failure(error: BaseException) -> bytes:
 
 
 class OneRank:
-    """The ranks of a process that no launcher started: what gapbeam asks a communicator of mpi4py.
+    """Stand-in for a communicator of mpi4py in a process without a launcher: one rank.
 
     Attributes:
         rank: 0.
@@ -106,7 +106,7 @@ class OneRank:
         return value
 
     def allreduce(self, value: Any, op: Any = None) -> Any:  # noqa: ARG002
-        """Return the sum, or what else all ranks combine: of one, its value."""
+        """Return the value of the only rank."""
         return value
 
     reduce = allreduce

@@ -276,7 +276,7 @@ def template_named(name: str) -> Template:
 
 
 def write_new(path: Path, text: str, beside: dict[str, bytes] | None = None) -> list[Path]:
-    """Write a new case file and the files that it reads, and never over what is there.
+    """Write a new case file and the files that it reads; never overwrite one.
 
     Args:
         path: The case file.

@@ -1,4 +1,4 @@
-"""Faults of what `postprocess` is given; `exit_status` is what the command line ends with."""
+"""Errors of `postprocess`; each has the `exit_status` of the command line."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class _Advice:
 
     @staticmethod
     def find_spec(name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None) -> None:
-        """Refuse a package of an extra that gapbeam imports; leave other importers to what they do without it.
+        """Refuse a package of an extra to imports by gapbeam; let other importers find that it is missing.
 
         Raises:
             MissingExtraError: The package is not installed.

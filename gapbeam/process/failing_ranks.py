@@ -43,7 +43,7 @@ def on_one_rank(command: Callable[Arguments, int]) -> Callable[Arguments, int]:
 
 
 def refuse_ranks(name: str) -> None:
-    """Refuse several ranks for what each would do all of, in one folder.
+    """Refuse several ranks for work that is not shared between ranks.
 
     Args:
         name: Name of the command or call that takes one process.
@@ -65,7 +65,7 @@ def refuse_ranks(name: str) -> None:
 
 
 def abort_together(work: Callable[[], int]) -> int:
-    """Do the work; an error on one rank ends the whole MPI job with what that rank has to say.
+    """Do the work; an error on one rank ends the whole MPI job with the message of that rank.
 
     An error that all ranks raise together (a fault of the user's input, a march that did not converge) passes through;
     where some ranks go on or wait, such an error aborts the job with its own exit status. An unexpected error aborts it

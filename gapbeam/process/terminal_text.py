@@ -70,7 +70,7 @@ def _is_open(number: int, mode: str) -> bool:
 
 
 class NoRoomError(OSError):
-    """Standard output is a file on a disk that is full: what was asked for is lost."""
+    """Standard output is a file on a full disk: the output is lost."""
 
     exit_status = 6
 

@@ -54,7 +54,7 @@ class ComparisonResult(PrintedResult):
 def compare_folders(
     a: Path, b: Path, folder: Path, tolerance: float = TOLERANCE, after: float | None = None
 ) -> ComparisonResult:
-    """Compare two runs and write what was found.
+    """Compare two runs and write the results.
 
     Args:
         a: Results folder of one run.

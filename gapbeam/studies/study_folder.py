@@ -28,7 +28,7 @@ REMEDY = "choose another `output=`, or pass `overwrite=True` to begin anew"
 
 
 class _Stored(BaseModel):
-    """A table that may hold more than what is asked for here."""
+    """A table that may hold further keys."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -170,7 +170,7 @@ def study_folder(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
 
 @contextmanager
 def study_written(path: Path) -> Iterator[None]:
-    """Turn an error while a study writes a file into one that names the file and what to try.
+    """Turn an error while a study writes a file into one with the file and advice.
 
     Raises:
         NotWritten: The operating system reports an error.

@@ -103,7 +103,7 @@ class Prediction:
 
 
 def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
-    """Try a run out and predict what all of it costs.
+    """Try a run out and predict the cost of all of it.
 
     Args:
         model: The model.
@@ -233,7 +233,7 @@ CELLS = 4  # through the thickness and across the width, by default
 
 
 def predict_large(case: Case, dofs: int, comm: MPI.Comm) -> Prediction:
-    """Predict what a run on a mesh with many DOFs costs.
+    """Predict the cost of a run on a mesh with many DOFs.
 
     Args:
         case: The case.

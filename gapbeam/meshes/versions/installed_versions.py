@@ -35,7 +35,7 @@ def all_versions() -> dict[str, str]:
 
 
 def python_versions() -> dict[str, str]:
-    """Return the versions of what results of scenes depend on, which need no DOLFINx."""
+    """Return the versions of the packages behind results of scenes, which need no DOLFINx."""
     own = {"gapbeam": _installed("gapbeam"), "python": platform.python_version()}
     return own | {"numpy": np.__version__, "numba": _installed("numba")}
 

@@ -102,7 +102,7 @@ ALIKE = 1.0e-6
 
 
 def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
-    """Draw the peak to peak of every probe and the largest multiplier over what varies.
+    """Draw the peak to peak of every probe and the largest multiplier over the varied key.
 
     Args:
         curve: Contents of curve.json.

@@ -1,4 +1,4 @@
-"""Blocks of reports: frozen data that say what is shown, and nothing of how.
+"""Blocks of reports: contents as frozen data, without layout.
 
 Charts are in `report.charts`. A section is built anywhere from plain numbers; `report.html_page`
 turns a report into a page. Blocks check themselves when they are made: shapes that differ, anchors and choices that

@@ -1,4 +1,4 @@
-"""Page of a report as HTML; its little Markdown shows what it does not know as written, and never obeys it."""
+"""Page of a report as HTML, from a small part of Markdown; all other markup is shown as text."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ _LONGEST = 200  # characters of a foreign message
 
 @contextmanager
 def as_written(*places: Path) -> Iterator[None]:
-    """Turn what goes wrong with contents that no gapbeam wrote into one error that names the place.
+    """Turn errors from foreign or damaged contents into one error that names the place.
 
     What files must hold is checked where they are read; this is for all that a file can hold besides. The message
     reports where in gapbeam it showed, so that an error of ours is not taken for one of the file.

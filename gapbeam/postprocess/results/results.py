@@ -320,7 +320,7 @@ def _named(history: xr.Dataset) -> xr.Dataset:
 
 
 def _complete_records(history: xr.Dataset) -> xr.Dataset:
-    """Drop what follows the first record whose time does not grow: space reserved but not yet written."""
+    """Drop records from the first one whose time does not grow: space reserved but not yet written."""
     if "time" not in history.coords:
         return history
     time = np.asarray(history["time"].values, dtype=float)

@@ -317,7 +317,7 @@ class _Sheet:
 
 
 def _different(supports: tuple[RunSupport, ...]) -> list[list[RunSupport]]:
-    """Return the supports by what they are: those of a list differ by place and name alone."""
+    """Group the supports by kind: those of a list differ by place and name alone."""
     found = dict[object, list[RunSupport]]()
     for one in supports:
         shapes = tuple(met._replace(face="", moves=()) for met in one.faces)

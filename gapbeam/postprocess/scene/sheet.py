@@ -307,7 +307,7 @@ class Sheet:
             name.xy = (float(one.above[0]), float(one.above[1]))
 
     def _begun(self) -> np.ndarray:
-        """Put on the sheet what no frame changes, drawn at the first; return its pixels, (height, width, 4)."""
+        """Draw the parts that no frame changes, once; return the pixels, (height, width, 4)."""
         if self._ground is None:
             for panel, _ in (self._force, self._motion):
                 _hold_label(panel.xaxis, self._canvas.get_renderer())  # type: ignore[no-untyped-call]

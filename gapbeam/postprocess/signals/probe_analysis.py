@@ -82,7 +82,7 @@ class Options:
 
 @dataclass(frozen=True)
 class SignalAnalysis:
-    """One signal and what was found in it; None where the record or the forcing does not allow it."""
+    """One signal with its figures; None where the record or the forcing does not allow one."""
 
     signal: Signal
     peaks: SignalPeaks

@@ -22,7 +22,7 @@ _UNEVEN = 1.0e-3
 
 
 class SignalError(ValueError):
-    """A signal that is not there, not finite, or cannot carry what is asked of it."""
+    """A signal is missing, not finite, or too short for the request."""
 
     exit_status = 2
 

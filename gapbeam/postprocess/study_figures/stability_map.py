@@ -1,4 +1,4 @@
-"""Pictures of schemes and levels: where a scheme can be trusted, and what the error of a fidelity level costs."""
+"""Pictures of schemes and levels: region of trust of a scheme, cost over error of fidelity levels."""
 
 from __future__ import annotations
 

@@ -249,7 +249,7 @@ SMALLEST, LARGEST = 16.0, 64.0  # areas of the marks, points^2
 
 
 def draw_branches(points: Sequence[SweepPoint], path: Path, quantities: Sequence[str] | None = None) -> Path:
-    """Draw figures of all responses over the last key of a sweep; what failed is marked at the foot.
+    """Draw figures of all responses over the last key of a sweep; failed points are marked at the foot.
 
     Marks point up or down where a state was carried, are larger the more starts led there, and are colored by period;
     error bars are the scatter over windows and starts, of statistics their 95 % interval. A panel a figure, a column a
@@ -313,7 +313,7 @@ def _columns(rows: int, count: int) -> tuple[Figure, np.ndarray]:
 
 
 def _axis_words(points: Sequence[SweepPoint], along: str, unit: str) -> str:
-    """Return the name of the axis with its unit, and what varies with it: from the first point to the last."""
+    """Return the name and unit of the axis, and the keys that vary with it, from the first point to the last."""
     name = f"{along} ({unit})" if unit else along
     if len(set(columns_of([point.values for point in points]))) > 1:
         return name

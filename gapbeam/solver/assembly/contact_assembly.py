@@ -65,7 +65,7 @@ NO_ENTRY = 1.0e-12  # basis functions that are zero but for round-off
 
 @dataclass(frozen=True)
 class NitscheContact:
-    """A contact operator that contains stress, and what comes with it.
+    """Contact operator of Nitsche's method, whose pressure contains the stress of the body.
 
     Attributes:
         operator: G_N, H_N, w, g0.
@@ -250,7 +250,7 @@ FITTED = 4  # polynomials along a support
 
 @dataclass(frozen=True)
 class RingRows:
-    """Stations, and what gives their motions.
+    """Stations and the rows of their motions.
 
     Attributes:
         interface: The DOFs of all surfaces.

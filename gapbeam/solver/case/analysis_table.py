@@ -1,4 +1,4 @@
-"""The table [analysis]: what a run looks for, and what its start adds to the state at t = 0.
+"""The table [analysis]: kind of run, and motion added to the state at t = 0.
 
 The start may add a rigid motion to the pose or the velocity, [analysis.motion],
 

@@ -1,4 +1,4 @@
-"""The case file as frozen pydantic models: what a run is asked to do, and its text with every default.
+"""The case file as frozen pydantic models, and its text with every default.
 
 SI units throughout, frequencies in Hz. The beam axis is x, with x = 0 at the supported end; the bending
 direction is y in 2D and z in 3D; the beam rests on the base (below) under the gland (above), or in several supports.

@@ -51,7 +51,7 @@ FREE_ROOTS = (4.730040744862704, 7.853204624095838)  # of 1 - cos x cosh x
 
 @dataclass(frozen=True)
 class Default:
-    """A computed value: key, value, unit, why, and what half and double of it would change."""
+    """A computed default: key, value, unit, reason, and the effect of half and double of it."""
 
     key: str
     value: float

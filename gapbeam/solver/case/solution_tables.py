@@ -301,7 +301,7 @@ class RigidModel(_AnyModel):
 
 
 class AutoModel(_AnyModel):
-    """The simplest model that gives what is wanted."""
+    """The simplest model that gives the wanted results."""
 
     type: Literal["auto"] = Field(description="name of the model")
     wanted: Literal["auto"] | Wanted = Field(

@@ -256,7 +256,7 @@ class ImpactList:
         return {"count": self.count, "every": self.every, "rows": rows, "end": self._end if self.count else None}
 
     def restore(self, data: Mapping[str, Any]) -> None:
-        """Bring a list, as it is at a start, to what was stored.
+        """Restore a new list from a checkpoint.
 
         Raises:
             KeyError: Something is missing; likewise ValueError and TypeError where it is not of the right form.

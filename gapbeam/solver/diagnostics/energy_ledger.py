@@ -140,7 +140,7 @@ def energy_residual(energies: Energies, load_work: float) -> float:
 
 @shared
 def created_energy(energies: Energies, load_work: float) -> float:
-    """Return energy that came from nowhere: algorithmic growth, residual, what contact damping and friction gave."""
+    """Return created energy: growth by the scheme, residual, and energy given by contact damping and friction."""
     return energy_residual(energies, load_work) - energies.algorithmic + energies.contact_gain
 
 
@@ -249,7 +249,7 @@ class Ledger:
 
     @property
     def created(self) -> float:
-        """Energy that came from nowhere: algorithmic growth, residual, and what contact damping and friction gave."""
+        """Created energy: growth by the scheme, residual, and energy given by contact damping and friction."""
         return created_energy(self.energies, float(self.load_work.sum()))
 
 

@@ -232,7 +232,7 @@ class Impacts:
         return plain | {"ended": [one.as_json() for one in self.ended]}
 
     def restore(self, data: Mapping[str, Any]) -> None:
-        """Bring impacts, as they are at a start, to what was stored.
+        """Restore new impacts from a checkpoint.
 
         Raises:
             KeyError: Something is missing; likewise ValueError and TypeError where it is not of the right form.

@@ -1,4 +1,4 @@
-"""Distributed operators of a finite element model: PETSc matrices, and what solves with them.
+"""Distributed operators of a finite element model: PETSc matrices and their solvers.
 
 What large models would not have room for is made when it is asked for: of M, the same for every component, one block
 is kept, and K as it is marched is put together from its parts.

@@ -108,7 +108,7 @@ class LoadTable(Table, ABC):
 
     @property
     def weight_acceleration(self) -> float:
-        """Static acceleration of all mass, m/s^2: what gives the beam its weight."""
+        """Static acceleration of all mass, m/s^2, which gives the beam its weight."""
         return self.peak if self.static and isinstance(self.place, BodyForce) else 0.0
 
     @property

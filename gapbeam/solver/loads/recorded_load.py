@@ -226,7 +226,7 @@ def step_warnings(signal: RecordedSignal, step: float) -> Iterator[str]:
 
 
 class RecordedLoad(RecordedTable):
-    """A recorded load, with what its record answers."""
+    """A recorded load with its record."""
 
     def time_function(self) -> TimeFunction:
         """Return the curve through the rows of the record, scaled, or its derivative that is an acceleration.

@@ -55,7 +55,7 @@ def march_of_model(model: Model, scheme: TimeScheme) -> March:
 
 
 class Simulation:
-    """A model with its time scheme: what is seated and marched.
+    """A model with its time scheme, ready for seat and march.
 
     Args:
         model: The model.

@@ -205,7 +205,7 @@ def chain_of(error: BaseException | None) -> Iterator[BaseException]:
 
 @contextmanager
 def out_of_memory_reported(doing: str) -> Iterator[None]:
-    """Turn errors that say that memory was used up into one that says what to try.
+    """Turn errors of lack of memory into one with advice.
 
     Args:
         doing: Work meanwhile, in words.

@@ -130,7 +130,7 @@ TURNED = " rotation"
 
 @dataclass(frozen=True)
 class Body:
-    """A meshed and assembled case, without what is cheap to change.
+    """A meshed and assembled case without its contact and loads, which are cheap to change.
 
     Attributes:
         case: The case that it was assembled for.

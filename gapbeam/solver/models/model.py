@@ -325,7 +325,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
 
 
 def _log_choices(model: Model) -> None:
-    """Say what the program chose, and to analysts why."""
+    """Log the choices of the program; the reasons go to the log of analysts."""
     defaults = [f"{one.key} = {one.value:.4g} {one.unit}" for one in model.defaults if not one.reason.startswith(GIVEN)]
     kind = [f"model {model.case.model.type}"] if model.case.model.reasons else []
     if chosen := ", ".join([*kind, *defaults]):

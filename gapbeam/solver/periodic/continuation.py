@@ -146,7 +146,7 @@ def unknown(value: float, x: Array, behind: Sequence[CurvePoint]) -> bool:  # no
 
 
 def no_mirror(value: float, x: Array) -> None:
-    """Return no mirror image: what a curve asks whose system has no symmetry."""
+    """Return no mirror image: the system has no symmetry."""
 
 
 def follow(
@@ -224,7 +224,7 @@ def _turned(points: list[CurvePoint]) -> Iterator[CurvePoint]:
 
 @dataclass(frozen=True)
 class _Found:
-    """A corrected point with what the next one needs.
+    """A corrected point with the tangent for the next one.
 
     Attributes:
         point: The point.

@@ -131,7 +131,7 @@ class Signals:
         self.marching = True
 
     def check(self) -> None:
-        """Raise what was heard before the march, or that time is over.
+        """Raise a signal that came before the march, or the end of the wall time.
 
         Raises:
             Interrupted: A signal came, or the limit was reached.
@@ -143,7 +143,7 @@ class Signals:
 
     @contextmanager
     def turned(self) -> Iterator[None]:
-        """Turn what a library made of an error of `check` into that error: it would seem to be one of ours.
+        """Turn an error of a library that hides one of `check` into that one.
 
         Raises:
             Interrupted: A signal came before the march, and anything but an interruption came out.
@@ -176,7 +176,7 @@ class Signals:
             self.check()
 
     def _insist(self, _number: int, frame: FrameType | None) -> None:
-        """Raise again what got lost, or give a long step up."""
+        """Raise a lost signal again, or give up a long step."""
         if not self.marching:
             self.check()
         while frame is not None and self.alone:

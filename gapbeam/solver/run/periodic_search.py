@@ -1,4 +1,4 @@
-"""The part of a run that looks for periodic responses: progress, interruption, what the summary reports, the curve."""
+"""Search of a run for periodic responses: progress, interruption, summary, curve."""
 
 from __future__ import annotations
 

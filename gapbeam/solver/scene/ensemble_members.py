@@ -89,7 +89,7 @@ class Members:
         return {name: count / self.span for name, count in self.impacts.items()}
 
     def flat(self) -> dict[str, Any]:
-        """Return all arrays by a name, "peak/tip": what a file keeps."""
+        """Return all arrays by their names in a file, such as "peak/tip"."""
         found: dict[str, Any] = {}
         for one in fields(self):
             value = getattr(self, one.name)
@@ -230,7 +230,7 @@ TIMED = ("value", "time-of-maximum", "time-of-minimum")
 
 
 def lane_figure_faults(scene: Scene, figures: Sequence[Figure]) -> Iterator[tuple[Figure, str]]:
-    """Yield figures that cannot be gathered in lock-step, with why and what to try."""
+    """Yield figures that cannot be gathered in lock-step, with reason and advice."""
     pairs = zip(scene.contact_names, scene.contacts, strict=True)
     signed = {name for name, one in pairs if one.is_rough or one.law.kind.adhesive}
     for one in figures:

@@ -260,7 +260,7 @@ def _named(mesh: Any, solid: list[Any]) -> Iterator[tuple[str, int, Indices]]:
 
 
 def _check_nastran(path: Path, mesh: Any) -> None:
-    """Refuse what meshio leaves out of Nastran's bulk data without a word."""
+    """Refuse entries of Nastran's bulk data that meshio leaves out without a word."""
     frames = np.asarray(mesh.point_data.get("nastran:ref", [0]))
     if np.any(frames != 0):
         raise _fault(path, f"GRID in the coordinate system {frames[frames != 0][0]}", "coordinates of the basic system")

@@ -63,7 +63,7 @@ class SceneState:
 
 
 class Scene:
-    """Structures with what acts on them. A scene knows neither files nor output.
+    """Structures, their contacts and loads. A scene knows neither files nor output.
 
     Args:
         structures: The linear bodies.

@@ -1,4 +1,4 @@
-"""Places of structures in space, their nodes and how they move: what pictures and contacts of faces need.
+"""Geometry of structures in space: nodes and their motions, for pictures and contacts of faces.
 
 x_space = origin + Q x_own,     Q = (axis, across x axis, across)
 """

@@ -73,7 +73,7 @@ class Site:
 
 
 def fault_of(key: Key, error: Exception) -> Fault:
-    """Return an error as a fault: what it found, what it expected and what to try."""
+    """Return an error as a fault: found, expected, advice."""
     words = " ".join(str(error).split("\n"))
     parts = next(found.groupdict() for form in MESSAGES if (found := re.match(form, words)) is not None)
     expected = parts["expected"] or parts.get("known") or "values that go together"

@@ -1,4 +1,4 @@
-"""[[pair]] and [contact]: what touches what, in which region, by which law of forces.
+"""[[pair]] and [contact]: contacts between structures, with region and law.
 
 Pairs at the nearest places of structures are found as the structures are placed, pairs of faces become a contact at
 each corner; pairs that cannot be meant are refused: motions, friction, directions, and what overlaps at the start.

@@ -113,7 +113,7 @@ class SceneOutput(Table):
 
 
 class SceneCase(Table):
-    """A whole file: structures, what they touch, and what acts on them."""
+    """A whole file: structures, contacts and loads."""
 
     title: str = Field("", max_length=200, description="one line that says what the case shows")
     structure: tuple[BodyTable, ...] = Field(min_length=1, description="linear bodies")

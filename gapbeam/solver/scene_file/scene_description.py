@@ -34,7 +34,7 @@ from gapbeam.solver.system.dense_operators import SparseOperators
 
 
 def flow_rows(read: ReadScene) -> tuple[Row, ...]:
-    """Return name, value and explanation of what [[feedback]] says before a run; nothing without it."""
+    """Return name, value and explanation of each result of [[feedback]] before a run."""
     if not read.case.feedback:
         return ()
     scene = read.scene
@@ -109,7 +109,7 @@ def _held(supports: Sequence[str]) -> list[tuple[Sequence[str], str]]:
 
 
 def _growth_words(found: complex, words: str) -> tuple[str, str]:
-    """Return the growth of the motion that decays least, or grows most, and what that is."""
+    """Return the largest growth of a motion with its meaning in words."""
     state = "unstable" if found.real > UNDECIDED * abs(found) else "stable"
     return f"{found.real:.4g} 1/s, {abs(found.imag) / (2.0 * pi):.4g} Hz", f"{words}; {state}"
 

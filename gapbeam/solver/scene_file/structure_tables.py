@@ -1,4 +1,4 @@
-"""[[structure]], [[point]], [[joint]] and [[mass]]: bodies, where something may touch, and what holds them."""
+"""[[structure]], [[point]], [[joint]] and [[mass]]: bodies, their points, joints and masses."""
 
 from __future__ import annotations
 

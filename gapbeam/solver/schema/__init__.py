@@ -1,1 +1,1 @@
-"""Tables of case files and of results: what keys and records have, their units and meaning."""
+"""Tables of case files and of results: keys and records with units and meaning."""

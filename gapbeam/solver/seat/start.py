@@ -66,7 +66,7 @@ def start_of_case(model: Model, seat: State | None, left: State | None = None) -
 
 
 def _with_motions(model: Model, state: State, analysis: Transient) -> State:
-    """Return a state with what an analysis adds to the state. Collective."""
+    """Return a state plus the motion that an analysis adds. Collective."""
     length = model.case.beam.length
     places, speeds = list[Array](), list[Array]()
     asked = list[str]()

@@ -1,1 +1,1 @@
-"""Cross-sections of a beam: what beam theory takes from them, and the patches that their meshes are made of."""
+"""Cross-sections of a beam: figures for beam theory, and patches for meshes."""

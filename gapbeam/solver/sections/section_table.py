@@ -206,7 +206,7 @@ def _outline(section: SectionTable, thickness: float, width: float) -> PolygonOu
 
 
 def _kappa(second: float, terms: tuple[float, float], poisson_ratio: float) -> float:
-    """Return Cowper's 2 (1 + nu) I over what a force moves."""
+    """Return Cowper's 2 (1 + nu) I over the part that a force moves."""
     return 2.0 * (1.0 + poisson_ratio) * second / (terms[0] + poisson_ratio * terms[1])
 
 

@@ -1,1 +1,1 @@
-"""Supports: faces, gaps, area and stiffness of what the beam lies in."""
+"""Supports of the beam: faces, gaps, area and stiffness."""

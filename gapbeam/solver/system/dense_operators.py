@@ -224,7 +224,7 @@ class DenseOperators:
 
     @classmethod
     def of_whole(cls, mass: Array, stiffness: Array, restraint: Array) -> DenseOperators:
-        """Return operators whose K, restraint included, is to the last bit what is given."""
+        """Return operators whose K, restraint included, is the given one to the last bit."""
         found = cls(mass, np.zeros_like(mass), restraint)
         found.stiffness = stiffness
         return found

@@ -369,7 +369,7 @@ class Snapshots(NamedTuple):
 
 @dataclass(frozen=True)
 class Stage:
-    """The balance that a step satisfied: what the energy ledger needs to know.
+    """Balance of a step, for the energy ledger.
 
     Attributes:
         load_factors: s_k in the balance.

@@ -16,7 +16,7 @@ REMEDY = "delete it, and the study begins anew"
 
 
 class StudyJournal:
-    """A file of one line a result, below a line that says what study it is of; it goes when the study is complete.
+    """A file with a line for the study, then one for each result; it goes when the study is complete.
 
     What another study, or another release, has left there is begun anew; so is what follows a line that was cut off.
 

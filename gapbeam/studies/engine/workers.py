@@ -192,12 +192,12 @@ def dask_setup(_worker: object) -> None:
 
 
 def hushed() -> None:
-    """Let nothing reach the terminal of what happens on a worker while its connections are closed from both ends."""
+    """Keep messages of a worker from the terminal while its connections close."""
     sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - open until the process ends
 
 
 def silence() -> None:
-    """Let nothing of what Dask reports about its connections reach the terminal: the study reports what counts."""
+    """Keep Dask's reports on connections from the terminal."""
     for name in LOGGERS:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 

@@ -251,7 +251,7 @@ def _model(case: Case, refinement: float | None) -> dict[str, Any]:
 
 
 def _finest(case: Case) -> dict[str, Any]:
-    """Return the richest basis: what models of beam elements and rigid bodies are compared with, too."""
+    """Return the richest basis, with which models of beam elements and rigid bodies are compared, too."""
     shapes = min(FINEST_SHAPES, max(FEWEST_SHAPES, MOST_OF_ALL // max(1, len(case.layout.faces))))
     if isinstance(case.model, ReducedModel):
         own = _model(case, None)

@@ -231,7 +231,7 @@ def without_errors(found: RunErrors, ending: str) -> RunErrors:
 
 
 def with_bending(found: RunErrors, share: float) -> RunErrors:
-    """Return errors that include what round-off and locking take of the bending stiffness.
+    """Return errors that include the shares of bending stiffness lost to round-off and locking.
 
     Args:
         found: Errors of the companions, whose meshes have the same trouble.

@@ -202,7 +202,7 @@ class Conclusion:
     failures: list[Record]
 
     def rms(self, use: str, name: str = "residual") -> float:
-        """Return the rms of the residuals ("residual" or "log10") of what was fitted ("fit") or held out ("predict").
+        """Return the rms of residuals ("residual" or "log10") of fitted ("fit") or held out ("predict") figures.
 
         Not a number where there are none, or one of them failed.
         """

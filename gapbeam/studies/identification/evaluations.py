@@ -81,7 +81,7 @@ def compute(job: TrialJob) -> list[Record]:
 
 
 def lost_pieces(job: TrialJob, words: str) -> list[Record]:
-    """Return records of pieces whose workers were lost, with what happened in words."""
+    """Return records of pieces whose workers were lost, with the cause in words."""
     what = {"verdict": LOST, "exit_status": OutOfMemory.exit_status, "message": f"its worker was lost: {words}"}
     return [_blank(piece) | what for piece in job.pieces]
 

@@ -48,7 +48,7 @@ class Spread:
 
     @property
     def contradicts(self) -> bool:
-        """True where the best values are so far off the measurements that the model differs from what was measured."""
+        """True where the best values miss the measurements by more than their errors explain."""
         return self.missed > self.allowed
 
 

@@ -360,7 +360,7 @@ class IdentificationResult(PrintedResult):
         return "; ".join(part for part in (values, self.remark()) if part)
 
     def tables(self) -> list[Table | str]:
-        """Return the tables of measurements, unknowns and sensitivities, and what they say in sentences."""
+        """Return the tables of measurements, unknowns and sensitivities, and findings in sentences."""
         if self.found is None:
             return list(self.failure_lines())
         return [*tables(self.found), *sentences(self.found)]

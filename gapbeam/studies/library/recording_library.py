@@ -44,7 +44,7 @@ ARRAYS, NOTE = "library.npz", "library.json"
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Library(PrintedResult):
-    """Members of a scene, and what estimates their values from features of a recording.
+    """Members of a scene, and an estimator of their values from features of a recording.
 
     Attributes:
         paths: Paths of the unknown values, then figures of one's own by name.
@@ -152,7 +152,7 @@ def library(
     threads: int | None = None, output: str | Path | None = None, progress: Callable[[int], None] | None = None,
     figures: Sequence[Figure] = (),
 ) -> Library:  # fmt: skip
-    """March members over what is unknown, and learn to estimate their values from the motion of a point.
+    """March members over the unknowns, and learn to estimate these from the motion of a point.
 
     Members are Sobol points of the distributions. A `damping_factor`, and values of a feedback, are shared by 64
     members each, which then march in lock-step. Where there are several starts, each member takes one of them. Features

@@ -198,7 +198,7 @@ class KeptRuns:
         return cls(runs, rate_at, seen, read_records(runs, KEYS) if runs.exists() else [])
 
     def __call__(self, depths: Array, number: int) -> DepthRates:
-        """Return the rates of a run, from the disk or from the run itself; errors as in what runs the case."""
+        """Return the rates of a run, from the disk or from the run itself; errors are those of the run."""
         if number < len(self.records) and np.array_equal(self.records[number]["depths"], depths):
             self.taken += 1
         else:

@@ -215,7 +215,7 @@ def _scales(figures: Figures) -> dict[str, float]:
 
 
 def _long_means(one: MeasuredLevel, other: MeasuredLevel) -> tuple[float | None, float | None]:
-    """Return by what long means differ: beyond 2 standard errors, and at most, with 2 standard errors added.
+    """Return the difference of long means: less 2 standard errors, and plus 2 standard errors.
 
     Both are infinite for other cycles, and None without long marches.
     """

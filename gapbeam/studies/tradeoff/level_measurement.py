@@ -288,7 +288,7 @@ class LevelPlan:
 
     @property
     def family(self) -> tuple[Level, ...]:
-        """The reference and what its uncertainty is made of."""
+        """The reference and the parts of its uncertainty."""
         return (self.reference, *self.meshes, *self.steps, self.basis)
 
 

@@ -335,7 +335,7 @@ def run_tradeoff(
     minutes: float = MINUTES,
     report: Callable[[str], None] = LOG.info,
 ) -> TradeoffResult:
-    """Measure time, memory and error of models, meshes, steps and schemes of a case, and write what was found.
+    """Measure time, memory and error of models, meshes, steps and schemes of a case, and write the results.
 
     Args:
         case: Path of the case file.

@@ -258,7 +258,7 @@ def _span(end: float, frequency: float, plan: LevelPlan, first: MeasuredLevel, b
 
 
 def _comparison_words(end: float, span: float, periods: int, frequency: float, cut: str, chaotic: bool) -> str:
-    """Return over what part of the case figures are compared."""
+    """Return the part of the case over which figures are compared."""
     first = f"the first {periods} forcing periods ({periods / frequency:.3g} s)"
     if chaotic:
         return (

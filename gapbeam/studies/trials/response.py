@@ -102,7 +102,7 @@ class TrialResponse:
     doubts: Doubts | None = None
 
     def failed(self, error: RunError) -> None:
-        """Take in what ended the march."""
+        """Take in the error that ended the march."""
         self.verdict, self.message = VERDICTS.get(type(error), "failed"), str(error)
         self.exit_status = error.exit_status
 

@@ -131,7 +131,7 @@ _WHOLE = 1.0e-6
 
 @dataclass(frozen=True)
 class Start:
-    """A state to start from, and what has to be reported about it.
+    """A start state and its remarks.
 
     Attributes:
         state: State of a model or of a scene.

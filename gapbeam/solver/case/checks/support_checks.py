@@ -126,7 +126,7 @@ def _around(support: AnySupports) -> Iterator[tuple[Key, OneSupport]]:
 
 
 def regions_fit_the_beam(beam: Beam, segment: Segments, support: AnySupports) -> Iterator[Fault]:
-    """A region finds what contradicts itself or the beam in its table."""
+    """Values of a region fit each other and the beam."""
     for key, one in keyed(support):
         yield from one.region.faults((*key, "region"), 0.5 * _within(beam, segment, one).thickness)
 

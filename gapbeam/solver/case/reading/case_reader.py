@@ -29,7 +29,7 @@ PROPER = 1.0  # m: a width that has no fault, where the thickness has one or is 
 
 
 def imply(data: dict[str, Any]) -> None:
-    """Add to the tables of a case what its sections and its damping imply, where it is not given.
+    """Add keys to the tables of a case that its sections and its damping imply, where they are left out.
 
     A round section is as wide as it is thick. A slice in the bending plane is rectangular and equally wide everywhere:
     other sections have meshes of the solid. A damping ratio of modes asks for a model that has modes.

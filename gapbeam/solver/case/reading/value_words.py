@@ -1,4 +1,4 @@
-"""Values of a case file and what is wanted of them, in words, with hints for wrong types and ranges."""
+"""Found and expected values of a case file in words, with hints for wrong types and ranges."""
 
 from __future__ import annotations
 

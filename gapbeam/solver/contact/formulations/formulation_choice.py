@@ -15,7 +15,7 @@ from gapbeam.solver.schema.table import OF_TYPE, Positive, Table
 
 
 class BodyShare(NamedTuple):
-    """A penalty stiffness as a multiple of E/h, why, and what half and double of it would change."""
+    """A penalty stiffness as a multiple of E/h, the reason, and the effect of half and double of it."""
 
     share: float
     reason: str

@@ -30,7 +30,7 @@ from gapbeam.solver.system.operators import Array
 
 
 class ComputedDamping(NamedTuple):
-    """A damping that a law asks for: c, why, and what half and double of it would change."""
+    """Damping of a law: c, the reason, and the effect of half and double of it."""
 
     value: float
     reason: str

@@ -129,7 +129,7 @@ class BlockMeans:
         }
 
     def restore(self, data: Mapping[str, Any]) -> None:
-        """Bring blocks, as they are at a start, to what was stored.
+        """Restore new blocks from a checkpoint.
 
         Raises:
             KeyError: Something is missing; likewise ValueError and TypeError where it is not of the right form.
@@ -199,7 +199,7 @@ class BlockEnds:
         return {"length": self.length, "waiting": self._waiting, "ends": self._ends[: self._whole + 1].tolist()}
 
     def restore(self, data: Mapping[str, Any]) -> None:
-        """Bring blocks, as they are at a start, to what was stored.
+        """Restore new blocks from a checkpoint.
 
         Raises:
             KeyError: Something is missing; likewise ValueError and TypeError where it is not of the right form.

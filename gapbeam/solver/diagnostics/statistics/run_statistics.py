@@ -193,7 +193,7 @@ class RunStatistics:
         return {"blocks": self.blocks.as_json(), "time": self._time, "sums": sums}
 
     def restore(self, data: Mapping[str, Any]) -> None:
-        """Bring statistics, as they are at a start, to what was stored.
+        """Restore new statistics from a checkpoint.
 
         Raises:
             KeyError: Something is missing; likewise ValueError and TypeError where it is not of the right form.
@@ -337,7 +337,7 @@ class PointStatistics(RunStatistics):
         }
 
     def restore(self, data: Mapping[str, Any]) -> None:
-        """Bring statistics, as they are at a start, to what was stored; raises as `RunStatistics.restore`."""
+        """Restore new statistics from a checkpoint; raises as `RunStatistics.restore`."""
         super().restore(data)
         self.point_blocks.restore(data["point_blocks"])
         work = data["point_work"]
@@ -380,7 +380,7 @@ class RecordStatistics(RunStatistics):
         return super().as_json() | {"lacking": sorted(self._lacking)}
 
     def restore(self, data: Mapping[str, Any]) -> None:
-        """Bring statistics, as they are at a start, to what was stored; raises as `RunStatistics.restore`."""
+        """Restore new statistics from a checkpoint; raises as `RunStatistics.restore`."""
         super().restore(data)
         self._lacking = frozenset(data["lacking"])
 

@@ -137,7 +137,7 @@ def misfit(arrays: Carried, size: int, points: int, memory: int) -> str:
 
 @dataclass(frozen=True)
 class CompiledBlock:
-    """Some steps and what was recorded of them.
+    """Some steps and their records.
 
     Attributes:
         plan: The march.

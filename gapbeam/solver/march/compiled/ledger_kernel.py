@@ -133,7 +133,7 @@ def growth(ledgers: LedgerArrays) -> float:
 
 @compiled
 def enter_step(ledgers: LedgerArrays, measured: StepEnergies, works: Array) -> None:
-    """Enter what was measured of a step, and the works of the loads."""
+    """Enter measured energies of a step, and the works of the loads."""
     keep_energies(ledgers, after_step(energies_in(ledgers), measured))
     for load in range(len(works)):
         ledgers.load_work[load] += works[load]

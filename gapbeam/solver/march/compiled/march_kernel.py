@@ -300,7 +300,7 @@ def _enter(
 
 @compiled_apart
 def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays) -> None:
-    """Form the gaps anew, and measure again what depends on them."""
+    """Form the gaps anew, and measure again all that depends on them."""
     form_gaps_anew(modal, motion, room)
     contact, hidden = 0.0, 0.0
     for i in range(len(motion.depth)):

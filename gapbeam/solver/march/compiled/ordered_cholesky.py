@@ -1,4 +1,4 @@
-"""The Cholesky factor of the active block, of which only what changed is computed anew.
+"""Cholesky factor of the active block; only the part after a change is computed anew.
 
 The matrix s D + diag(c) on the active points is factored row by row, in an order in which points that come and go stand
 last. A row of the factor needs only the rows before it: when points change their compliance c or leave, rows from the

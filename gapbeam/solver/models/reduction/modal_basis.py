@@ -78,7 +78,7 @@ class Basis:
 
 
 def modal_basis(operators: Operators, vectors: Array, shift: float) -> Basis:
-    """Return the basis of what vectors span.
+    """Return a basis of the span of vectors.
 
     They are made orthonormal with respect to A = K + sigma M first, whose eigenvalues against M, 1 / (s + sigma), give
     the low frequencies, which matter, to full accuracy. Directions that are lost in round-off are left out, and squares

@@ -378,7 +378,7 @@ ACROSS = 3  # Gauss points in y^2, which no motion moves that is not symmetric: 
 
 @dataclass(frozen=True)
 class FoundBasis:
-    """A basis of a body that floats, and what was learned as it was found.
+    """A basis of a floating body, with figures of the search.
 
     Attributes:
         floating: The basis on this rank.

@@ -108,7 +108,7 @@ SAME_HOLD = 1.0e-10  # of a motion of unit energy: two holds may hold the same m
 
 @dataclass(frozen=True)
 class SpanBasis:
-    """Columns of V, and what they leave out.
+    """Columns of V, and the error of the basis.
 
     Attributes:
         columns: V, (n, r).

@@ -1,4 +1,4 @@
-"""Checkpoint files: a line of text that says what follows and how it adds up, then JSON and arrays.
+"""Checkpoint files: a line with sizes and checksum, then JSON and arrays.
 
     gapbeam-checkpoint VERSION SHA256 BYTES-OF-JSON BYTES-OF-ARRAYS
 
@@ -214,7 +214,7 @@ def _pack(file: Any, arrays: Arrays, pieces: Pieces) -> None:
 
 
 def _added_up(file: IO[bytes]) -> str:
-    """Return the checksum of what follows in a file."""
+    """Return the checksum of the rest of a file."""
     total = hashlib.sha256()
     while data := file.read(AT_ONCE):
         total.update(data)

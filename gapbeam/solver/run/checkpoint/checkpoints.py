@@ -1,4 +1,4 @@
-"""The checkpoints of a run: when one is due, what it holds, and the last good one."""
+"""Checkpoints of a run: schedule, contents, and the last good one."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def as_json(accounts: Accounts, recorder: Recorder) -> dict[str, Any]:
 
 
 def restore(accounts: Accounts, recorder: Recorder, data: dict[str, Any]) -> None:
-    """Bring accounts and recorder, as they are at a start, to what was stored.
+    """Restore new accounts and a new recorder from a checkpoint.
 
     Raises:
         KeyError: Something is missing; likewise TypeError, ValueError, AttributeError and OverflowError where it is not

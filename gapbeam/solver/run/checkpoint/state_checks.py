@@ -96,7 +96,7 @@ def _leaves(entry: Any) -> list[Any]:
 
 
 def _of_accounts(paused: Paused, header: dict[str, Any], model: Model) -> Iterator[str]:
-    """Bring accounts that nobody keeps to what is stored."""
+    """Fill accounts that nobody keeps from a checkpoint."""
     accounts, recorder = Accounts.opened(model.system, model.law, paused.state, model.step), Recorder(model)
     try:
         restore(accounts, recorder, header["accounts"])

@@ -41,7 +41,7 @@ def no_place(folder: Path, error: OSError) -> RunError:
 
 @contextmanager
 def written(path: Path) -> Iterator[None]:
-    """Turn an error while a file is written into one that says where, what, and what to try.
+    """Turn an error while a file is written into one with place, cause and advice.
 
     Args:
         path: The file.
@@ -58,7 +58,7 @@ def written(path: Path) -> Iterator[None]:
 
 @contextmanager
 def disk_reported(folder: Path) -> Iterator[None]:
-    """Turn an error of a disk that cannot be written into one that says what to try.
+    """Turn an error of a disk that cannot be written into one with advice.
 
     `written` names the file and stands closer to it; this is for what writes beside results: caches, libraries, tables.
 
@@ -164,7 +164,7 @@ class Sink:
         return bytes(self._file.read(size))
 
     def write(self, data: Any) -> int:
-        """Write all of it, or keep what went wrong."""
+        """Write all of it, or keep the error."""
         rest = memoryview(data)
         size = len(rest)
         try:
@@ -175,7 +175,7 @@ class Sink:
         return size
 
     def truncate(self, size: int) -> int:
-        """Change the size, or keep what went wrong."""
+        """Change the size, or keep the error."""
         try:
             if self.trouble is None:
                 self._file.truncate(size)
@@ -187,7 +187,7 @@ class Sink:
         """Nothing is kept back."""
 
     def check(self) -> None:
-        """Raise what went wrong.
+        """Raise the kept error.
 
         Raises:
             OSError: The operating system reports an error.

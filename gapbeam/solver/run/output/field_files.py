@@ -390,7 +390,7 @@ def coverage(found: Branches) -> dict[str, Any]:
 
 
 def unit_of(key: str, steady: SteadyModel) -> str:
-    """Return the unit of what varies along a curve."""
+    """Return the unit of the key that varies along a curve."""
     case, field = steady.model.case, key.rsplit(".", 1)[1]
     if key.startswith("load."):
         return next(load for load in case.load if load.name == key.split(".")[1]).curve_units[field]

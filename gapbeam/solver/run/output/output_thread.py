@@ -50,7 +50,7 @@ class OutputThread:
             self._thread = None
 
     def do(self, work: Callable[[], None]) -> None:
-        """Have work done after what was asked for before.
+        """Have work done after all earlier work.
 
         Raises:
             BaseException: An error of earlier work, though this work is done as well; without a thread an error of this

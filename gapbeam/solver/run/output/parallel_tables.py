@@ -252,7 +252,7 @@ def on_rank_zero_with(comm: MPI.Comm, tables: Mapping[str, ParallelTable], work:
 
 
 def broadcast(comm: MPI.Comm, pieces: Callable[[], Iterator[Values]]) -> Iterator[Values]:
-    """Yield on all ranks what rank 0 yields, and raise what it raises. Collective."""
+    """Yield values and raise errors of rank 0 on all ranks. Collective."""
     source: list[Iterator[Values]] = []
 
     def following() -> Values | None:

@@ -179,7 +179,7 @@ class _Kept(logging.Handler):
 
 @contextmanager
 def kept_lines() -> Iterator[list[logging.LogRecord]]:
-    """Keep the log of what comes before there is a folder, for `log_file`."""
+    """Keep log lines that come before there is a folder, for `log_file`."""
     kept = _Kept()
     LOG.addHandler(kept)
     try:

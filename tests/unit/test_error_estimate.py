@@ -911,8 +911,22 @@ def test_the_closing_table_has_what_matters_of_many_faces() -> None:
         ("probe.tip.rms", "1 mm", "0.9 mm to 1.1 mm", "good"),
     )
     assert len(noisy.rows) == 8
-    still = FigureError("c0_below largest recorded force", "N", "whole run", 0.0, 0.0, {}, 0.0)
-    assert closing_table([still], 1.0, True).rows[0].verdict == "no contact"
+
+
+@given(
+    name=st.sampled_from(["largest recorded force", "largest mean force", "impulse"]),
+    value=st.sampled_from([0.0, 2.0]),
+    error=st.sampled_from([0.0, 0.1, None]),
+)
+def test_a_face_that_no_run_touches_has_no_error(name: str, value: float, error: float | None) -> None:
+    """Companions that miss it, too, do not say by how much: "0 N +- 0 N" was printed. One that touches it does."""
+    one = FigureError(f"far_below {name}", "N", "whole run", value, error, {"finest": 0.0}, 0.0)
+    untouched = value == 0.0 == error
+    assert one.as_data()["error"] == (None if untouched else error)
+    rows = closing_table([one], 1.0, True).rows
+    assert len(rows) == (error is not None)
+    for row in rows:
+        assert (row.interval == "not known") == (row.verdict == "no contact") == untouched
 
 
 def test_companions_share_the_body_of_their_run(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,6 +15,10 @@ AXIAL_STRESS = "peak-to-peak axial stress"
 VON_MISES_STRESS = "largest von Mises stress"
 NOT_SETTLED = "not settled"
 
+PEAKS = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}")
+FORCES = (*PEAKS, f" {IMPULSE}")
+"""Ends of the names of figures of a face."""
+
 GOOD, ROUGH = 0.1, 0.5  # of a figure: the errors up to which it may be used, and used with care
 USE, CARE, REFUSED = "good", "rough", "do not use"
 

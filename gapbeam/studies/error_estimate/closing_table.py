@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 from gapbeam.postprocess.signals.figure_names import (
     AXIAL_STRESS,
     DISPLACEMENT,
+    FORCES,
     IMPULSE,
-    LARGEST_FORCE,
     MEAN_FORCE,
     NOT_SETTLED,
+    PEAKS,
     USE,
     VON_MISES_STRESS,
     usable,
@@ -25,8 +26,6 @@ GAP = 2  # spaces between columns
 MOST_ROWS, MOST_FORCES, MOST_STATISTICS = 8, 4, 3
 LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
 LEAST_IN_MS = 1.0e-4  # s: widths of means below it are in microseconds
-PEAKS = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}")
-FORCES = (*PEAKS, f" {IMPULSE}")
 SHOWN_FIGURES = (f" {DISPLACEMENT}", f" {AXIAL_STRESS}", f" {VON_MISES_STRESS}", *FORCES)
 SHOWN_STATISTICS = (".rms", ".impact_rate")
 SHOWN_SPANS = (SETTLED, SECOND_HALF, WHOLE_RUN, "first part", BEYOND_HORIZON, UP_TO_HORIZON, "start-up")
@@ -113,7 +112,7 @@ def _row(one: FigureError) -> ClosingRow:
     if one.rests:
         return ClosingRow(one.name, "0 but for round-off", "", USE)
     verdict = usable(one.relative)
-    if one.name.endswith(FORCES) and one.value == 0.0 == one.error:
+    if one.untouched:
         verdict = NO_CONTACT
     elif one.own and one.value == 0.0 == one.error:
         verdict = USE
@@ -133,7 +132,7 @@ def _statistic(one: Mapping[str, Any]) -> ClosingRow:
 
 def plus_minus(one: FigureError) -> str:
     """Return an error in per cent of its figure, or in the unit of the figure where it is larger than that."""
-    if one.error is None:
+    if one.error is None or one.untouched:
         return "not known"
     if one.relative is None:
         return f"+- {with_unit(one.error, one.unit, 2)}"

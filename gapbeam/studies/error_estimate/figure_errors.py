@@ -54,7 +54,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gapbeam.postprocess.signals.figure_names import DISPLACEMENT, SMOOTHED_ACCELERATION
+from gapbeam.postprocess.signals.figure_names import DISPLACEMENT, FORCES, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.system.operators import Array
@@ -122,6 +122,11 @@ class FigureError:
     own: bool = False
 
     @property
+    def untouched(self) -> bool:
+        """True for the force on a face that neither the run nor a companion touches: how near it comes is not known."""
+        return self.value == 0.0 == self.error and not self.own and self.name.endswith(FORCES)
+
+    @property
     def relative(self) -> float | None:
         """The error relative to the figure; None: not known, larger than the figure, or of a point at rest."""
         known = not self.rests and self.error is not None and self.error <= abs(self.value) and self.value != 0.0
@@ -134,7 +139,7 @@ class FigureError:
             "unit": self.unit,
             "span": self.span,
             "value": self.value,
-            "error": self.error,
+            "error": None if self.untouched else self.error,
             "relative_error": self.relative,
             "standard_error": self.standard_error,
             "window": self.window,

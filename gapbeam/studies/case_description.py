@@ -114,7 +114,6 @@ def describe_case(case: Case, comm: MPI.Comm) -> CaseDescription:
 
 
 def _cost_rows(cost: Prediction) -> list[Row]:
-    certainty = "a scaled estimate" if cost.scaled else "predicted within a factor of 2"
     rows = [("set-up", _duration(sum(cost.setup.values())), ", ".join(_part(*part) for part in cost.setup.items()))]
     if cost.back_substitution > 0.0:
         rows.append(("back-substitution", f"{1e3 * cost.back_substitution:.3g} ms", "of one step"))
@@ -124,7 +123,7 @@ def _cost_rows(cost: Prediction) -> list[Row]:
         ("field", f"{1e3 * cost.per_field:.3g} ms", f"{cost.fields} of them"),
         ("march", _duration(cost.march), "predicted from these"),
         *([("errors", _duration(cost.errors), f"{cost.companions} comparison runs")] if cost.companions else []),
-        ("wall time", _duration(cost.total), f"{certainty}; without pictures"),
+        ("wall time", _duration(cost.total), f"{cost.certainty}; without pictures"),
         ("memory", f"{cost.memory / GIGABYTE:.2f} GB", "peak of all ranks together"),
     ]
 

@@ -57,6 +57,7 @@ LONGEST = 30.0  # s of a trial that follows the first steps: where steps cost mo
 GROWTH, MOST = 4, 100_000  # steps of a trial: at least times those of the one before, and at all
 LOADED = 2.0  # s, to load compiled loops; what was compiled in the first steps is kept for the run
 FIELDS_OF_A_RUN = 100  # by default
+ENOUGH_TRIED = 0.1  # of the steps of a run: so many of them show what the others cost
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,7 @@ class Prediction:
         scaled: Whether they are those of coarser meshes, scaled.
         errors: Wall time of the error estimate after the run, s.
         companions: Number of comparison runs in it.
+        tried: Steps of the run that were tried out.
     """
 
     setup: dict[str, float]
@@ -90,6 +92,16 @@ class Prediction:
     scaled: bool = False
     errors: float = 0.0
     companions: int = 0
+    tried: int = 0
+
+    @property
+    def certainty(self) -> str:
+        """Trust in the wall time, in words: a few steps from the seat stand for no flight and no hard impact."""
+        if self.scaled:
+            return "a scaled estimate"
+        if self.tried < ENOUGH_TRIED * self.steps:
+            return f"predicted from {self.tried} of {self.steps} steps: the others may take far less or more"
+        return "predicted within a factor of 2"
 
     @property
     def march(self) -> float:
@@ -153,6 +165,7 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
         done.words,
         errors=errors,
         companions=companions,
+        tried=done.steps,
     )
 
 

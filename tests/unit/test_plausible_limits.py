@@ -282,6 +282,14 @@ def test_play_of_a_thickness_or_two_and_wide_strips_are_believed(gap: float) -> 
     assert "is it in mm" not in said(text)
 
 
+@pytest.mark.parametrize("model", ["full", "reduced", "beam", "rigid"])
+def test_memory_of_a_mesh_is_warned_of_where_it_is_solved(model: str) -> None:
+    """A string of 0.6 m and 0.4 mm as beam elements takes the faces of its mesh alone."""
+    thin = BEAM.replace("0.012", "4e-4").replace("width = 0.02", 'width = 4e-4\nsection = "round"')
+    solid = f'[mesh]\ndimension = 3\n[model]\ntype = "{model}"\n'
+    assert ("unknowns" in said(thin + PLANE + solid)) == (model in ("full", "reduced"))
+
+
 @pytest.mark.parametrize(("clearance", "far"), [(1.0e-3, False), (3.0e-3, False), (0.011, False), (0.04, True)])
 def test_a_tilt_that_is_small_is_not_warned_of(clearance: float, far: bool) -> None:
     """Play of a tenth of the thickness in supports half a metre apart tilts by 0.1 degrees: a small rotation."""

@@ -61,6 +61,10 @@ BAD = {
         circle("[contact]\nfriction = { coefficient = 0.1, static_coefficient = 0.2 }\n"),
         ["static_coefficient", "never sticks to a point"],
     ),
+    "a circle of a support that sticks": (
+        circle().replace("clearance = 1e-4", "clearance = 1e-4\nfriction = 0.1\nstatic_friction = 0.2", 1),
+        ["[[support]]", "static_friction", "0.2, with a hole that is met as a circle", "leave static_friction out"],
+    ),
     "a circle with a body": (
         circle().replace("clearance = 1e-4", "clearance = 1e-4\nbody = { mass = 1.0, stiffness = 1e6 }", 1),
         ["circle, of a support with a body of its own", "holes that stand still or move as loads say"],

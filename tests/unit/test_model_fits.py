@@ -5,10 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+import gapbeam
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.reading.case_reader import read_case
 from tests.shared.case_texts import assert_says, faults_of, written
+from tests.shared.command import DEMO
 
 REFUSED = {
     "stress at the points": (
@@ -106,3 +110,29 @@ def test_a_support_with_few_beam_elements_is_reported(tmp_path: Path) -> None:
     assert "leaves 2 of them to the support" in line
     assert "elements = 51" in line
     assert not any("[model]" in text for text in warnings(read_case(path, ["model.type=beam", "model.elements=51"])))
+
+
+SLOTS: list[dict[str, object]] = [
+    {"name": name, "from": x, "to": x + 0.02, "clearance": 1e-4} for name, x in (("a", 0.0), ("b", 0.2), ("c", 0.4))
+]
+NO_FRICTION = {
+    "a reduced model": {"model": "reduced"},
+    "a rigid body": {"model": "rigid"},
+    "an explicit scheme": {"time.scheme": "central-difference", "contact.mass": "redistributed"},
+    "the stress of the body": {"contact.formulation": "nitsche"},
+    "a periodic response": {"analysis": {"type": "periodic"}},
+    "an iterative solver": {"solver.effective": "iterative"},
+}
+
+
+@pytest.mark.parametrize("changes", NO_FRICTION.values(), ids=NO_FRICTION)
+@given(number=st.integers(0, 2), coefficient=st.floats(0.01, 2.0).map(lambda one: round(one, 3)))
+def test_friction_is_refused_where_it_is_given(changes: dict[str, object], number: int, coefficient: float) -> None:
+    """That of a support was blamed on [contact.friction], a table that the case does not have, "a coefficient of 0"."""
+    supports = [slot | ({"friction": coefficient} if i == number else {}) for i, slot in enumerate(SLOTS)]
+    gapbeam.read_case(DEMO, {"support": SLOTS, **changes})
+    with pytest.raises(gapbeam.CaseError) as refused:
+        gapbeam.read_case(DEMO, {"support": supports, **changes})
+    (fault,) = (one for one in refused.value.faults if "friction" in str(one))
+    assert ("support", number, "friction") in (fault.key, *fault.related)
+    assert "a coefficient of" not in fault.found or f"a coefficient of {coefficient:g}" in fault.found

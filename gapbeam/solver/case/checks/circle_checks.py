@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
-from gapbeam.solver.case.case import Contact, Wear, acting_friction, advised_scheme, law_at
+from gapbeam.solver.case.case import Contact, Wear, advised_scheme, law_at
 from gapbeam.solver.case.checks.attachment_checks import Joints
+from gapbeam.solver.case.checks.contact_checks import rubbing
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable, Time
 from gapbeam.solver.loads.places import SupportWalls
@@ -94,9 +95,10 @@ def circles_have_a_midpoint_rule(support: AnySupports, time: Time, contact: Cont
 
 def circles_do_not_yield(support: AnySupports, contact: Contact) -> Iterator[Fault]:
     """A plastic set belongs to one direction; circles are met in all."""
-    friction = acting_friction(contact, Layout.of(support))
-    for _, key, one, points in _circles(support):
+    for place, key, one, points in _circles(support):
         law = law_at(contact, one)
+        usual, own = contact.usual_friction, one.static_friction is not None
+        sliding, sticking = usual.at_support(one.friction, one.static_friction)
         if law.keeps_set:
             yield Fault(
                 key,
@@ -105,12 +107,13 @@ def circles_do_not_yield(support: AnySupports, contact: Contact) -> Iterator[Fau
                 points,
                 (("contact", "law"),),
             )
-        elif friction is not None and friction.static_coefficient is not None:
+        elif sliding > 0.0 and (own or (one.friction is None and usual.static_coefficient is not None)):
+            static = (*place, "static_friction") if own else ("contact", "friction", "static_coefficient")
             yield Fault(
-                ("contact", "friction", "static_coefficient"),
-                f"{friction.static_coefficient:g}, with a hole that is met as a circle",
+                static,
+                f"{sticking:g}, with a hole that is met as a circle",
                 "one coefficient: the contact of a circle turns around it and never sticks to a point",
-                f"leave static_coefficient out, or {points}",
+                f"leave {static[-1]} out, or {points}",
                 (key,),
             )
 
@@ -181,9 +184,9 @@ def circles_are_shot_at(support: AnySupports, analysis: Analysis) -> Iterator[Fa
 def circles_rub_without_joints(support: AnySupports, contact: Contact, joint: Joints) -> Iterator[Fault]:
     """Forces of joints are known from normal forces at circles, not from friction there."""
     for _, key, _, points in _circles(support):
-        if acting_friction(contact, Layout.of(support)) is not None and joint:
+        if (rubs := rubbing(support, contact)) is not None and joint:
             yield Fault(
-                ("contact", "friction"),
+                rubs[0],
                 "friction, with joints and a hole that is met as a circle",
                 "one of these three left out: the forces of joints do not know the friction of a circle",
                 points,

@@ -149,13 +149,22 @@ def impulses_need_mass(contact: Contact, time: Time) -> Iterator[Fault]:
         yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (("time", "scheme"),))
 
 
+def rubbing(support: AnySupports, contact: Contact) -> tuple[Key, float] | None:
+    """Return the key and the coefficient of the first friction that acts, of a support or of all; None without any."""
+    for key, one in keyed(support):
+        sliding, _ = contact.usual_friction.at_support(one.friction, one.static_friction)
+        if sliding > 0.0:
+            return (("contact", "friction") if one.friction is None else (*key, "friction")), sliding
+    return None
+
+
 def friction_fits_the_formulation(support: AnySupports, contact: Contact) -> Iterator[Fault]:
     """Friction needs the contact pressure apart from the stress of the body."""
-    friction = acting_friction(contact, Layout.of(support))
-    if friction is not None and contact.formulation.stress_terms is not None:
+    if (rubs := rubbing(support, contact)) is not None and contact.formulation.stress_terms is not None:
+        key, sliding = rubs
         yield Fault(
-            ("contact", "friction"),
-            f"a coefficient of {friction.coefficient:g} with the formulation {contact.formulation.type}",
+            key,
+            f"a coefficient of {sliding:g} with the formulation {contact.formulation.type}",
             "penalty, unilateral or augmented-lagrangian: friction by the stress of the body is not there",
             'formulation = "penalty", or leave friction out',
             (("contact", "formulation"),),
@@ -164,11 +173,11 @@ def friction_fits_the_formulation(support: AnySupports, contact: Contact) -> Ite
 
 def friction_is_implicit(support: AnySupports, contact: Contact, time: Time) -> Iterator[Fault]:
     """Regularized friction is far too stiff for an explicit step."""
-    friction = acting_friction(contact, Layout.of(support))
-    if friction is not None and time.scheme.explicit:
+    if (rubs := rubbing(support, contact)) is not None and time.scheme.explicit:
+        key, sliding = rubs
         yield Fault(
-            ("contact", "friction"),
-            f"a coefficient of {friction.coefficient:g} with the scheme {time.scheme.type}",
+            key,
+            f"a coefficient of {sliding:g} with the scheme {time.scheme.type}",
             "an implicit scheme: a damper of mu p / v0 asks for steps far below the stable one",
             f'scheme = "{advised_scheme(contact)}" in [time], or leave friction out',
             (("time", "scheme"),),

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import cast
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
-from gapbeam.solver.case.case import Contact, Damping, acting_friction
-from gapbeam.solver.case.checks.contact_checks import idle_keys, laws_of
+from gapbeam.solver.case.case import Contact, Damping
+from gapbeam.solver.case.checks.contact_checks import idle_keys, laws_of, rubbing
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.solution_tables import FullModel, Gates, ModelTable, SolverTable, Time
 from gapbeam.solver.contact.laws.law_choice import LAWS
@@ -54,11 +54,11 @@ def period_map_is_smooth(analysis: Analysis, contact: Contact, support: AnySuppo
     """The search needs contact that depends on the state alone, and knows its derivative."""
     if not isinstance(analysis, Periodic):
         return
-    friction = acting_friction(contact, Layout.of(support))
-    if friction is not None:
+    if (rubs := rubbing(support, contact)) is not None:
+        key, sliding = rubs
         yield Fault(
-            ("contact", "friction"),
-            f"a coefficient of {friction.coefficient:g}, in the search for a periodic response",
+            key,
+            f"a coefficient of {sliding:g}, in the search for a periodic response",
             "no friction: its derivative is not followed",
             'leave friction out, or analysis.type = "transient"',
             (TYPE,),
@@ -405,8 +405,8 @@ def factor_needed(
     formulation = contact.formulation
     if not formulation.follows_the_law:
         return ("contact", "formulation"), f"the formulation {formulation.type}"
-    if acting_friction(contact, Layout.of(support)) is not None:
-        return ("contact", "friction"), "friction"
+    if (rubs := rubbing(support, contact)) is not None:
+        return rubs[0], "friction"
     if contact.mass == "redistributed":
         return ("contact", "mass"), 'contact.mass = "redistributed"'
     if time.scheme.needs_factor:

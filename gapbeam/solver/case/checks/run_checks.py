@@ -10,14 +10,15 @@ import numpy as np
 from gapbeam.solver.case.analysis_table import Analysis, RigidMotion, Transient, centered_pose, centering_faults
 from gapbeam.solver.case.beam_motions import motions_of_tables
 from gapbeam.solver.case.beam_profile import beam_at
-from gapbeam.solver.case.case import Beam, Contact, Damping, Mesh, Output, acting_friction, advised_scheme
+from gapbeam.solver.case.case import Beam, Contact, Damping, Mesh, Output, advised_scheme
 from gapbeam.solver.case.checks.attachment_checks import Joints
+from gapbeam.solver.case.checks.contact_checks import rubbing
 from gapbeam.solver.case.checks.place_checks import Loads, Probes, Segments
 from gapbeam.solver.case.solution_tables import BeamModel, FullModel, ModelTable, ReducedModel, RigidModel, Time
 from gapbeam.solver.loads.attachments import Joint, MotionName, PointMass
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import apart, counted, exceeds
-from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
 
 MOST_STEPS = 1e9
@@ -319,11 +320,12 @@ def contact_fits_the_model(model: ModelTable, support: AnySupports, contact: Con
     if contact.mass == "redistributed":
         expected = "consistent: the contact nodes of any model but the full one have no mass of their own"
         yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (TYPE,))
-    friction = acting_friction(contact, Layout.of(support))
-    if friction is not None and not keeps_all and not isinstance(model, BeamModel):
+    rubs = rubbing(support, contact)
+    if rubs is not None and not keeps_all and not isinstance(model, BeamModel):
+        key, sliding = rubs
         yield Fault(
-            ("contact", "friction"),
-            f"a coefficient of {friction.coefficient:g}, with the model {model.type}",
+            key,
+            f"a coefficient of {sliding:g}, with the model {model.type}",
             'full, beam, or reduced with contact = "all": the other bases have no flexibility along the faces',
             (either or 'type = "beam" in [model], or ') + "leave friction out",
             (TYPE,),

@@ -235,10 +235,12 @@ def newton(slabs, h, D, Q, y0, free, F, y1, room, tolerance):
             continue
         for i in range(a):
             copy(y1[closed[i] : closed[i] + 1], base[i : i + 1])
+            copy(free[closed[i] : closed[i] + 1], way[i : i + 1])
+        linearized(room, a)
         if a <= len(room.A):
-            by_forces(h, free, y1, room, a)
+            by_forces(h, room, a)
         else:
-            by_motions(h, Q, free, y1, room, a)
+            by_motions(h, Q, room, a)
         if PLAIN <= it < RAMP and not slabs.rough:
             search(slabs, h, y0, y1, F, room, a)
         for i in range(a):
@@ -249,68 +251,64 @@ def newton(slabs, h, D, Q, y0, free, F, y1, room, tolerance):
 
 
 @lanewise
-def by_forces(h, free, y1, room, a):
-    """Solve the equations of `a` closed motions for their new forces and places."""
-    law, J, A, new, closed = room.law, room.J, room.A, room.new, room.closed
+def linearized(room, a):
+    """Set `new` to the forces of `a` closed motions at places `way`, by their slopes at `base`."""
     i = 0
     while i < a:
-        d, o = room.span[i], closed[i]
-        for k in range(i, i + d):
-            p = closed[k]
-            for j in range(a):
-                c0, c1 = h * room.D[i, j], h * room.D[i + (d > 1), j]
+        d, o = room.span[i], room.closed[i]
+        for k in range(d):
+            copy(room.law[o + k : o + k + 1], room.new[i + k : i + k + 1])
+            for n in range(d):
                 for lane in range(L):
-                    A[k, j, lane] = -c0 * J[3 * p, lane] - c1 * J[3 * p + 1, lane]  # the second is 0 for one motion
-            q = o + (d > 1)
-            for lane in range(L):
-                A[k, k, lane] += 1.0
-                new[k, lane] = (
-                    law[p, lane]
-                    + J[3 * p, lane] * (free[o, lane] - y1[o, lane])
-                    + J[3 * p + 1, lane] * (free[q, lane] - y1[q, lane])
-                )
-            if d == 3:
-                for j in range(a):
-                    c0 = h * room.D[i + 2, j]
-                    for lane in range(L):
-                        A[k, j, lane] -= c0 * J[3 * p + 2, lane]
-                for lane in range(L):
-                    new[k, lane] += J[3 * p + 2, lane] * (free[o + 2, lane] - y1[o + 2, lane])
+                    room.new[i + k, lane] += room.J[3 * (o + k) + n, lane] * (
+                        room.way[i + n, lane] - room.base[i + n, lane]
+                    )
         i += d
-    eliminate(A, new, room.inverse, a)
-    for i in range(a):
-        copy(free[closed[i] : closed[i] + 1], room.way[i : i + 1])
-    add(room.D[:a, :a], new[:a], room.way[:a], h)
 
 
 @lanewise
-def by_motions(h, Q, free, y1, room, a):
+def by_forces(h, room, a):
+    """Solve the equations of `a` closed motions for their new forces and places."""
+    J, A, D, i = room.J, room.A, room.D, 0
+    while i < a:
+        d = room.span[i]
+        for k in range(i, i + d):
+            p = 3 * room.closed[k]
+            for j in range(a):
+                c0, c1 = h * D[i, j], h * D[i + (d > 1), j]
+                for lane in range(L):
+                    A[k, j, lane] = -c0 * J[p, lane] - c1 * J[p + 1, lane]  # the second is 0 for one motion
+            for lane in range(L):
+                A[k, k, lane] += 1.0
+            if d == 3:
+                for j in range(a):
+                    c0 = h * D[i + 2, j]
+                    for lane in range(L):
+                        A[k, j, lane] -= c0 * J[p + 2, lane]
+        i += d
+    eliminate(A, room.new, room.inverse, a)
+    add(D[:a, :a], room.new[:a], room.way[:a], h)
+
+
+@lanewise
+def by_motions(h, Q, room, a):
     """Solve the equations of `a` closed motions for new forces and places by the columns of Q."""
-    law, J, A, x, new, way, closed = room.law, room.J, room.A, room.x, room.new, room.way, room.closed
-    columns = Q.shape[1]
+    J, A, x, new, closed, columns, i = room.J, room.A, room.x, room.new, room.closed, Q.shape[1], 0
     for r in range(columns):
         for lane in range(L):
             x[r, lane] = 0.0
+        for j in range(a):
+            for lane in range(L):
+                x[r, lane] += Q[closed[j], r] * new[j, lane]
         for s in range(columns):
             for lane in range(L):
                 A[r, s, lane] = 1.0 if r == s else 0.0
-    i = 0
     while i < a:
         d, o = room.span[i], closed[i]
         if d == 1 and i + 3 < a and room.span[i + 1] == 1 and room.span[i + 2] == 1 and room.span[i + 3] == 1:
             o1, o2, o3 = closed[i + 1], closed[i + 2], closed[i + 3]
-            for lane in range(L):
-                new[i, lane] = law[o, lane] + J[3 * o, lane] * (free[o, lane] - y1[o, lane])
-                new[i + 1, lane] = law[o1, lane] + J[3 * o1, lane] * (free[o1, lane] - y1[o1, lane])
-                new[i + 2, lane] = law[o2, lane] + J[3 * o2, lane] * (free[o2, lane] - y1[o2, lane])
-                new[i + 3, lane] = law[o3, lane] + J[3 * o3, lane] * (free[o3, lane] - y1[o3, lane])
             for r in range(columns):
-                q0, q1, q2, q3 = Q[o, r], Q[o1, r], Q[o2, r], Q[o3, r]
-                for lane in range(L):
-                    x[r, lane] += (
-                        q0 * new[i, lane] + q1 * new[i + 1, lane] + q2 * new[i + 2, lane] + q3 * new[i + 3, lane]
-                    )
-                q0, q1, q2, q3 = h * q0, h * q1, h * q2, h * q3
+                q0, q1, q2, q3 = h * Q[o, r], h * Q[o1, r], h * Q[o2, r], h * Q[o3, r]
                 for s in range(columns):
                     c0, c1, c2, c3 = q0 * Q[o, s], q1 * Q[o1, s], q2 * Q[o2, s], q3 * Q[o3, s]
                     for lane in range(L):
@@ -320,36 +318,17 @@ def by_motions(h, Q, free, y1, room, a):
             i += 4
             continue
         for k in range(d):
-            p = o + k
-            for lane in range(L):
-                new[i + k, lane] = law[p, lane]
             for n in range(d):
-                for lane in range(L):
-                    new[i + k, lane] += J[3 * p + n, lane] * (free[o + n, lane] - y1[o + n, lane])
-            for r in range(columns):
-                for lane in range(L):
-                    x[r, lane] += Q[p, r] * new[i + k, lane]
-                for n in range(d):
+                for r in range(columns):
                     for s in range(columns):
-                        c = h * Q[p, r] * Q[o + n, s]
+                        c = h * Q[o + k, r] * Q[o + n, s]
                         for lane in range(L):
-                            A[r, s, lane] -= c * J[3 * p + n, lane]
+                            A[r, s, lane] -= c * J[3 * (o + k) + n, lane]
         i += d
     eliminate(A, x, room.inverse, columns)
-    for i in range(a):
-        copy(free[closed[i] : closed[i] + 1], way[i : i + 1])
-        add(Q[closed[i] : closed[i] + 1], x[:columns], way[i : i + 1], h)
-    i = 0
-    while i < a:
-        d, o = room.span[i], closed[i]
-        for k in range(d):
-            p = o + k
-            for lane in range(L):
-                new[i + k, lane] = law[p, lane]
-            for n in range(d):
-                for lane in range(L):
-                    new[i + k, lane] += J[3 * p + n, lane] * (way[i + n, lane] - y1[o + n, lane])
-        i += d
+    for j in range(a):
+        add(Q[closed[j] : closed[j] + 1], x[:columns], room.way[j : j + 1], h)
+    linearized(room, a)
 
 
 @lanewise

@@ -325,6 +325,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("ReducedModel", "stations"): seldom(one_of(2, 6, 12), 0.5),
     ("BeamModel", "elements"): one_of(10, 25, 60, LEFT_OUT),
     ("BeamModel", "stations"): seldom(one_of(1, 3, 8), 0.5),
+    ("RigidModel", "stations"): seldom(one_of(1, 3, 8), 0.5),
     ("BeamModel", "motions"): seldom(one_of(["bending", "axial"], ["bending", "lateral"]), 0.1),
     ("Contact", "stiffness"): seldom(lambda chance, scene: scene.stiffness * 10.0 ** chance.uniform(-2.5, 0.5), 0.6),
     ("Contact", "damping"): seldom(lambda chance, scene: scene.stiffness * scene.step * 10.0 ** chance.uniform(-4, -1)),

@@ -911,6 +911,9 @@ def test_the_closing_table_has_what_matters_of_many_faces() -> None:
         ("probe.tip.rms", "1 mm", "0.9 mm to 1.1 mm", "good"),
     )
     assert len(noisy.rows) == 8
+    late = closing_table(rows, 1.0, True, {"burn_in": 0.25, "figures": [{**rms, "verdict": "good"}]})
+    assert late.part == "whole run"
+    assert late.rows[0].figure == "probe.tip.rms, from 0.25 s on", "statistics have a part of the run of their own"
 
 
 @given(

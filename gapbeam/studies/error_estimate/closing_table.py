@@ -69,7 +69,9 @@ def closing_table(
     described = (statistics or {}).get("figures", ())
     counted = {one["name"]: one for one in described}
     own = [_statistic(counted[one.name]) if one.name in counted else _row(one) for one in figures if one.own]
-    averaged = [_statistic(one) for one in described if one["name"].endswith(SHOWN_STATISTICS)]
+    begun = (statistics or {}).get("burn_in")
+    since = "" if begun is None else f", from {begun:.3g} s on"
+    averaged = [_statistic(one, since) for one in described if one["name"].endswith(SHOWN_STATISTICS)]
     known = [one for one in figures if one.error is not None and not one.own]
     span = next((name for name in SHOWN_SPANS if any(one.span == name for one in known)), None)
     peaks = {one.name.removesuffix(end) for one in known for end in PEAKS if one.name.endswith(end)}
@@ -122,12 +124,12 @@ def _row(one: FigureError) -> ClosingRow:
     return ClosingRow(one.name + over, with_unit(one.value, one.unit), plus_minus(one), verdict)
 
 
-def _statistic(one: Mapping[str, Any]) -> ClosingRow:
-    """Return the row of a statistic: its 95 % interval, and the doubt about it where there is one."""
+def _statistic(one: Mapping[str, Any], since: str = "") -> ClosingRow:
+    """Return the row of a statistic: its part of the run, its 95 % interval, and the doubt about it, if any."""
     unit = one["unit"]
     verdict = one["verdict"] if one["verdict"] != "good" else usable(one["relative"])
     interval = "" if one["relative"] is None else f"{with_unit(one['low'], unit)} to {with_unit(one['high'], unit)}"
-    return ClosingRow(one["name"], with_unit(one["value"], unit), interval, verdict)
+    return ClosingRow(one["name"] + since, with_unit(one["value"], unit), interval, verdict)
 
 
 def plus_minus(one: FigureError) -> str:

@@ -25,6 +25,7 @@ from gapbeam.postprocess.render import RenderError as RenderError
 from gapbeam.postprocess.report.pdf_page import BrowserError as BrowserError
 from gapbeam.postprocess.results_errors import OptionError as OptionError, ResultsError as ResultsError
 from gapbeam.postprocess.run_comparison import ComparisonError as ComparisonError
+from gapbeam.postprocess.signals.fitted_record import fitted_record as fitted_record
 from gapbeam.postprocess.signals.signal import SignalError as SignalError
 from gapbeam.solver.case.figure_table import figure as figure
 from gapbeam.solver.messages.errors import (

@@ -97,7 +97,12 @@ def shock_spectrum(history: xr.Dataset, record: str, damping: float = DAMPING) -
 
 
 def largest_response(values: np.ndarray, interval: float, frequency: float, damping: float, kind: str) -> float:
-    """Return the largest response of an oscillator to values at even distances in time, in their unit.
+    """Return the largest response of an oscillator to values at even distances in time; see `responses`."""
+    return float(np.abs(responses(values, interval, frequency, damping, kind)).max())
+
+
+def responses(values: np.ndarray, interval: float, frequency: float, damping: float, kind: str) -> np.ndarray:
+    """Return the response of an oscillator at each of the times of values, which are even, in their unit.
 
     Args:
         values: a, (n,).
@@ -119,7 +124,7 @@ def largest_response(values: np.ndarray, interval: float, frequency: float, damp
             (-2.0 * step * c + 2.0 * damping * (1.0 - decay * decay) - 2.0 * mixed) / step,
             (decay * decay * (step + 2.0 * damping) - 2.0 * damping * c + mixed) / step,
         )
-    return float(np.abs(scipy.signal.lfilter(rows, (1.0, -2.0 * c, decay * decay), values)).max())
+    return np.asarray(scipy.signal.lfilter(rows, (1.0, -2.0 * c, decay * decay), values))
 
 
 def shock_rows(found: ShockSpectrum) -> list[str]:

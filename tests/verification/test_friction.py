@@ -247,6 +247,32 @@ def test_friction_of_coupled_points_satisfies_law_and_balance(
     assert np.all(np.linalg.norm(found, axis=1) <= coefficient * normal * (1.0 + 1e-9))
 
 
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    coefficient=st.sampled_from([1e-6, 0.3, 10.0]),
+    left=st.floats(-14.0, -6.0).map(lambda power: 10.0**power),
+)
+def test_points_that_let_go_keep_what_round_off_leaves(seed: int, coefficient: float, left: float) -> None:
+    """Forces that are a small part of those held, of which they are the difference: the laws hold to its round-off."""
+    random, points, creep = np.random.default_rng(seed), 6, 1.0
+    root = random.standard_normal((points, points))
+    compliance, free = 0.1 * root @ root.T, random.standard_normal((points, 1))
+    held = 10.0 ** random.uniform(-1.0, 3.0, points)
+    normal, nothing = left * held.max() * random.random(points), np.zeros(points)
+    found = solve_contact_and_friction(
+        Sliding(CoulombFriction(coefficient, creep), 0.5, free, np.zeros_like(free)),
+        CoupledAlongFaces(points, compliance), 1.0, nothing, np.ones(points),
+        lambda _depth: StagePressure(normal, np.ones(points), normal), held,
+    )  # fmt: skip
+    assert found.friction is not None
+    near = 2.0e-15 * held.max()
+    assert held + found.change == pytest.approx(normal, abs=near)
+    slip = free[:, 0] + 0.5 * compliance @ found.friction[:, 0]
+    wanted = -coefficient * normal * slip / np.hypot(slip, creep)
+    assert found.friction[:, 0] == pytest.approx(wanted, abs=coefficient * (near + 1.0e-10 * normal.max()))
+
+
 class CoupledAlongFaces(CondensedOperator):
     """Points that move along faces under each other's friction, and whose gaps nothing moves."""
 

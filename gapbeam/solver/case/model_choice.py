@@ -76,14 +76,11 @@ def line_radii(case: Case) -> tuple[float | None, ...]:
 
 
 def rolling_radius(case: Case, support: OneSupport) -> float | None:
-    """Return the radius of a round beam in a support of flat walls that it can meet along lines, m; else None.
-
-    Planes below and above keep their points with friction, whose few stations take turns at the edges.
-    """
+    """Return the radius of a round beam in a support of flat walls that it can meet along lines, m; else None."""
     beams = [piece.beam for piece in case.profile.between(support.start, support.end)]
     widths = {beam.width for beam in beams}
     lines = (
-        all(isinstance(face, WallsFace) or not (face.around or case.friction) for face in support.faces)
+        all(isinstance(face, WallsFace) or not face.around for face in support.faces)
         and len(widths) == 1
         and all(beam.section.round for beam in beams)
         and case.mesh.dimension == 3

@@ -27,7 +27,7 @@ import numpy as np
 from gapbeam.solver.compilation.jit import compiled, entry
 from gapbeam.solver.contact.laws.damper import NOTHING, CoulombFriction
 from gapbeam.solver.contact.laws.springs import at_points
-from gapbeam.solver.contact.solve.contact_solve import RELATIVE_TOLERANCE
+from gapbeam.solver.contact.solve.contact_solve import EPSILON, RELATIVE_TOLERANCE
 from gapbeam.solver.contact.solve.section_solve import SharedMotions, room_for_motions
 from gapbeam.solver.system.operators import Array, Indices
 
@@ -224,13 +224,14 @@ def order_forces(
 
     Return their number, -1 where none needs an update, what is missed, and the largest limit of a force, N.
     """
-    missed_slip, limit, fastest, count = _rub(friction, points, rubbed, weight, creep)
+    missed_slip, limit, fastest, heaviest, count = _rub(friction, points, rubbed, weight, creep)
     now = Missed(missed, missed_slip)
     if missed <= ENOUGH * largest and missed_slip <= ENOUGH * limit:
         return -1, now, limit
-    floor_of_slip = limit * max(RELATIVE_TOLERANCE, ROUND_OFF * fastest / creep)
+    left = EPSILON * heaviest  # of forces that let go of those held, and of the friction that they limit
+    floor_of_slip = limit * max(RELATIVE_TOLERANCE, ROUND_OFF * fastest / creep, left / max(largest, NOTHING))
     stalled = missed >= 0.5 * before.contact or missed_slip >= 0.5 * before.friction
-    if stalled and missed <= max(RELATIVE_TOLERANCE * largest, floor) and missed_slip <= floor_of_slip:
+    if stalled and missed <= max(RELATIVE_TOLERANCE * largest, floor, left) and missed_slip <= floor_of_slip:
         return -1, now, limit
     return count, now, limit
 
@@ -267,12 +268,13 @@ def set_friction_equations(
 @compiled
 def _rub(
     friction: Rubbing, points: PressedPoints, rubbed: Array, weight: float, creep: float
-) -> tuple[float, float, float, int]:
+) -> tuple[float, float, float, float, int]:
     """Evaluate the law of friction, and order the forces to solve for.
 
-    Return how far it is missed, N, the largest limit of a force, N, the largest free slip, m/s, and their number.
+    Return how far it is missed, N, the largest limit of a force, N, the largest free slip, m/s, the largest force held,
+    N, and their number.
     """
-    missed, largest, fastest, count = 0.0, 0.0, 0.0, 0
+    missed, largest, fastest, heaviest, count = 0.0, 0.0, 0.0, 0.0, 0
     along = friction.on_face.shape[1]
     for number in range(friction.chosen[0]):
         i, row = friction.points[number], number * (1 + along)
@@ -285,7 +287,7 @@ def _rub(
             square += slip * slip
             held += abs(friction.forces[row + a])
             fastest = max(fastest, abs(made_of(friction, row + a, friction.free)) if bound > 0.0 else 0.0)
-        largest = max(largest, bound)
+        largest, heaviest = max(largest, bound), max(heaviest, abs(points.held[i]))
         for a in range(1, 1 + along):
             friction.missed[row + a] = friction.forces[row + a] + bound * friction.missed[row + a] / sqrt(square)
             missed = max(missed, abs(friction.missed[row + a]))
@@ -296,7 +298,7 @@ def _rub(
             for a in range(1, 1 + along):
                 friction.order[count] = row + a
                 count += 1
-    return missed, largest, fastest, count
+    return missed, largest, fastest, heaviest, count
 
 
 @compiled

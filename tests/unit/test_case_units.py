@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import gapbeam
 from gapbeam.solver.case.case import case_to_toml
@@ -97,6 +99,10 @@ point = [500.0, 0.0]
 [time]
 end = 0.1
 """
+IN_KG = (
+    IN_MM.replace("2.1e5", "2.1e8").replace("7.85e-9", "7.85e-6").replace("amplitude = 5.0", "amplitude = 5.0e3")
+    .replace("mass = 0.2e-3", "mass = 0.2").replace("3.0e-2", "30.0")
+)  # fmt: skip
 
 
 def close(one: object, other: object) -> bool:
@@ -142,18 +148,58 @@ def test_every_number_of_a_case_has_a_unit() -> None:
                 assert unit_in(field.description or ""), (table, name)
 
 
-@pytest.mark.parametrize(
-    ("change", "key"),
-    [
-        ('stiffness = 1.0e4\n[contact.law]\ntype = "hunt-crossley"\nexponent = 1.5\nrestitution = 0.5\n', "stiffness"),
-        ("stiffness = 1.0e4\npoints = [0.0, 50.0]\n", "stiffness"),
-    ],
-)
-def test_a_unit_that_depends_is_refused(change: str, key: str) -> None:
-    """A stiffness with the exponent of its law in its unit, and one of contact points."""
+POINTS = "[contact]\npoints = [0.0, POINT]\nstiffness = {}\n"
+LAW = 'law = {{ type = "hunt-crossley", exponent = EXPONENT, restitution = 0.5 }}\n'
+NOISE = '[[load]]\ntype = "random"\nname = "n"\nspectrum = {{ type = "white", high = 90.0, density = {} }}\n'
+SWEEP = '[[load]]\ntype = "swept-sine"\nname = "n"\nstart_frequency = 5.0\nend_frequency = 9.0\n'
+SWEEP += "duration = 0.1\namplitude = {}\n"
+FORCE, ACCELERATION = "point = POINT\n", 'quantity = "acceleration"\n'
+DEPENDING = {
+    "exponent": ("[contact]\nstiffness = {}\n" + LAW, 1.0, lambda n: -1.0 - n),
+    "exponent by default": (
+        "[contact]\nstiffness = {}\n"
+        + LAW.replace("exponent = EXPONENT, ", "").replace("hunt-crossley", "lankarani-nikravesh"),
+        1.0,
+        lambda _: -2.5,
+    ),
+    "points": (POINTS, 1.0, lambda _: 0.0),
+    "points, exponent": (POINTS + LAW, 1.0, lambda n: 1.0 - n),
+    "damper of points": ("[contact]\npoints = [0.0, POINT]\ndamping = {}\n", 1.0, lambda _: 0.0),
+    "noise of a force": (NOISE + FORCE, 2.0, lambda _: 2.0),
+    "noise of an acceleration": (NOISE + ACCELERATION, 0.0, lambda _: 2.0),
+    "sweep of a force": (SWEEP + FORCE, 1.0, lambda _: 1.0),
+    "sweep of an acceleration": (SWEEP + ACCELERATION, 0.0, lambda _: 1.0),
+}
+
+
+@pytest.mark.parametrize("units", ["mm-t-s", "mm-kg-s"])
+@pytest.mark.parametrize("kind", DEPENDING)
+@given(number=st.floats(1.0, 1.0e4), exponent=st.floats(1.0, 3.0))
+def test_a_unit_that_depends_on_other_keys_is_converted(kind: str, units: str, number: float, exponent: float) -> None:
+    """By the exponent of the law, by points or faces, by the quantity of a load: kg^a m^b, by dimensional analysis."""
+    text, masses, lengths = DEPENDING[kind]
+    length, mass = UNITS[units]
+    other = IN_MM if units == "mm-t-s" else IN_KG
+    text = text.replace("EXPONENT", repr(exponent))
+    in_si = text.format(number * length ** lengths(exponent) * mass**masses).replace("POINT", "0.05")
+    plain = read_case_text(without_contact(IN_SI) + in_si)
+    converted = read_case_text(
+        f'units = "{units}"' + without_contact(other) + text.format(number).replace("POINT", "50")
+    )
+    assert close(plain.model_dump(), converted.model_dump() | {"units": None})
+
+
+def without_contact(text: str) -> str:
+    """Return the text of a case without [contact]."""
+    return text[: text.index("[contact]")] + text[text.index("[[load]]") :]
+
+
+@pytest.mark.parametrize("text", [NOISE.replace("high =", "scale = 96.17, high =") + ACCELERATION])
+def test_a_unit_that_is_not_known_is_refused(text: str) -> None:
+    """Densities with a factor have a unit of their own, such as g^2/Hz."""
     with pytest.raises(CaseError) as refused:
-        read_case_text('units = "mm-t-s"' + IN_MM.replace("stiffness = 1.0e4\ndamping = 1.0\n", change))
-    assert f"[contact] {key}" in str(refused.value)
+        read_case_text('units = "mm-t-s"' + IN_MM + text.format(1.0))
+    assert "density" in str(refused.value)
     assert "a key with one unit" in str(refused.value)
 
 

@@ -177,6 +177,7 @@ SI = "m-kg-s"
 UNITS = {SI: (1.0, 1.0), "mm-t-s": (1e-3, 1e3), "mm-kg-s": (1e-3, 1.0)}
 """Length in m and mass in kg of a system of units whose time is s."""
 MILLIMETERS = "mm-t-s"
+FORCE_OR_ACCELERATION, DENSITY = "N or m/s^2", "N^2/Hz or (m/s^2)^2/Hz"
 
 LIGHT = 1e-6  # kg/m^3: no solid is so light, and in t/mm^3 they are
 HEAVY, STIFF = 100.0, 1e9  # kg/m^3 and Pa: a solid so dense is stiffer than rubber; in MPa, none is as stiff
@@ -205,7 +206,7 @@ def factor_of(unit: str, units: str) -> float | None:
     for sign, part in ((1, top), (-1, bottom)):
         for word in part.split():
             name, _, power = word.partition("^")
-            factor *= sizes.get(name, 1.0) ** (sign * int(power or 1))
+            factor *= sizes.get(name, 1.0) ** (sign * float(power or 1))
     return factor
 
 
@@ -234,8 +235,7 @@ def _converted(key: Key, table: dict[str, Any], data: dict[str, Any], units: str
         elif _numbers(value):
             found = [model.model_fields[name].description or "" for model in models if name in model.model_fields]
             description = found[0] if found else ""
-            depends = "N or, for motion" in description or _another_stiffness(key, description, data)
-            factor = None if depends else factor_of(unit_in(description), units)
+            factor = _factor(key, description, data, units)
             if factor is None:
                 hint = 'write the case in SI units, without the key "units"'
                 yield Fault((*key, name), f'{value} with units = "{units}"', "a key with one unit", hint)
@@ -243,18 +243,45 @@ def _converted(key: Key, table: dict[str, Any], data: dict[str, Any], units: str
                 table[name] = _times(value, factor)
 
 
-def _another_stiffness(key: Key, description: str, data: dict[str, Any]) -> bool:
-    """Return whether a stiffness, damping or pressure is of a point, or has the exponent of its law in its unit."""
-    contact = data.get("contact")
+def _factor(key: Key, description: str, data: dict[str, Any], units: str) -> float | None:
+    """Return the size in SI of one of the unit of a key, which may depend on others: points, exponent, quantity.
+
+    Args:
+        key: The way to the table of the key.
+        description: Description of the key.
+        data: The case file as read.
+        units: A key of `UNITS`.
+    """
+    unit, contact = unit_in(description), data.get("contact")
     if "contact.points" in description and isinstance(contact, dict) and "points" in contact:
-        return True
-    for place in ((*key, "law"), ("contact", "law")) if "exponent n" in description else ():
-        law = value_at(place, data)
-        fields = [model.model_fields.get("exponent") for model in candidates(place, data)] if law else []
-        given = law.get("exponent") if isinstance(law, dict) else None
-        if len(fields) == 1 and fields[0] is not None and (given or fields[0].default) != 1.0:
-            return True
-    return False
+        unit = {"Pa/m": "N/m", "Pa s/m": "N s/m", "Pa": "N"}.get(unit, unit)
+    if "exponent n" in description:
+        unit += _power(key, data)
+    load = value_at(key[:2], data) if key[:1] == ("load",) else None
+    if not isinstance(load, dict):
+        return factor_of(unit, units)
+    if load.get("type") == "recorded_force" and "N or, for motion" in description:
+        return factor_of("N", units)
+    if unit not in (FORCE_OR_ACCELERATION, DENSITY):
+        return factor_of(unit, units)
+    along, force = load.get("type") == "random-line-load", load.get("quantity", "force") == "force"
+    size = factor_of("N/m" if along else "N" if force else "m/s^2", units)
+    if unit == FORCE_OR_ACCELERATION or size is None:
+        return size
+    table = value_at(key, data)
+    return None if isinstance(table, dict) and "scale" in table else size**2  # scale may be of another unit
+
+
+def _power(key: Key, data: dict[str, Any]) -> str:
+    """Return the power of length that the law at a table adds to the unit of a stiffness, such as "^1.5"."""
+    place = next((one for one in ((*key, "law"), ("contact", "law")) if value_at(one, data)), None)
+    law = None if place is None else value_at(place, data)
+    fields = [] if place is None else [model.model_fields.get("exponent") for model in candidates(place, data)]
+    if len(fields) != 1 or fields[0] is None:
+        return ""
+    given = law.get("exponent") if isinstance(law, dict) else None
+    exponent = fields[0].default if given is None else given
+    return f"^{exponent!r}" if _numbers(exponent) and exponent != 1.0 else ""
 
 
 def _numbers(value: object) -> bool:

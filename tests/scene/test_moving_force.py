@@ -276,6 +276,11 @@ def test_supports_that_move_alike_are_a_moving_frame() -> None:
 
 MOVED = {
     "an unknown support": (put("load", 0, "support", value="sprung"), "of-spring.*support", "one of hole, spring"),
+    "a clamp": (
+        put("load", 0, "support", value="foot"),
+        "of-spring.*support",
+        "one clamp alone: a stiff elastic joint",
+    ),
     "no direction of it": (put("load", 1, "direction", value=[1.0]), "of-hole.*direction", "a number for each"),
     "no support": (put("load", 1, "support", value=None), "of-hole.*support", "missing"),
 }

@@ -375,7 +375,8 @@ def _loads(
             yield from _exists((*key, "point"), where, known, by_name)
         if (support := support_of(load)) is not None and support not in held:
             yield Fault((*key, "support"), f'"{support}"', f"a pair, snubber or elastic joint of one point: "
-                        f"one of {', '.join(held) or 'none'}", "all supports alike: base_motion")  # fmt: skip
+                        f"one of {', '.join(held) or 'none'}", "all supports alike: base_motion; "
+                        "one clamp alone: a stiff elastic joint in its place")  # fmt: skip
         if opens(load):
             yield from _opened(key, load, tables.get("pair", {}).values())
         if name is not None:

@@ -282,6 +282,22 @@ def test_play_of_a_thickness_or_two_and_wide_strips_are_believed(gap: float) -> 
     assert "is it in mm" not in said(text)
 
 
+@given(st.lists(st.floats(2.0e-4, 5.0e-4).map(lambda one: float(f"{one:.3g}")), min_size=1, max_size=8))
+def test_many_wide_holes_take_one_line_about_the_worst(gaps: list[float]) -> None:
+    """A tube in seven plates was warned of seven times, in the same words."""
+    hole = PLANE + 'region = "hole"\n'
+    holes = [
+        hole.replace('"a"', f'"a{n}"').replace("from = 0.0", f"from = {0.07 * n}")
+        .replace("to = 0.1", f"to = {0.07 * n + 0.02}").replace("1e-4", repr(gap))
+        for n, gap in enumerate(gaps)
+    ]  # fmt: skip
+    (line,) = (one for one in said(ROUND + "".join(holes)).splitlines() if "of its radius" in one)
+    worst = gaps.index(max(gaps))
+    assert line.startswith(f'[[support]] number {worst + 1} (name "a{worst}")')
+    assert f"up to {100 * gaps[worst] / 0.006:.2g} % of its radius" in line
+    assert (f", and {len(gaps) - 1} more:" in line) == (len(gaps) > 1)
+
+
 @pytest.mark.parametrize("model", ["full", "reduced", "beam", "rigid"])
 def test_memory_of_a_mesh_is_warned_of_where_it_is_solved(model: str) -> None:
     """A string of 0.6 m and 0.4 mm as beam elements takes the faces of its mesh alone."""

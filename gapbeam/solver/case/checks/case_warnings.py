@@ -236,34 +236,41 @@ def _of_loads(case: Case, look: Callable[[Load], Iterator[str]]) -> Iterator[str
 
 
 def shape(case: Case) -> Iterator[str]:
-    """Yield a beam that is not slender, and a clearance that is not small."""
+    """Yield a beam that is not slender, and a clearance that is not small: of several supports the worst."""
     profile = case.profile
     if profile.thinnest > case.beam.length / 5:
         yield f"[beam] thickness = {profile.thinnest:g} m is over a fifth of the length: this is hardly a beam"
+    turns = not any(one.held and one.motion.turns for joint in case.joint for one in joint.attached())
+    turns = turns and bending_rank(case.joint, held_only=True) < 2
+    tilted, off, squeezed = (list[tuple[float, str, str]]() for _ in range(3))  # size, place and words of each
     for key, support in keyed(case.support):
         beam = profile.at(0.5 * (support.start + support.end)).beam
         place = "[support]" if len(key) == 1 else f'[[support]] number {int(key[1]) + 1} (name "{support.name}")'
         around = support.length if len(key) == 1 else max(support.length, case.layout.reach)
         arms = [abs(joint.point - x) for joint in case.joint for x in (support.start, support.end)]
-        around = max([around, *arms])
-        tilt = math.degrees(math.atan2(support.clearance, around))
-        turns = not any(one.held and one.motion.turns for joint in case.joint for one in joint.attached())
-        turns = turns and bending_rank(case.joint, held_only=True) < 2
+        tilt = math.degrees(math.atan2(support.clearance, max([around, *arms])))
         if turns and tilt > MOST_TILT:
-            yield (
-                f"{place} clearance = {support.clearance:g} m lets the beam tilt by {tilt:.2g} degrees; "
+            words = (
+                f"clearance = {support.clearance:g} m lets the beam tilt by {tilt:.2g} degrees; "
                 f"the equations are those of small rotations{'' if case.units else ', and the unit is m, not mm'}"
             )
+            tilted.append((tilt, place, words))
         if support.around and support.met_region.along_radii:
             share = (abs(support.clearance) + support.region.recess) / (0.5 * beam.thickness)
             if share > FIXED_NORMALS:
-                yield (
-                    f"{place} leaves the beam up to {100 * share:.2g} % of its radius: forces "
+                words = (
+                    f"leaves the beam up to {100 * share:.2g} % of its radius: forces "
                     f"in the {support.region.type} act along radii of the beam, which is up to {share:.2g} rad off"
                 )
+                off.append((share, place, words))
         if support.clearance < -0.01 * beam.thickness:
             strain = -support.clearance / beam.thickness
-            yield f"{place} clearance = {support.clearance:g} squeezes the beam by {100 * strain:.2g} %"
+            words = f"clearance = {support.clearance:g} m squeezes the beam by {100 * strain:.2g} %"
+            squeezed.append((strain, place, words))
+    for found in (tilted, off, squeezed):
+        if found:
+            _, place, words = max(found, key=lambda one: one[0])
+            yield f"{place}{f', and {len(found) - 1} more:' if found[1:] else ''} {words}"
 
 
 def motion(case: Case) -> Iterator[str]:

@@ -43,6 +43,7 @@ from gapbeam.solver.loads.attachments import IN_PLANE, MeanMotion, MotionName
 from gapbeam.solver.loads.load_choice import axis_point, load_direction
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls, patterned
 from gapbeam.solver.models.body import TURNED, Body, MeshedBeam, gathered, point_rule
+from gapbeam.solver.models.contact_setting import met_along_lines
 from gapbeam.solver.models.elastic_rod import ElasticRod
 from gapbeam.solver.models.reduction.contact_lines import gathered_points, points_around
 from gapbeam.solver.models.reduction.modal_basis import Basis
@@ -338,7 +339,7 @@ def rigid_body(case: Case, meshed: MeshedBeam) -> Body:
     shift = (2.0 * pi * overhang_frequency(case)) ** 2
     basis = held(body, floating, shift)
     if symmetric:
-        basis = basis.kept(moved(body, body.contact, basis))
+        basis = basis.kept(moved(body, met_along_lines(case, body).contact, basis))
     holding = holding_shapes(body, body.contact, floating.respond(operators, shift), basis.columns)
     assert isinstance(body.expansion, csr_matrix)
     expansion = np.asarray(body.expansion @ basis.columns)

@@ -203,6 +203,45 @@ def test_a_unit_that_is_not_known_is_refused(text: str) -> None:
     assert "a key with one unit" in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("quantity", "place", "factor"),
+    [
+        ("displacement", "tip", 1e-3), ("acceleration_absolute", "tip", 1e-3), ("impulse", "gland", 1e-3),
+        ("contact_force", "gland", 1e-3), ("penetration", "gland", 1e-3), ("kinetic_energy", None, 1e-6),
+    ],
+)  # fmt: skip
+def test_the_limit_of_a_figure_has_the_unit_of_its_quantity(quantity: str, place: str | None, factor: float) -> None:
+    """In mm, kg and s; a figure whose quantity does not exist is refused by that alone."""
+    where = "" if place is None else f'place = "{place}"\n'
+    figure = f'[[figure]]\nname = "late"\nquantity = "{quantity}"\n{where}statistic = "share"\nlimit = 0.3\n'
+    case = read_case_text('units = "mm-kg-s"' + IN_KG + figure)
+    assert case.figure[0].limit == pytest.approx(0.3 * factor)
+    with pytest.raises(CaseError) as caught:
+        read_case_text('units = "mm-kg-s"' + IN_KG + figure.replace(quantity, "speed_of_sound"))
+    assert [one.key[-1] for one in caught.value.faults] == ["quantity"]
+
+
+@pytest.mark.parametrize(
+    ("key", "low", "factor"),
+    [
+        ("load.shaker.frequency", 15.0, 1.0), ("support.clearance", 0.1, 1e-3), ("contact.stiffness", 1e4, 1e6),
+        ("load.shaker.amplitude", 5e3, 1e-3),
+    ],
+)  # fmt: skip
+def test_the_range_of_a_curve_has_the_unit_of_its_key(key: str, low: float, factor: float) -> None:
+    """In mm, kg and s."""
+    motion, *loads = IN_KG.partition("[[load]]\nname")[0].partition('[[load]]\ntype = "base_motion"')
+    assert loads
+    curve = f'key = "{key}"\nlow = {low}\nhigh = {2.0 * low}\n'
+    rest = (
+        motion
+        + '[model]\ntype = "beam"\n[time]\nend = 0.05\n[analysis]\ntype = "periodic"\n[analysis.continuation]\n'
+        + curve
+    )
+    case = read_case_text('units = "mm-kg-s"' + rest)
+    assert case.analysis.continuation.low == pytest.approx(low * factor)
+
+
 def test_millimeters_and_megapascals_stop_a_run() -> None:
     """By the sum of unlikely values; one alone is asked about; who writes the units is believed."""
     with pytest.raises(CaseError) as refused:

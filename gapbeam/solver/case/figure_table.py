@@ -174,7 +174,7 @@ class Figure(Table):
     level: Number | None = Field(
         default=None, gt=0, lt=1, description="quantile: part of the records below it, no unit", examples=[0.95]
     )
-    limit: Number | None = Field(default=None, description="share, probability: limit, SI, in the unit of the key")
+    limit: Number | None = Field(default=None, description="share, probability: limit, in the unit of the quantity")
     duration: Positive | None = Field(default=None, description="probability: time within which the limit counts, s")
     start: NonNegative = Field(default=0.0, description="time from which records count, s")
     end: Positive | None = Field(default=None, description="time up to which they count, s; default the end of the run")

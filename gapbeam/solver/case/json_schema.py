@@ -89,10 +89,11 @@ def _without_null(part: Any) -> Any:
     return {**options[0], **{k: v for k, v in kept.items() if k != "anyOf"}} if len(options) == 1 else kept
 
 
+OF_KEY, OF_QUANTITY = "in the unit of the key", "in the unit of the quantity"
 UNITS = (
     "m", "s", "N", "GB", "Hz", "Pa", "Pa/m", "Pa s/m", "N/m", "N s/m", "1/s", "m/s", "kg", "kg/m", "N s/m^2", "kg m^2",
     "N m/rad", "N m s/rad", "kg/m^3", "m/s^2", "m/s^2, m/s or m", "N or m/s^2", "N^2/Hz or (m/s^2)^2/Hz", "no unit",
-    "degrees", "rad", "rad/s", "m^2", "1/Pa", "in the unit of the key",
+    "degrees", "rad", "rad/s", "m^2", "1/Pa", OF_KEY, OF_QUANTITY,
 )  # fmt: skip
 """Units that descriptions end with."""
 

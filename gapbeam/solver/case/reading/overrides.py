@@ -14,7 +14,8 @@ from pydantic import BaseModel
 
 from gapbeam.solver.case.beam_profile import Beam, Material
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.json_schema import unit_in
+from gapbeam.solver.case.figure_table import RECORDED
+from gapbeam.solver.case.json_schema import OF_KEY, OF_QUANTITY, unit_in
 from gapbeam.solver.case.reading.known_keys import candidates, is_array, value_at
 from gapbeam.solver.case.reading.toml_text import read_toml
 from gapbeam.solver.case.reading.value_words import shown
@@ -195,6 +196,7 @@ def factor_of(unit: str, units: str) -> float | None:
     """
     length, mass = UNITS[units]
     sizes = {"m": length, "kg": mass, "N": mass * length, "Pa": mass / length}
+    sizes["J"] = sizes["W"] = mass * length**2
     several = re.split(r", | or ", unit)
     if len(several) > 1:
         first, *others = (factor_of(one, units) for one in several)
@@ -233,14 +235,32 @@ def _converted(key: Key, table: dict[str, Any], data: dict[str, Any], units: str
                 if isinstance(one, dict):
                     yield from _converted((*key, name, number), one, data, units)
         elif _numbers(value):
-            found = [model.model_fields[name].description or "" for model in models if name in model.model_fields]
-            description = found[0] if found else ""
-            factor = _factor(key, description, data, units)
+            factor = _factor(key, _description(models, name), data, units)
             if factor is None:
                 hint = 'write the case in SI units, without the key "units"'
                 yield Fault((*key, name), f'{value} with units = "{units}"', "a key with one unit", hint)
             elif factor != 1.0:
                 table[name] = _times(value, factor)
+
+
+def _description(models: Sequence[type[BaseModel]], name: str) -> str:
+    return next((model.model_fields[name].description or "" for model in models if name in model.model_fields), "")
+
+
+def _factor_of_another(table: Any, data: dict[str, Any], units: str) -> float | None:
+    """Return the size in SI of one of the unit of the key or the quantity that a table names.
+
+    Names that do not exist are refused by themselves.
+    """
+    named = table if isinstance(table, dict) else {}
+    if "quantity" in named:
+        recorded = RECORDED.get(named["quantity"])
+        return factor_of(recorded.unit, units) if recorded else 1.0
+    place = _place(copy.deepcopy(data), str(named.get("key")), Case)
+    if isinstance(place, Fault):
+        return 1.0
+    *above, name = place[1]
+    return _factor(tuple(above), _description(candidates(tuple(above), data), str(name)), data, units)
 
 
 def _factor(key: Key, description: str, data: dict[str, Any], units: str) -> float | None:
@@ -257,6 +277,8 @@ def _factor(key: Key, description: str, data: dict[str, Any], units: str) -> flo
         unit = {"Pa/m": "N/m", "Pa s/m": "N s/m", "Pa": "N"}.get(unit, unit)
     if "exponent n" in description:
         unit += _power(key, data)
+    if unit in (OF_KEY, OF_QUANTITY):
+        return _factor_of_another(value_at(key, data), data, units)
     load = value_at(key[:2], data) if key[:1] == ("load",) else None
     if not isinstance(load, dict):
         return factor_of(unit, units)

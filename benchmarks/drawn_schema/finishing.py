@@ -25,6 +25,7 @@ from gapbeam.solver.schema.table import models_in, type_name
 from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.supports.regions.region import AroundRegion
 from gapbeam.solver.supports.regions.region_choice import Hole, RegionChoice
+from gapbeam.solver.supports.support import SupportBody
 
 SEGMENTED = 0.15  # share of the cases
 MARGIN = 0.1  # of the free part, on either side
@@ -392,7 +393,8 @@ def _bodies(draw: Draw, whole: dict[str, Any]) -> list[dict[str, Any]]:
     """Take bodies from supports of a mesh and from those that loads may move, but for a case that is drawn for one."""
     mesh = whole.get("model", {"type": "full"})["type"] == "full"
     stands = mesh or any("support" in load for load in whole["load"])
-    taken = "body" if stands and draw.focus.key != "body" else ""
+    wanted = draw.focus.key == "body" or draw.focus.table == SupportBody.__name__
+    taken = "body" if stands and not wanted else ""
     return [{key: value for key, value in one.items() if key != taken} for one in whole["support"]]
 
 

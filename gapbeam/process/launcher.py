@@ -39,7 +39,7 @@ def end_with_launcher() -> None:
 
 
 def all_ranks() -> MPI.Comm:
-    """Return the communicator of all ranks, without MPI where no launcher is, after a look at what the process may.
+    """Return the communicator of all ranks, without MPI where no launcher is, after a check of its address space.
 
     Raises:
         OutOfMemory: The limit of addresses of this process is too low to begin with.

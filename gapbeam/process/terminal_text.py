@@ -61,7 +61,7 @@ def outlive_the_screen() -> None:
 
 
 def _is_open(number: int, mode: str) -> bool:
-    """Return whether a file descriptor can be read from or written to; what was opened instead often cannot."""
+    """Return whether a file descriptor can be read or written; a file opened instead of it often cannot."""
     try:
         access = fcntl.fcntl(number, fcntl.F_GETFL) & os.O_ACCMODE
     except OSError:

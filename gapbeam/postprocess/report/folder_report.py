@@ -187,7 +187,7 @@ NO_SCENE = (
 def span_report(
     run: SpanOfRun, statistics: Mapping[str, Any] | None, command: str, wear: Mapping[str, Any] | None = None
 ) -> Report:
-    """Return the report on a span of a run: how the run ended, and what its records and fields show of the span.
+    """Return the report on a span of a run: the end of the run, and its records and fields within the span.
 
     Args:
         run: The span.

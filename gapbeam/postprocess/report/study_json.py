@@ -1,4 +1,4 @@
-"""JSON files of studies, read with a message where they are not what they should be."""
+"""JSON files of studies, read with a message where they are damaged."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class Frame:
 
 
 class FieldSeries:
-    """The series that one state of the XML names: what a run does to the files later can take data from it.
+    """Series of fields that one state of the XML names; a run may remove its data later.
 
     meshio reads the time series, since the XDMF reader of VTK ends the process on one (pyvista issue 6303).
 

@@ -295,7 +295,7 @@ def _differences(waves: FloatArray, p: int) -> FloatArray:
 
 
 def _remaining(waves: FloatArray, difference: FloatArray, p: int, tolerance: float) -> float:
-    """Sum of the geometric series that the residuals of the last three cycles begin; infinite for what drifts."""
+    """Sum of the geometric series that the residuals of the last three cycles begin; infinite for a drift."""
     last = difference[-REPEATS * p :].reshape(REPEATS, p).max(axis=1)
     if last[-1] <= _SETTLED * tolerance:
         return float(last[-1])

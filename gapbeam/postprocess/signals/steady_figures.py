@@ -113,7 +113,7 @@ def settled_windows(
     tolerance: float = TOLERANCE,
     probes: Sequence[str] | None = None,
 ) -> tuple[Periodicity, Windows, list[str]]:
-    """Find the cycle of a response, and the windows after its transient; with notes on what to read with care.
+    """Find the cycle of a response, and the windows after its transient, with notes of caution.
 
     Args:
         history: The records of a run.

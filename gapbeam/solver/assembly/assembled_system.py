@@ -58,7 +58,7 @@ def attached_motions(case: Case) -> tuple[Attached, ...]:
 
 
 def in_stiffness(case: Case, one: Attached) -> bool:
-    """Return whether the stiffness of a body holds this: what joints hold, and what restrains a mesh."""
+    """Return whether the stiffness of a body includes a part: joints and the restraint of a mesh."""
     return one.held or (one.restrains and isinstance(case.model, FullModel))
 
 

@@ -158,7 +158,7 @@ def nitsche_operator(
 
 @dataclass(frozen=True)
 class _Points:
-    """The points of all faces, one face after the other: the faces, the rows of each, and what opens the gaps."""
+    """The points of all faces, one face after the other, with the rows of each and their gaps."""
 
     merged: FacePoints
     supported: tuple[Face, ...]

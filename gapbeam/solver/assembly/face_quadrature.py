@@ -201,7 +201,7 @@ def along_beam(positions: Array) -> Indices:
 
 
 def _normals(tangents: Array) -> Array:
-    """Return the normal of what tangents (t, q, dimension) span, (q, dimension), as long as it is long or large."""
+    """Return the normal to the tangents (t, q, dimension), (q, dimension), of the length or area that they span."""
     if len(tangents) == 1:
         return np.stack([-tangents[0, :, 1], tangents[0, :, 0]], axis=1)
     return np.asarray(np.cross(tangents[0], tangents[1]))

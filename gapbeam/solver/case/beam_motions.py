@@ -1,4 +1,4 @@
-"""Motions of a beam model that something in its case calls for, each with the reason, and what restrains the others.
+"""Motions of a beam model that its case calls for, each with the reason, and restraints of the others.
 
 A beam always bends in its bending plane. It bends across that plane where a hole, a load or its start moves it there.
 It moves along its axis where something pushes, pulls or rubs there, or its start does. It twists where a force passes
@@ -121,7 +121,7 @@ Reasons = dict[BeamMotion, str]
 
 
 def beam_motions(case: Case) -> Reasons:
-    """Return the motions of a beam model in the order of `SECTION_MOTIONS`, with what calls for each."""
+    """Return the motions of a beam model in the order of `SECTION_MOTIONS`, with the reason for each."""
     needed = needed_motions(case.mesh, case.layout, case.load, case.joint, case.mass, case.contact, case.analysis)
     return with_given(needed, getattr(case.model, "motions", "auto"))
 

@@ -235,7 +235,7 @@ class BeamModel(_AnyModel):
         return 2 * motions * (self.elements + 1) <= (FEW if self.graded else DENSE)
 
     def fitted(self, scene: SceneFigures) -> Self:
-        """Return the model with what was not given: enough elements, and a few sections that touch around the beam."""
+        """Return the model with its missing keys: enough elements, and a few sections that touch around the beam."""
         given = self.model_fields_set
         whole = self if given & {"elements", "spacing"} else self._resolving(scene)
         return whole if "stations" in given else whole.model_copy(update={"stations": scene.stations})

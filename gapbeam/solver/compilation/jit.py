@@ -72,7 +72,7 @@ def cache_folder() -> Path | None:
 
 
 def report_not_kept(folder: object, error: Exception) -> None:
-    """Say, once a process, that machine code cannot be kept in a folder, and what to look for."""
+    """Warn, once a process, that machine code cannot be kept in a folder, with advice."""
     if not _SAID:
         _SAID.append(str(folder))
         LOG.warning(

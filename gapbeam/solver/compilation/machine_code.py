@@ -23,7 +23,7 @@ class _LinkedCode(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
     """Code that only compiled code calls: optimized where it is linked in, and never made machine code by itself."""
 
     def _optimize_final_module(self) -> None:
-        """Leave this to what it is linked into."""
+        """Leave the optimization to the module that this one is linked into."""
 
     def _finalize_final_module(self) -> None:
         """Make no machine code."""

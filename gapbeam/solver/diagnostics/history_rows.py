@@ -220,7 +220,7 @@ TOUCHED = 1.0e-9  # weight of a DOF in what a probe reads; less is round-off of 
 
 @dataclass
 class Recorder:
-    """Turns instants into records; keeps what a record needs from the ones before it.
+    """Turn instants into records, with sums carried from record to record.
 
     Attributes:
         model: The model.

@@ -95,7 +95,7 @@ class PointContact:
             self._see(times[piece], *self._motion(times[piece], u[piece], v[piece]))
 
     def impulses(self, of_faces: Array) -> Array:
-        """Return the impulse of each point, (m,), N s; not a number where no record shows what pressed its face.
+        """Return the impulse of each point, (m,), N s; not a number where no record shows the force on its face.
 
         Args:
             of_faces: The impulses of the faces, (faces,), N s.

@@ -33,7 +33,7 @@ BINARY_DIGITS = 7
 
 @dataclass(frozen=True)
 class StableStep:
-    """The largest step with its safety, what it would be without damping (both s), the highest frequency (rad/s)."""
+    """The largest step with its safety, the one without damping (both s), the highest frequency (rad/s)."""
 
     step: float
     undamped: float

@@ -233,7 +233,7 @@ class TimeScheme(Table, ABC):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
-        """Refuse a scheme that leaves out what nobody may guess."""
+        """Refuse a scheme without required declarations."""
         missing = [name for name in ("carries_acceleration", "contact_range") if not hasattr(cls, name)]
         if missing:
             raise TypeError(f"the scheme {cls.__name__} does not say {' and '.join(missing)}")

@@ -206,7 +206,7 @@ class LoadTable(Table, ABC):
         yield from ()
 
     def unusual_waves(self, half_wave: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
-        """Yield in what bending waves of the beam at its frequencies, of this half wave, m, are too short for it."""
+        """Yield features of the load that bending waves of this half wave, m, are too short for."""
         yield from ()
 
     def unusual_steps(self, step: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it

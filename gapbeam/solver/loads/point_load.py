@@ -196,7 +196,7 @@ class Exciter(HarmonicPointForce):
 
     @property
     def curve_units(self) -> Mapping[str, str]:
-        """Units of frequency, amplitude, and of what it adds to the beam."""
+        """Units of frequency, amplitude, and of the mass, spring or damper that it adds to the beam."""
         return {**super().curve_units, **UNITS}
 
     @property

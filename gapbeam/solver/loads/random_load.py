@@ -299,7 +299,7 @@ class PairedNoiseLoad(NoiseLoad):
 
     @property
     def signal(self) -> RandomSignal:
-        """The noise as a function of time, with what it shares with another load."""
+        """The noise as a function of time, with the part that it shares with another load."""
         return self._with_shared(super().signal)
 
     def _with_shared(self, signal: RandomSignal, part: str = "") -> RandomSignal:

@@ -32,7 +32,7 @@ _COMMENT = "#%!*/; \t"
 
 
 class NoRows(Exception):  # noqa: N818 - what was found
-    """No line holds two numbers; the message is what to try."""
+    """No line holds two numbers; the message is the advice."""
 
 
 @dataclass(frozen=True)

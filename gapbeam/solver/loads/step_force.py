@@ -36,7 +36,7 @@ class UnrepeatedLoad(LoadTable):
     @property
     @abstractmethod
     def unit(self) -> str:
-        """Unit of what the function of time is."""
+        """Unit of the function of time."""
 
     @property
     def forcing_frequency(self) -> None:

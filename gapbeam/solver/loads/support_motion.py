@@ -247,7 +247,7 @@ class ClearanceChange(MovingSupport):
 
     @property
     def peak(self) -> float:
-        """0: what a closure presses with follows from stiffness, and not from an acceleration."""
+        """0: the force of a closure follows from stiffness, and not from an acceleration."""
         return 0.0
 
     @property

@@ -344,7 +344,7 @@ def whole_step(plan: March, state: State, dt: float, failures: int = 0, refineme
 
 
 def _accepted(plan: March, state: State, before: State | None = None) -> State:
-    """Return a state with what contact remembers of accepted steps only. Collective."""
+    """Return a state with the memory of contact from accepted steps only. Collective."""
     state = with_plastic_set(plan, with_touch_speed(plan, state, before), before)
     return state if plan.resolution is None else plan.resolution.watched(plan.system, plan.law, state, before)
 
@@ -385,7 +385,7 @@ def with_plastic_set(plan: March, state: State, before: State | None = None) -> 
 
 
 def with_sliding(plan: March, state: State, velocity: Imaged, before: State | None = None) -> State:
-    """Return the state with what slides at a velocity, (3, n), m/s, where static friction asks for it. Collective."""
+    """Return the state with sliding points at a velocity, (3, n), m/s, for static friction. Collective."""
     friction, contact = plan.law.friction, plan.system.contact
     if friction is None or friction.static_coefficient is None:
         return state

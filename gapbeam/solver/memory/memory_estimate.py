@@ -1,4 +1,4 @@
-"""Memory that a finite element model needs, from the number of its DOFs, and what is free.
+"""Memory that a finite element model needs, from the number of its DOFs, and free memory.
 
     factor: 11.5 GB (n / 1e6)^1.1 in 3D, 0.05 kB n log2(n) in 2D; mesh and matrices: 8 kB n in 3D, 3 kB n in 2D;
     what iterations need beside them, a preconditioner instead of the factor: 6 kB n in 3D, 2 kB n in 2D
@@ -78,7 +78,7 @@ def free_here() -> float:
 
 
 def _limits() -> list[tuple[float, float]]:
-    """Return the limit and the use of each control group around this process, without what can be given back."""
+    """Return the limit and the use of each control group around this process, less memory that can be freed."""
     found = []
     try:
         entries = [line.split(":", 2) for line in GROUP_OF_PROCESS.read_text().splitlines()]

@@ -98,7 +98,7 @@ def _lengths(system: SemiDiscreteSystem) -> tuple[int, ...]:
 def _held(
     case: Case, body: Body, holding: HoldingShapes, system: SemiDiscreteSystem, dimension: int
 ) -> list[Reactions]:
-    """Return the rows of what joints hold, one after the other."""
+    """Return the rows of motions that joints hold, one after the other."""
     operators, beam, contact = system.operators, body.operators, system.contact
     assert isinstance(operators, DenseOperators)
     assert isinstance(beam, DenseOperators)

@@ -83,7 +83,7 @@ class Orbit:
 
 
 def no_pause() -> None:
-    """Go on: what a search calls between two iterations, where nothing can stop it."""
+    """Go on: called between two iterations of a search that nothing can stop."""
 
 
 def shoot(
@@ -270,7 +270,7 @@ class Fourier:
         return np.concatenate([np.zeros_like(coefficients[:1]), speeds * b, -speeds * a])
 
     def respond(self, compliance: Array, forces: Array) -> Array:
-        """Return the coefficients of what answers to forces, harmonic by harmonic.
+        """Return the coefficients of the motion under forces, harmonic by harmonic.
 
         Args:
             compliance: D_k for k = 0 ... H, complex, (H + 1, r, s): the answer to e^(i k w t) is D_k e^(i k w t).

@@ -121,7 +121,7 @@ class Signals:
         self._before = {}
 
     def march_begins(self) -> None:
-        """Note what comes from here on: there is something to keep, and every step asks.
+        """Note that the march begins: there are results to keep, and every step asks.
 
         Raises:
             Interrupted: A signal came before, or the limit was reached.
@@ -212,7 +212,7 @@ class Interruption:
         return self.agreed() != Wish.NONE
 
     def agreed(self, own: Wish = Wish.NONE) -> Wish:
-        """Return the largest wish of all ranks, that of this rank and what it heard among them. Collective."""
+        """Return the strongest request of all ranks, signals of this rank included. Collective."""
         signals = self._signals
         if signals.heard == Wish.NONE and signals.deadline is not None and self._comm.rank == 0:
             signals.heard = Wish.WALL_TIME if time.perf_counter() >= signals.deadline else Wish.NONE

@@ -251,7 +251,7 @@ class RunConsumers:
         self._let_pass(peaks, episodes)
 
     def _record(self, rows: Rows | None, snapshots: Snapshots | None) -> None:
-        """Write records and fields; what goes wrong is kept until all ranks can hear of it. Collective."""
+        """Write records and fields; an error is kept until all ranks can take part in it. Collective."""
         try:
             if snapshots is not None:
                 self.fields.write(snapshots, self.model)

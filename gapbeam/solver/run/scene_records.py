@@ -100,7 +100,7 @@ def _across(vectors: Array, normals: Array) -> Array:
 
 @dataclass
 class EnergyBlock:
-    """Energies after each step of a block, (steps,), J; what counts since the start continues from block to block."""
+    """Energies after each step of a block, (steps,), J; sums since the start continue from block to block."""
 
     kinetic: Array
     strain: Array

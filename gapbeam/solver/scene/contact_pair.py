@@ -158,7 +158,7 @@ class Contact:
 
     @property
     def memory(self) -> tuple[int, int, int]:
-        """Address of what settles the contact after a step, first row of what its law remembers, and how many."""
+        """Address of the function that settles the contact after a step; first row and number of rows of memory."""
         kind, region = self.law.kind, self.region.kind
         first = VALUES + len(region.names) + len(kind.given)
         return (settled(region, kind) if kind.memory else 0), first, len(kind.memory)

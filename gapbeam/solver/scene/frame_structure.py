@@ -369,7 +369,7 @@ def _check_preload(members: Sequence[Member], K: Any, is_held: bool, where: str)
 def _element(
     a: Array, b: Array, arc: float, one: Member, soft: float, up: Array, where: str
 ) -> tuple[Array, Array, Array]:
-    """Return stiffness, mass, and that of fluid, of an element in space, (12, 12) each; it weighs what its arc does."""
+    """Return stiffness, mass, and mass of fluid of an element in space, (12, 12) each; the mass is of the arc."""
     section, material, length = one.section, one.material, float(np.linalg.norm(b - a))
     E, G = material.young_modulus, material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
     heavy = material.density * arc / length

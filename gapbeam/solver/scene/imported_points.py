@@ -60,7 +60,7 @@ class Nodes:
 
 
 def read_nodes(path: Path) -> Nodes:
-    """Return the nodes of a file: `.inp`, "node x y z" lines, or what meshio reads, whose nodes count from 1 on.
+    """Return the nodes of a file: `.inp`, "node x y z" lines, or a format of meshio, whose nodes count from 1 on.
 
     Raises:
         ArgumentError: The file cannot be read, or holds no nodes.
@@ -122,7 +122,7 @@ def set_members(block: InputBlock, sets: Mapping[str, list[str]]) -> list[str]:
 
 
 def nodes_of_input(blocks: Sequence[InputBlock]) -> Nodes:
-    """Return nodes and sets of input of Abaqus or CalculiX: what stands below *NODE and *NSET."""
+    """Return nodes and sets of input of Abaqus or CalculiX, from *NODE and *NSET."""
     places: dict[str, Array] = {}
     sets: dict[str, list[str]] = {}
     for block in blocks:

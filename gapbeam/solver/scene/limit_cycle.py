@@ -132,7 +132,7 @@ def after_steps(scene: Scene, x: Any, t: float, h: float, steps: int, scheme: Li
 
 
 def change_of_orbit(P: Any, miss: Array) -> Any:
-    """Return (1 - P)^-1 of what a period adds: Newton's change of a state, or the derivative of an orbit."""
+    """Return (1 - P)^-1 times the change in a period: Newton's change of a state, or the derivative of an orbit."""
     return np.linalg.lstsq(np.eye(len(P)) - P, miss, rcond=None)[0]
 
 

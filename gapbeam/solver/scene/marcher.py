@@ -210,7 +210,7 @@ class Marcher:
 
     @property
     def energy(self) -> dict[str, Any]:
-        """Kinetic, strain and contact energy, what was lost, and what was brought in since the start, J."""
+        """Kinetic, strain and contact energy, losses, and work brought in since the start, J."""
         L = self.ledger
         kinetic, strain = self.inertia()
         parts = {
@@ -236,7 +236,7 @@ class Marcher:
 
     @property
     def balance(self) -> Any:
-        """Energy that the midpoint rule never changes: stored, and lost, less what was brought in, J."""
+        """Energy that the midpoint rule never changes: stored, plus lost, less brought in, J."""
         e = self.energy
         return (
             e["kinetic"] + e["strain"] + e["contact"] + e["damping"] + e["law"] + e["friction"]

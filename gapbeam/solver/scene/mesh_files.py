@@ -284,7 +284,7 @@ def _upright(block: Block, places: Array) -> Block:
 
 
 def _solids(path: Path, parts: _Parts) -> SolidMesh:
-    """Return the solids of a file; what lies on their faces becomes sets of nodes."""
+    """Return the solids of a file; elements on their faces become sets of nodes."""
     strange = next((one for one in parts.blocks if one.kind not in KINDS and not one.kind.startswith("line")), None)
     if strange is not None:
         at = _place(parts.places[np.ravel(strange.nodes)[:1]])

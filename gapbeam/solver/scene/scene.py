@@ -359,7 +359,7 @@ class Scene:
         self, h: float, scheme: LinearScheme, weight: Array, inverse: Array, squares: Array, damping: Array,
         root: Array, solve: Callable[[Array], Array],
     ) -> Linear:  # fmt: skip
-        """Eliminate feedback and contact, given what solves with the effective operator."""
+        """Eliminate feedback and contact, given a solver of the effective operator."""
         B, patterns, m = self.contact_rows, self.load_columns.T, self.motions
         sense, act = self.rows([one.sense for one in self.feedbacks]), self.rows([one.act for one in self.feedbacks])
         fed, places = motions_once(np.vstack([sense, act]))

@@ -1,4 +1,4 @@
-"""The table that a notebook shows of a scene, whose class imports this: structures, and what acts on them."""
+"""Table of a scene for notebooks: structures, contacts, loads; the class of scenes imports this module."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ class SparseMarcher(Marcher):
         return 0.0
 
     def drive(self, w: Array) -> None:
-        """Count the work of what moves the points along a structure, by the mean velocities of the step."""
+        """Count the work of the drive that moves points along a structure, by the mean velocities of the step."""
 
 
 class MovingMarcher(SparseMarcher):
@@ -187,5 +187,5 @@ class MovingMarcher(SparseMarcher):
         return drift
 
     def drive(self, w: Array) -> None:
-        """Count the work of what moves the points; see `SparseMarcher.drive`."""
+        """Count the work of the drive that moves points; see `SparseMarcher.drive`."""
         self.ledger[WALLED] -= 0.5 * self.h * (self.F[self.motions] * (self.change @ w)).sum(0)

@@ -88,7 +88,7 @@ def named(value: object) -> object:
 
 
 def faults_in(error: ValidationError, depth: int = 0) -> str:
-    """Return the faults of values that no file holds: the key, what was found, what was expected.
+    """Return the faults of values that no file holds: key, found, expected.
 
     Args:
         error: As raised by a table.

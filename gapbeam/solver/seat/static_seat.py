@@ -239,7 +239,7 @@ def find_seat(
 
 
 class _Search:
-    """The iteration: where it stands, and what it has done."""
+    """Iteration for a seat: present state and counts."""
 
     def __init__(
         self, system: SemiDiscreteSystem, law: ContactLaw, springs: float, rigid: Callable[[], RigidMotions] | None

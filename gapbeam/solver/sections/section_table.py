@@ -221,7 +221,7 @@ def quarter_cells(through: int, across: int) -> int:
 
 
 def thin_enough(key: str, value: float, most: float, of: str) -> Iterator[Fault]:
-    """Yield the fault of a wall that leaves no room, or that round-off loses: at most half of what it is taken from."""
+    """Yield the fault of a wall that leaves no bore, or is lost to round-off: at most half of the outer size."""
     sizes = (("beam", "thickness"), ("beam", "width"))
     if value < THINNEST * most:
         yield Fault(

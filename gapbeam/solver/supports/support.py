@@ -34,7 +34,7 @@ Indices = NDArray[np.integer]
 
 @dataclass(frozen=True)
 class Face:
-    """One rigid plane of a support, and what other faces are made from.
+    """One rigid plane of a support, base of other faces.
 
     Attributes:
         name: Name in the mesh, in results and in messages.
@@ -133,7 +133,7 @@ def along_faces(opening: Array, around: NDArray[np.bool_]) -> list[Array]:
 
 @dataclass(frozen=True)
 class Support:
-    """The faces of all supports of a beam, and what they have in common.
+    """The faces of all supports of a beam, and their shared values.
 
     Attributes:
         faces: The faces.

@@ -79,7 +79,7 @@ class ModalSystem:
 
     @cached_property
     def restraint(self) -> Array:
-        """Y, (n, r), with X^T K_restraint X = Y Y^T: what of K is the weak restraint, of rank r, 1/s."""
+        """Y, (n, r), with X^T K_restraint X = Y Y^T: the weak restraint in K, of rank r, 1/s."""
         operators = self.system.operators
         assert isinstance(operators, DenseOperators)
         return _root(self.shapes.T @ operators.restraint @ self.shapes)

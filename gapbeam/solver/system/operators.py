@@ -169,7 +169,7 @@ class Springs:
 
 @dataclass(frozen=True)
 class RankOnes:
-    """A sum of terms a_j b_j b_j^T: what springs, dampers or masses at places of a body add to its operators.
+    """A sum of terms a_j b_j b_j^T of springs, dampers or masses at places of a body.
 
     Attributes:
         patterns: b_j on the DOFs of this rank, (k, n).

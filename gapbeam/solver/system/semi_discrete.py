@@ -81,7 +81,7 @@ class ContactOperator:
     slip_modes: SlipModes = ALL_SLIDES
 
     def __post_init__(self) -> None:
-        """Sort the entries of each row, once: what sorts them later would change the last digits of products."""
+        """Sort the entries of each row, once: a later sort would change the last digits of products."""
         for matrix in (self.gap_matrix, self.force_matrix, self.geometry_matrix, self.tangents):
             if matrix is not None:
                 matrix.sum_duplicates()
@@ -225,7 +225,7 @@ class ContactOperator:
         return scipy.sparse.csr_matrix((self.interface.size, 0) if self.rubbed is None else self.rubbed.T)
 
     def closing(self, old: State, new: State, operators: Operators) -> Array:
-        """Return -(H (u1 - u0) + W1 - W0), (m,), m: what point forces do work on. Collective where H is not G."""
+        """Return -(H (u1 - u0) + W1 - W0), (m,), m, on which point forces do work. Collective where H is not G."""
         if self.symmetric:
             return new.depth - old.depth
         moved = self.resultants.T @ self.interface.trace(new.u[VALUE] - old.u[VALUE], operators)

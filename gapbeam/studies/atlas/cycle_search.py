@@ -90,7 +90,7 @@ class CycleSearch:
         return state_of(self.scene, x, rest.t), periods[0]
 
     def run(self, rounds: int) -> None:
-        """March starts, and shoot from those that come to nothing known; judge by exponents what is left."""
+        """March starts, shoot from those that come to nothing known, and judge the rest by exponents."""
         for _ in range(rounds):
             left = np.flatnonzero(self.which == UNSETTLED)
             if not len(left):

@@ -144,7 +144,7 @@ class MotionRecord:
         return self._records(slice(None, count))
 
     def thinned(self, factor: int) -> MotionRecord:
-        """Return the first of every so many records; velocities gained and impulses keep what acted between them."""
+        """Return the first of every so many records; velocities gained and impulses add up between them."""
         return self if factor == 1 else self._records(slice(None, None, factor))
 
     def _records(self, part: slice) -> MotionRecord:

@@ -194,7 +194,7 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
 
 
 def beyond_resolution(summary: Mapping[str, Any]) -> list[str]:
-    """Return a sentence where the energy lies far beyond what model, mesh and basis resolve, and companions as little.
+    """Return a sentence where model, mesh and basis, and those of comparison runs, resolve little of the energy.
 
     Args:
         summary: Summary of the run, with its assumptions.

@@ -205,7 +205,7 @@ def read_identification(path: Path, overrides: Sequence[str] = ()) -> Problem:
 
 
 def settings_of(table: Mapping[str, Any], inside: str = "") -> dict[str, Any]:
-    """Return a table of overrides as dotted keys; a table with a type replaces what it stands for as a whole."""
+    """Return a table of overrides as dotted keys; a table with a type is replaced as a whole."""
     found: dict[str, Any] = {}
     for key, value in table.items():
         name = f"{inside}.{key}" if inside else key

@@ -174,7 +174,7 @@ class Misfit:
         return cloud
 
     def is_met(self, cost: float) -> bool:
-        """Return whether a sum of squares is within what figures of runs can resolve, or given standard errors."""
+        """Return whether a sum of squares is within the errors of figures of runs, or given standard errors."""
         scales = [self.scales[number] for number in self.fitted]
         least = RESOLUTION**2 * sum(one.per_logarithm**2 for one in scales)
         given = all(one.sigma is not None for one in scales)

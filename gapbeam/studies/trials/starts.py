@@ -110,7 +110,7 @@ def _least(deeper: Array, room: Array) -> Array | None:
 
 
 def _pushed(model: Model) -> list[tuple[ContactOperator, Array]]:
-    """Return the contact with stations that look up, and what its points have of that direction, (m,); and aside."""
+    """Return the contact with stations that face up, and the parts of its normals upward, (m,), and aside."""
     contact, found = model.system.contact, list[tuple[ContactOperator, Array]]()
     for axis in (1, 0) if contact.support.around else (1,):
         turned = contact.turned(np.tile(np.eye(2)[axis], (len(contact.circles), 1)))

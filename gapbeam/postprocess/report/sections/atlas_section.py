@@ -1,4 +1,4 @@
-"""Reports on atlases (stable responses with their shares, what is chaotic) and on searches for a least figure."""
+"""Reports on atlases (stable responses with their shares, chaos) and on searches for a least figure."""
 
 from __future__ import annotations
 

@@ -120,7 +120,7 @@ MOST = 6000  # points of an orbit
 
 
 def orbits_section(results: Results, command: str) -> ReportSection | None:
-    """Return z over y of every probe, with what its support leaves to it; None where all stay in the bending plane.
+    """Return z over y of every probe within the play of its support; None where all stay in the bending plane.
 
     Args:
         results: Results of a run with a history.
@@ -222,7 +222,7 @@ def run_report(results: Results, command: str) -> Report:
 
 
 def _scene(results: Results, command: str) -> list[Block]:
-    """Return the moving scene, a still one without fields; what stands in its way is said in its place."""
+    """Return the moving scene, a still one without fields, or the reason why there is none."""
     if results.summary.get("scene"):
         shapes = shapes_of(results.folder)
         if shapes is None:

@@ -163,7 +163,7 @@ _WORDS = {
 
 
 def peak_rows(history: xr.Dataset) -> list[Row]:
-    """Return name, value and unit of the largest of each record over the whole history; what is not finite is left out.
+    """Return name, value and unit of the largest finite value of each record over the whole history.
 
     Displacements and accelerations are those across the beam: in space the length of both components.
 

@@ -1,4 +1,4 @@
-"""First screen of the report of a run: its supports with their loads, what is in doubt, and what to do about it.
+"""First screen of the report of a run: supports with their loads, doubts, and advice.
 
 Values along the beam are charts, with a button for each support where supports lie far apart.
 """
@@ -252,7 +252,7 @@ def chart_along(caption: str, y: str, lines: Mapping[str, tuple[np.ndarray, np.n
 
 
 def groups(spans: Mapping[str, tuple[float, float]]) -> list[list[str]]:
-    """Return names of spans by what lies together; all in one where no gap between them is long.
+    """Group the names of neighboring spans; all in one group where no gap between them is long.
 
     Args:
         spans: Begin and end of each, m.

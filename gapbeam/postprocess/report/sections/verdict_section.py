@@ -246,7 +246,7 @@ def figures_section(results: Results, peaks: Sequence[Row] = ()) -> ReportSectio
 
 
 def limits_section(results: Results) -> ReportSection | None:
-    """Return the margins of a run to what its equations assume; None where the summary has none."""
+    """Return the margins of a run to its assumptions; None where the summary has none."""
     table = assumptions_table(results.summary)
     return None if table is None else ReportSection("Margins", "limits", [table])
 
@@ -273,7 +273,7 @@ def defaults_table(summary: Mapping[str, Any]) -> TableBlock | None:
 
 
 def key_figures(results: Results) -> list[Row]:
-    """Return name, value and unit of what the summary reports, as far as it is there: results, then cost."""
+    """Return name, value and unit of the figures in the summary: results, then cost."""
     return [*result_figures(results), *cost_figures(results)]
 
 

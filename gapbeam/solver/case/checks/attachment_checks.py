@@ -1,4 +1,4 @@
-"""Contradictions between joints, masses or [wear] and the rest of a case: names, places, and what is held or worn."""
+"""Contradictions between joints, masses or [wear] and the rest of a case: names, places, motions, faces."""
 
 from __future__ import annotations
 

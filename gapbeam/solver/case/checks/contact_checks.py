@@ -99,7 +99,7 @@ def impulses_are_unilateral(contact: Contact, time: Time) -> Iterator[Fault]:
 
 
 def exact_contact_starts_outside(support: AnySupports, contact: Contact, analysis: Analysis) -> Iterator[Fault]:
-    """Exact contact has no state within the faces: what a march from there does follows from the step alone."""
+    """Exact contact has no state within the faces: a march from there follows from the step alone."""
     formulation = contact.formulation
     exact = not formulation.follows_the_law and formulation.stress_terms is None
     if not exact or getattr(analysis, "start", None) != "undeformed":

@@ -206,7 +206,7 @@ def curve_is_in_reach(analysis: Analysis, support: AnySupports, contact: Contact
 
 
 def value_of(key: str, tables: Mapping[str, object], load: Loads) -> float | None:
-    """Return the value of what a curve may vary, None where it may not: for keys that a case is remade for cheaply.
+    """Return the value of a key that a curve may vary, None of other keys: the case is remade cheaply.
 
     Args:
         key: "support.clearance", or "support.NAME.clearance" of a [[support]]; "contact.stiffness", "contact.damping";
@@ -399,7 +399,7 @@ def _less(key: Key, static: float, sliding: float, related: Key) -> Iterator[Fau
 def factor_needed(
     model: ModelTable, support: AnySupports, contact: Contact, time: Time, analysis: Analysis
 ) -> tuple[Key, str] | None:
-    """Return the key and the words for what needs a factor, or None: all but the full model need none to march."""
+    """Return key and words of a choice that needs a factor, or None: only the full model marches with one."""
     if not isinstance(model, FullModel):
         return None
     formulation = contact.formulation

@@ -209,7 +209,7 @@ def probe_names_differ(probe: Probes) -> Iterator[Fault]:
 def figures_are_recorded(
     support: AnySupports, joint: Joints, load: Loads, probe: Probes, time: Time, figure: Figures
 ) -> Iterator[Fault]:
-    """A figure is one of what the run records, at a place of the case."""
+    """A figure is of a recorded quantity, at a place of the case."""
     yield from namesakes("figure", figure)
     layout = Layout.of(support)
     probes = [one.name for one in probe.values()]
@@ -273,7 +273,7 @@ def support_is_part_of_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fa
 
 
 def supports_squeeze_little(beam: Beam, segment: Segments, support: AnySupports) -> Iterator[Fault]:
-    """The equations are those of small strains: what is squeezed to less than half is none of theirs."""
+    """The equations are those of small strains: a section squeezed to less than half is refused."""
     for key, one in keyed(support):
         if one.length <= 0.0:
             continue

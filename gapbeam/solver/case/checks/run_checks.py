@@ -396,7 +396,7 @@ def rigid_sections_meet_their_supports(
 
 
 def elements_are_above_round_off(model: ModelTable) -> Iterator[Fault]:
-    """The stiffness of n elements in a row is conditioned as n^4: what is left beyond 1 / eps is round-off."""
+    """The stiffness of n elements in a row is conditioned as n^4: beyond 1 / eps, results are round-off."""
     most = int(float(np.finfo(float).eps) ** -0.25)
     if isinstance(model, BeamModel) and model.elements > most:
         yield Fault(

@@ -305,7 +305,7 @@ def moved_supports_are_there(support: AnySupports, load: Loads) -> Iterator[Faul
 
 
 def motions_reach_the_beam(support: AnySupports, load: Loads, mesh: Mesh) -> Iterator[Fault]:
-    """A motion changes gaps: across the beam, and sideways only of what is met around it."""
+    """A motion changes gaps across the beam, and sideways only in supports around it."""
     for key, entry, place, moved in _moving(support, load):
         along = entry.direction
         if place.opens or along is None or len(along) != mesh.dimension:

@@ -135,7 +135,7 @@ def read_case_tables(tables: Mapping[str, object], overrides: Overrides = (), na
 
 
 def plain_tables(value: Any) -> Any:
-    """Return a value as TOML would give it; what TOML does not know stays for the checks of types."""
+    """Return a value as TOML would give it; other kinds stay for the checks of types."""
     if isinstance(value, Mapping):
         return {str(key): plain_tables(inner) for key, inner in value.items() if inner is not None}
     if isinstance(value, list | tuple):

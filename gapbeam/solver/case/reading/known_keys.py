@@ -225,7 +225,7 @@ def incomplete(faults: Iterable[Fault], data: Mapping[str, Any], root: type[Base
 
 
 def _innermost(error: ValidationError) -> list[tuple[int | str, ...]]:
-    """Return the locations of faults, without those of a table or list around another: its form is what was asked for.
+    """Return the locations of faults, without those of a table or list around another fault.
 
     An array counts its sound entries only: with a fault in its last one, it is too short besides.
     """

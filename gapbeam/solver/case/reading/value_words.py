@@ -58,7 +58,7 @@ def shown(value: object) -> str:
 
 
 def _shown_inside(item: object) -> str:
-    """Return an item of a list, with what it holds itself left out."""
+    """Return an item of a list without its own items."""
     match item:
         case Mapping():
             return "{...}"

@@ -133,7 +133,7 @@ class ContactLaw:
         return self.static(depth).slope
 
     def softened(self, share: float) -> ContactLaw:
-        """Return the law with a share of its stiffness and of what is in proportion to it: damping, yield pressure."""
+        """Return the law with a share of its stiffness, damping and yield pressure."""
         limit = None if self.yield_pressure is None else share * self.yield_pressure
         return replace(self, spring=replace(self.spring, stiffness=share * self.spring.stiffness), yield_pressure=limit)
 

@@ -304,7 +304,7 @@ class Interval:
 
 
 def batch_means(series: Array, batches: int) -> Array:
-    """Return the means of batches of equal length, (batches,); what does not fill a batch is left out at the start.
+    """Return the means of batches of equal length, (batches,); a rest at the start is left out.
 
     Args:
         series: Values at even distances in time, or their means over blocks of equal length, (n,), n >= batches.
@@ -365,7 +365,7 @@ def interval_about(value: float, reach: float, positive: bool = False) -> Interv
 
 
 def stopping_interval(series: Array, positive: bool = False) -> Interval:
-    """Return the widest of the intervals from 8, 10, 16 and 32 batches: what may end a run that is looked at often."""
+    """Return the widest of the intervals from 8, 10, 16 and 32 batches, for a stop rule that is asked often."""
     found = (interval_of_mean(series, positive, batches) for batches in STOPPING_BATCHES)
     return max(found, key=lambda one: one.half_width)
 

@@ -92,7 +92,7 @@ IN_LANES = 3  # of them, the first: q, v and a
 
 
 def carried(motion: KernelState, factor: OrderedFactor, size: int) -> Carried:
-    """Return copies of the fields of `KernelState`, and of what holds of the factor: order, c and L.
+    """Return copies of the fields of `KernelState`, and of the factor: order, c and L.
 
     Args:
         motion: The state, in whole lanes.
@@ -367,7 +367,7 @@ class CompiledLoop:
     def follow(
         self, start: State, steps: int, probes: Array | None = None, every: int = 1, accounts: Accounts | None = None
     ) -> Passage:
-        """March some steps and return what probes read, the end, and the figures.
+        """March some steps and return the records of probes, the end, and the figures.
 
         Args:
             start: State to start from.

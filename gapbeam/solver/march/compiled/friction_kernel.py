@@ -154,7 +154,7 @@ def _press(
 
 @compiled
 def _change(friction: Rubbing, slip: SlipStep, count: int) -> bool:
-    """Change the ordered forces by what the linearized laws ask for; tell whether that can be."""
+    """Change the ordered forces by the linearized laws; return whether that is possible."""
     if _share_motions(friction, count):
         _add_laws(friction, slip, count)
         if not find_motions(friction.shared, friction.compliance, slip.scale):

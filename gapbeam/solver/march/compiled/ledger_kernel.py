@@ -141,7 +141,7 @@ def enter_step(ledgers: LedgerArrays, measured: StepEnergies, works: Array) -> N
 
 @compiled
 def enter_energies(ledgers: LedgerArrays, contact: float, hidden: float, squares: Array, q: Array) -> None:
-    """Enter the potential of the contact measured anew, and what the balance of the state cannot resolve.
+    """Enter the potential of the contact measured anew, and the round-off of the balance.
 
     Args:
         ledgers: Ledger arrays, changed in place.
@@ -294,7 +294,7 @@ def ledger_arrays_of(accounts: Accounts) -> LedgerArrays:
 def enter_arrays(
     ledgers: LedgerArrays, accounts: Accounts, steps: int, seconds: float, records: Records, origin: float
 ) -> None:
-    """Bring accounts to what the ledger arrays hold after some more whole steps that took some seconds.
+    """Update accounts from the ledger arrays after some more whole steps that took some seconds.
 
     Args:
         ledgers: Ledgers after the steps.

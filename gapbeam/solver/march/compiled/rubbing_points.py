@@ -193,7 +193,7 @@ def keep_friction(
 
 @compiled
 def record_friction(rubbed: Array, weights: Array, faces: Indices, levers: Array, forces: Array, joints: Array) -> None:
-    """Record the friction force on each face, (faces, k), N, and add what it adds to the forces of joints, (r,).
+    """Record the friction force on each face, (faces, k), N, and add its share in the forces of joints, (r,).
 
     Args:
         rubbed: Memory of the points.

@@ -143,7 +143,7 @@ class RigidSections:
 
     @property
     def inputs(self) -> tuple[Any, ...]:
-        """The forces on the sections, and the pressures that measure what rigid sections leave out."""
+        """The forces on the sections, and the pressures that measure the error of rigid sections."""
         return (csr_matrix(self.rings.fits), _lobes(self.body.contact))
 
     def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[Array, float]:  # noqa: ARG002

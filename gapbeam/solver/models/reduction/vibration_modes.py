@@ -139,7 +139,7 @@ def _best(blocks: list[_Block], total: Sum, size: int, last: Indices | None = No
 
 
 def _move(shapes: _Block, further: _Block, steps: _Block, share: Array, before: Indices) -> None:
-    """Overwrite shapes with better ones and steps with what they move by; of the steps these were taken `before`.
+    """Overwrite shapes with better ones, and steps with their changes; `before` lists columns of the last steps.
 
     Some rows at a time: at a million unknowns all of them would be gigabytes more.
     """

@@ -93,7 +93,7 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
 
 
 def _inside(case: Case) -> Assumption:
-    """Return the assumption that the beam stays in its supports, with what helps a case whose beam slides on."""
+    """Return the assumption that the beam stays in its supports, with advice for a beam that slides on."""
     drives = [f"load {load.name}" for load in case.load if _along(case, load_direction(load, case.mesh.dimension))]
     motion = case.analysis.motion if isinstance(case.analysis, Transient) else None
     if motion is not None:

@@ -179,7 +179,7 @@ def checksum_of(path: Path) -> str:
 
 
 def differences(keys: dict[str, Any], expected: dict[str, Any], free: set[str] | frozenset[str]) -> list[str]:
-    """Return a line for every key in which two cases differ: what was found, what was expected."""
+    """Return a line for every key in which two cases differ: found, expected."""
     names = sorted((keys.keys() | expected.keys()) - free)
     return [
         f"{name}: found {keys.get(name, NOTHING)!r}, expected {expected.get(name, NOTHING)!r}"

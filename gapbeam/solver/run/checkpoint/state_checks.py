@@ -116,7 +116,7 @@ def _of_accounts(paused: Paused, header: dict[str, Any], model: Model) -> Iterat
 
 
 def _of_parts(state: State, model: Model) -> Iterator[str]:
-    """Miss what a march of the case carries along."""
+    """Check the parts of a state that a march of the case carries along."""
     friction = model.law.friction
     sticks = friction is not None and friction.static_coefficient is not None
     needed = {

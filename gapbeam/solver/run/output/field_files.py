@@ -320,7 +320,7 @@ def write_mode_fields(folder: Path, model: Model, modes: HeldModes) -> None:
 
 
 def curve_rows(curves: Sequence[ResponseCurve], model_at: Callable[[float], SteadyModel]) -> list[dict[str, Any]]:
-    """Return one row for every point: parameter, branch, stability, and what probes and faces do there.
+    """Return one row for every point: parameter, branch, stability, and figures of probes and faces.
 
     Args:
         curves: The branches.

@@ -25,7 +25,7 @@ class StuckOutput(NotWritten):
 
 
 class OutputThread:
-    """Second thread that writes one thing after the other; readers of what it wrote call `wait` first.
+    """Second thread that writes one thing after the other; readers of its files call `wait` first.
 
     A disk that neither writes nor fails (a file server that is gone) keeps the thread forever. Waiting for it is
     reported, and ends once the run is asked to end; the thread does not keep the process.
@@ -98,7 +98,7 @@ class OutputThread:
                 self._settle(self._asked.popleft())
 
     def _hear_first(self) -> None:
-        """Wait for the first work that was asked for, and raise what it raised."""
+        """Wait for the first requested work, and raise its error."""
         if self._stuck:
             raise _does_not_end()
         first = self._asked.popleft()

@@ -45,7 +45,7 @@ REMEDY = "choose another `output=`"
 
 
 def check_place(folder: Path) -> None:
-    """Refuse a folder for results by its name, its place and what is there; changes nothing.
+    """Refuse a folder for results by its name, place or contents; changes nothing.
 
     Args:
         folder: Folder for the results, existing or not.
@@ -371,7 +371,7 @@ def prepare_folder(folder: Path) -> None:
 
 
 def clear(folder: Path, name: str) -> None:
-    """Remove what runs write into one of the folders in a results folder, and it, if nothing else is in it."""
+    """Remove files of runs from one of the folders in a results folder, and the folder if it is then empty."""
     for path in list(_within(folder, name)):
         path.unlink()
     with suppress(OSError):

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from mpi4py import MPI
 
@@ -282,6 +282,7 @@ def test_play_of_a_thickness_or_two_and_wide_strips_are_believed(gap: float) -> 
     assert "is it in mm" not in said(text)
 
 
+@example([0.000447])  # 7.45 %, less a round-off
 @given(st.lists(st.floats(2.0e-4, 5.0e-4).map(lambda one: float(f"{one:.3g}")), min_size=1, max_size=8))
 def test_many_wide_holes_take_one_line_about_the_worst(gaps: list[float]) -> None:
     """A tube in seven plates was warned of seven times, in the same words."""
@@ -294,7 +295,8 @@ def test_many_wide_holes_take_one_line_about_the_worst(gaps: list[float]) -> Non
     (line,) = (one for one in said(ROUND + "".join(holes)).splitlines() if "of its radius" in one)
     worst = gaps.index(max(gaps))
     assert line.startswith(f'[[support]] number {worst + 1} (name "a{worst}")')
-    assert f"up to {100 * gaps[worst] / 0.006:.2g} % of its radius" in line
+    share = float(line.partition("up to ")[2].partition(" %")[0])
+    assert share == pytest.approx(100 * gaps[worst] / 0.006, abs=0.051)  # two digits
     assert (f", and {len(gaps) - 1} more:" in line) == (len(gaps) > 1)
 
 

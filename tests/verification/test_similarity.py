@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.case.json_schema import UNITS, unit_in
+from gapbeam.solver.case.json_schema import OF_KEY, OF_QUANTITY, UNITS, unit_in
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.reading.known_keys import tables
 from gapbeam.solver.case.solution_tables import ModelTable
@@ -32,7 +32,7 @@ from tests.shared.scaled_cases import (
     unit_of,
 )
 
-SEVERAL = ("m/s^2, m/s or m", "N or m/s^2", "N^2/Hz or (m/s^2)^2/Hz", "in the unit of the key")
+SEVERAL = ("m/s^2, m/s or m", "N or m/s^2", "N^2/Hz or (m/s^2)^2/Hz", OF_KEY, OF_QUANTITY)
 """Units that another key decides."""
 
 

@@ -50,6 +50,13 @@ changes = [0, -0.1]
 [time]
 end = 0.05
 """
+PLAIN = """units = "UNITS"
+beam = { length = 500, thickness = 10, width = 20 }
+material = { young_modulus = 2.1e5, poisson_ratio = 0.3, density = 7.85e-9 }
+support = { length = 50, clearance = 0.2 }
+load = [{ type = "harmonic_force", point = 150, amplitude = 20, frequency = 20 }]
+time = { end = 0.05 }
+"""
 LENGTHS = {"length", "thickness", "width", "size", "from", "to", "clearance", "point", "changes"}
 SPOILED = {
     "joint beyond the end": ("point = 0\n", "point = {}\n", (600, 9e4)),
@@ -114,3 +121,16 @@ def test_overrides_and_files_in_si_keep_their_words() -> None:
     si = text.replace("mm-t-s", "m-kg-s")  # the same numbers in m: a beam of 510 m
     (fault,) = faults(si.replace("point = 0\n", "point = 900\n"))
     assert "x = 900 m" in fault.found
+
+
+@given(low=st.floats(0.21, 5.0))
+def test_advice_on_the_range_of_a_curve_has_the_unit_of_its_key(low: float) -> None:
+    """Low and high have the unit of another key: the clearance, 0.2 mm in the file."""
+    curve = (
+        '[model]\ntype = "beam"\n[analysis]\ntype = "periodic"\n[analysis.continuation]\nkey = "support.clearance"\n'
+    )
+    text = in_units("mm-t-s", PLAIN) + curve + f"low = {low}\nhigh = {low + 1.0}\n"
+    (fault,) = faults(text)
+    advised = re.search(r"low = ([\d.]+), high = ([\d.]+)", fault.hint)
+    assert advised
+    assert not faults(text.replace(f"low = {low}", f"low = {advised[1]}"))

@@ -10,9 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from gapbeam.solver.case.json_schema import unit_in
-from gapbeam.solver.case.reading.known_keys import candidates
-from gapbeam.solver.case.reading.overrides import SI, UNITS, factor_of
+from gapbeam.solver.case.reading.overrides import SI, UNITS, size_of
 from gapbeam.solver.messages.errors import Fault, Key
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
@@ -24,7 +22,7 @@ _GIVEN = re.compile(rf"\b([a-z][\w.]*) = ({_NUMBER}|\[[^\[\]]*\])")
 _AS_TYPED = re.compile(r"remove the quotes(?! and the unit)|a whole number without")
 
 
-def in_file_units(faults: list[Fault], units: object, data: Mapping[str, Any], typed: Mapping[Key, str]) -> list[Fault]:
+def in_file_units(faults: list[Fault], units: object, data: dict[str, Any], typed: Mapping[Key, str]) -> list[Fault]:
     """Return the faults of a file in the units that it names; those of overrides, which are SI, as they are.
 
     Args:
@@ -38,25 +36,19 @@ def in_file_units(faults: list[Fault], units: object, data: Mapping[str, Any], t
     return [fault if fault.key in typed else _restated(fault, units, data) for fault in faults]
 
 
-def _restated(fault: Fault, units: str, data: Mapping[str, Any]) -> Fault:
-    own = _factor(fault.key, units, data)
+def _restated(fault: Fault, units: str, data: dict[str, Any]) -> Fault:
+    own = size_of(fault.key, data, units) or 1.0
     found = _divided(fault.found, own) if re.fullmatch(_NUMBER, fault.found) else _lengths(fault.found, units)
     hint = _SLIP.sub("", fault.hint)
 
     def given(match: re.Match[str]) -> str:
         key = tuple(match[1].split("."))
-        factor = _factor(key if len(key) > 1 else (*fault.key[:-1], *key), units, data)
+        factor = size_of(key if len(key) > 1 else (*fault.key[:-1], *key), data, units) or 1.0
         return f"{match[1]} = {_divided(match[2], factor)}"
 
     if not _AS_TYPED.match(hint):
         hint = _GIVEN.sub(given, hint)
     return replace(fault, found=found, expected=_lengths(fault.expected, units), hint=_lengths(hint, units))
-
-
-def _factor(key: Key, units: str, data: Mapping[str, Any]) -> float:
-    """Return the size in SI of one of the unit of a key; 1 of an unknown key, or where the unit depends on others."""
-    fields = [model.model_fields[str(key[-1])] for model in candidates(key[:-1], data) if key[-1] in model.model_fields]
-    return (factor_of(unit_in(fields[0].description or ""), units) or 1.0) if fields else 1.0
 
 
 def _divided(words: str, factor: float) -> str:

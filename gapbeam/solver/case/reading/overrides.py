@@ -226,7 +226,6 @@ def convert(data: dict[str, Any]) -> list[Fault]:
 
 
 def _converted(key: Key, table: dict[str, Any], data: dict[str, Any], units: str) -> Iterator[Fault]:
-    models = candidates(key, data)
     for name, value in table.items():
         if isinstance(value, dict):
             yield from _converted((*key, name), value, data, units)
@@ -235,16 +234,12 @@ def _converted(key: Key, table: dict[str, Any], data: dict[str, Any], units: str
                 if isinstance(one, dict):
                     yield from _converted((*key, name, number), one, data, units)
         elif _numbers(value):
-            factor = _factor(key, _description(models, name), data, units)
+            factor = size_of((*key, name), data, units)
             if factor is None:
                 hint = 'write the case in SI units, without the key "units"'
                 yield Fault((*key, name), f'{value} with units = "{units}"', "a key with one unit", hint)
             elif factor != 1.0:
                 table[name] = _times(value, factor)
-
-
-def _description(models: Sequence[type[BaseModel]], name: str) -> str:
-    return next((model.model_fields[name].description or "" for model in models if name in model.model_fields), "")
 
 
 def _factor_of_another(table: Any, data: dict[str, Any], units: str) -> float | None:
@@ -257,21 +252,23 @@ def _factor_of_another(table: Any, data: dict[str, Any], units: str) -> float | 
         recorded = RECORDED.get(named["quantity"])
         return factor_of(recorded.unit, units) if recorded else 1.0
     place = _place(copy.deepcopy(data), str(named.get("key")), Case)
-    if isinstance(place, Fault):
-        return 1.0
-    *above, name = place[1]
-    return _factor(tuple(above), _description(candidates(tuple(above), data), str(name)), data, units)
+    return 1.0 if isinstance(place, Fault) else size_of(place[1], data, units)
 
 
-def _factor(key: Key, description: str, data: dict[str, Any], units: str) -> float | None:
+def size_of(place: Key, data: dict[str, Any], units: str) -> float | None:
     """Return the size in SI of one of the unit of a key, which may depend on others: points, exponent, quantity.
 
     Args:
-        key: The way to the table of the key.
-        description: Description of the key.
+        place: The way to the key.
         data: The case file as read.
         units: A key of `UNITS`.
+
+    Returns:
+        None where types of other tables leave the unit open; 1 of unknown keys.
     """
+    key, name = place[:-1], str(place[-1])
+    fields = (model.model_fields[name] for model in candidates(key, data) if name in model.model_fields)
+    description = next((field.description or "" for field in fields), "")
     unit, contact = unit_in(description), data.get("contact")
     if "contact.points" in description and isinstance(contact, dict) and "points" in contact:
         unit = {"Pa/m": "N/m", "Pa s/m": "N s/m", "Pa": "N"}.get(unit, unit)

@@ -143,3 +143,17 @@ def test_trials_go_on_trying_them() -> None:
         {"mesh": COARSE, "time": {"scheme": NEWMARK, "end": 1.0e-3}, "contact": {"stiffness": 1.0e15}},
     )
     assert try_case(case).reached == pytest.approx(1.0e-3)
+
+
+@pytest.mark.parametrize(("restitution", "theta"), [(1.0, 0.51), (0.8, 0.7), (0.2, 1.0)])
+def test_impulses_with_too_large_a_theta_are_refused_with_its_bound(restitution: float, theta: float) -> None:
+    """Theta of at most 1 / (1 + e) may run, also as the message writes it."""
+    scheme = {"type": "moreau-jean", "theta": theta, "restitution": restitution}
+    fault = energy_creator(model_of(scheme, {"formulation": "unilateral"}))
+    assert isinstance(fault, Fault)
+    written = fault.hint.split(";")[0].removeprefix("theta = ")
+    assert float(written) == pytest.approx(1.0 / (1.0 + restitution), rel=1e-5)
+    safe = scheme | {"theta": float(written)}
+    assert energy_creator(model_of(safe, {"formulation": "unilateral"})) is None
+    accepted = accepted_energy_creators(model_of(scheme, {"formulation": "unilateral"}, accept_energy_growth=True))
+    assert [words.split(":")[0] for words in accepted] == [fault.found.split(":")[0]]

@@ -9,18 +9,20 @@ Where the gap predicted at half a step is closed, the gap rate obeys Newton's la
 
 A face that opens at the start of the step, g'0 > 0, but would close in it, obeys theta g'1 + (1 - theta) g'0 >= 0: then
 P does no work. Newton's law would push it apart at (1 - e) g'0 / 2, and make energy, up to a fifth of all that a rod
-has in long steps.
+has in long steps. Impulses make no energy where theta <= 1 / (1 + e) (Acary 2016, prop. 4).
 
 The unknown is vt: ((M / (theta dt) + C + theta dt K) vt = f + H^T P/dt + M v0 / (theta dt) - K u0. Friction opposes vt
 under the impulses of the step. First order at impacts; gaps are not corrected, so a face penetrates by up to its
 approach speed times half a step, and stays there.
 
-Source: Jean (1999), Comput. Methods Appl. Mech. Eng. 177, 235-257; Acary and Brogliato (2008), ch. 10.
+Source: Jean (1999), Comput. Methods Appl. Mech. Eng. 177, 235-257; Acary and Brogliato (2008), ch. 10; Acary (2016),
+Z. Angew. Math. Mech. 96, 585-603.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -36,6 +38,7 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
 
 RIGID = 1.0e-10  # compliance of the rate constraint over the compliance of the contact points
+ROUNDED = 1.0e-6  # of theta: what is lost by writing 1 / (1 + e) with a few digits
 
 
 class MoreauJean(TimeScheme):
@@ -50,9 +53,22 @@ class MoreauJean(TimeScheme):
     impulses: ClassVar[bool] = True
 
     @property
+    def largest_theta(self) -> float:
+        """Largest theta with which no impact makes energy, 1 / (1 + e)."""
+        return 1.0 / (1.0 + self.restitution)
+
+    @property
     def creates_energy(self) -> bool:
-        """No: impulses take energy, or none."""
-        return False
+        """True for theta > 1 / (1 + e): vt then leaves the stop at an impact, and the impulse does work on the body."""
+        return self.theta > (1.0 + ROUNDED) * self.largest_theta
+
+    def warnings(self) -> Iterator[str]:
+        """Yield a warning of created energy."""
+        if self.creates_energy:
+            yield (
+                f"theta = {self.theta:g} with restitution = {self.restitution:g} makes energy at impacts; theta of at "
+                f"most 1 / (1 + restitution) = {self.largest_theta:.6g} makes none"
+            )
 
     def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
         """Return (c_m, c_k, c_d) of the effective operator."""

@@ -122,7 +122,7 @@ def test_modes_of_a_file(tmp_path: Path) -> None:
         ("frequency,tip\n", "found 1 line,"),
         ("frequency\n1.0\n", "no points"),
         ("frequency,tip\n1.0\n", "found 1 value for mode 1, expected 2"),
-        ("frequency,tip\n1.0,x\n", "no number"),
+        ("frequency,tip\n1.0,1.0\n2.0,x\n", "tip of mode 2: found 'x'"),
         ("frequency,tip\n-1.0,1\n", "frequencies from 0 on"),
         ("frequency,tip.3\n1.0,1\n", "its motions .1 and .2"),
         ("frequency,tip,tip\n1.0,1,1\n", "twice"),

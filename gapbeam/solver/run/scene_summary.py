@@ -16,10 +16,12 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, A
 from gapbeam.solver.run.assumptions.motion_findings import RESOLVED
 from gapbeam.solver.run.outcome import all_rates, work_rate
 from gapbeam.solver.run.scene_records import SceneAccounts, promises_balance
+from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import Flow, fit_doubts
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.scene import Scene
+from gapbeam.solver.scene.scene_load import BaseMotion
 
 
 def describe_scene(scene: Scene, step: float, end: float, scheme: LinearScheme) -> dict[str, Any]:
@@ -151,6 +153,7 @@ def remarks_of(accounts: SceneAccounts, findings: Sequence[Finding]) -> list[str
     found = [one.remark for one in findings if one.verdict == WARNING]
     gates, ledger = accounts.gates, accounts.ledger
     found += fit_doubts(accounts.scene.feedbacks)
+    found += _still_neighbors(accounts.scene)
     if not accounts.balanced:
         found.append(
             "the scheme promises no energy balance: energy that is missing counts as its dissipation, so that the "
@@ -164,3 +167,17 @@ def remarks_of(accounts: SceneAccounts, findings: Sequence[Finding]) -> list[str
     if gates.failed(ledger) and gates.limits.accept_energy_growth:
         found.append(f"energy growth of {gates.growth(ledger):.2%} accepted by gates.accept_energy_growth")
     return found
+
+
+def _still_neighbors(scene: Scene) -> list[str]:
+    """Return a sentence for each structure without base motion that a contact or a joint ties to one that has it."""
+    shaken = {scene.place_of(one.structure, "base motion"): one.name for one in scene.loads if type(one) is BaseMotion}
+    tied: list[Contact | Feedback] = [*scene.contacts, *scene.feedbacks]
+    ties = [{scene.place_of(point.structure, "a point") for point in one.points} for one in tied]
+    still = {(max(tie & set(shaken)), other) for tie in ties if tie & set(shaken) for other in tie - set(shaken)}
+    names = [one.name or "?" for one in scene.structures]
+    return [
+        f"base motion {shaken[moved]} shakes {names[moved]}, but not {names[other]}, which touches it or is joined to "
+        f"it: the inertia of {names[other]} is left out; give all structures the base motion"
+        for moved, other in sorted(still)
+    ]

@@ -72,11 +72,14 @@ def _columns(path: Path) -> dict[str, Array]:
             )
     if len(set(names)) < len(names):
         raise ArgumentError(f"{path}: a column stands there twice", "file")
-    columns = zip(*rows[1:], strict=True)
+    cells = [[_number(cell, f"{path}: {name} of mode {number}") for name, cell in zip(names, row, strict=True)]
+             for number, row in enumerate(rows[1:], 1)]  # fmt: skip
+    columns = zip(*cells, strict=True)
+    return {name: finite(column, f"{path}: {name}") for name, column in zip(names, columns, strict=True)}
+
+
+def _number(cell: str, where: str) -> float:
     try:
-        return {
-            name: finite(list(map(float, column)), f"{path}: {name}")
-            for name, column in zip(names, columns, strict=True)
-        }
-    except ValueError as error:
-        raise ArgumentError(f"{path}: found what is no number ({error}), expected numbers", "file") from None
+        return float(cell)
+    except ValueError:
+        raise ArgumentError(f"{where}: found {cell.strip()!r}, expected a number", "file") from None

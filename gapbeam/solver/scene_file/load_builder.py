@@ -24,7 +24,7 @@ from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, MovingPoint, moving_force, weight
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene_file.contact_builder import Site
-from gapbeam.solver.scene_file.structure_tables import SpringJoint
+from gapbeam.solver.scene_file.structure_tables import LumpedMass, ModesOfFile, SpringJoint
 from gapbeam.solver.system.operators import Array
 
 
@@ -62,8 +62,9 @@ def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
     if bare:
         site.faults.append(
             Fault((*key, "structure"), f"{', '.join(bare)}, of which no motion with the frame is known",
-                  "structures with a direction: `frame` of matrices, a column frame of modes",
-                  'add frame = [0, 0, 1] to the structure, or name another structure')
+                  "structures with a direction: `frame` of matrices or a mesh, a column frame of modes, `place` of a "
+                  "mass of several motions",
+                  f"{_way_of(site, bare[0])}, or name another structure")
         )  # fmt: skip
         return []
     given = vars(load)["direction"]
@@ -76,6 +77,16 @@ def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
         _on_inertia(load, body, value, name if len(bodies) == 1 else f"{name}-{one}", given)
         for one, body in bodies.items()
     ]
+
+
+def _way_of(site: Site, name: str) -> str:
+    """Return the advice that gives a structure its motion with the frame."""
+    model = next(one.model for one in site.case.structure if one.name == name)
+    if isinstance(model, LumpedMass):
+        return f"add place = {{ across = [0, 0, 1] }} to {name}"
+    if isinstance(model, ModesOfFile):
+        return f"add the column frame to {model.file}"
+    return f"add frame = [0, 0, 1] to {name}"
 
 
 def _in_motions(site: Site, number: int, load: AnyLoad, point: StructurePoint) -> Array | None:

@@ -232,7 +232,8 @@ def pair_faults(
     if depth > 0.0 and not pair.interference:
         return [
             Fault((*key, "region"), f"structures that overlap by {depth:g} m at the start", "a place within the region",
-                  "a larger clearance, or interference = true where the pair is pressed", ((*key, "offset"),))
+                  "a larger clearance, or interference = true where the pair is pressed, or its seat lies within the "
+                  "region", ((*key, "offset"),))
         ]  # fmt: skip
     return []
 

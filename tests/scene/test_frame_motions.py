@@ -1,0 +1,87 @@
+"""Weight and base motions of several structures: advice that works, and inertia that is left out."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gapbeam as gb
+
+LAW = {"type": "kelvin-voigt", "stiffness": 1e6}
+FREQUENCY, SHAPE = sqrt(500.0) / (2.0 * pi), sqrt(0.5)
+"""Hz, 1/sqrt(kg): of 2 kg on 1e3 N/m."""
+SHAKER = {"type": "base_motion", "name": "quake", "amplitude": 1.0, "frequency": 2.0}
+
+
+def masses(motions: int = 1) -> dict[str, Any]:
+    """Return the tables of two masses of 2 kg and 1 kg, of so many motions."""
+    return {
+        "structure": [
+            {"name": "tower", "model": {"type": "mass", "mass": 2.0, "stiffness": 1e3, "motions": motions}},
+            {"name": "damper", "model": {"type": "mass", "mass": 1.0, "stiffness": 1e3, "motions": motions}},
+        ],
+        "contact": {"law": LAW},
+        "time": {"step": 1e-3, "end": 0.1},
+    }
+
+
+@pytest.mark.parametrize("kind", ["two motions", "three motions", "matrices", "modes"])
+def test_advice_on_weight_without_a_direction_helps(kind: str, tmp_path: Path) -> None:
+    """The file is refused; with the key or the column that the message adds, the mass weighs 2 kg times 9.81 m/s^2."""
+    given = masses({"two motions": 2, "three motions": 3}.get(kind, 1)) | {"load": [{"type": "gravity"}]}
+    del given["structure"][1]
+    body, advised = given["structure"][0], tmp_path / "tower.csv"
+    if kind == "matrices":
+        for name, value in (("K", 1e3), ("M", 2.0)):
+            np.save(tmp_path / f"{name}.npy", np.array([[value]]))
+        (tmp_path / "tower.dof").write_text("1.3\n")
+        body["model"] = {"type": "matrices", "stiffness": str(tmp_path / "K.npy"), "mass": str(tmp_path / "M.npy"),
+                         "dofs": str(tmp_path / "tower.dof"), "units": "m-kg-s"}  # fmt: skip
+        given["point"] = [{"name": "at", "structure": "tower", "dof": "1.3"}]
+    elif kind == "modes":
+        advised.write_text(f"frequency,damping,at\n{FREQUENCY!r},0.0,{SHAPE!r}\n")
+        body["model"] = {"type": "modes", "file": str(advised)}
+    with pytest.raises(gb.CaseError) as refused:
+        gb.scene(given)
+    words = str(refused.value)
+    if kind == "modes":
+        assert f"column frame to {advised}" in words
+        advised.write_text(f"frequency,damping,at,frame\n{FREQUENCY!r},0.0,{SHAPE!r},"
+                           f"{2.0 * SHAPE!r}\n")  # fmt: skip
+    else:
+        key, value = ("frame", [0, 0, 1]) if kind == "matrices" else ("place", {"across": [0, 0, 1]})
+        assert f"add {key} = " in words
+        assert "[0, 0, 1]" in words
+        body[key] = value
+    scene = gb.scene(given)
+    found = scene.rows_at(scene.point("at")) @ gb.seat(scene).q[:, 0]
+    assert found[0] == pytest.approx(-2.0 * 9.81 / 1e3, rel=1e-12)
+    assert np.abs(found[1:]).max(initial=0.0) < 1e-15
+
+
+TIES: dict[str, dict[str, Any]] = {
+    "a pair": {"pair": [{"name": "gap", "between": ["damper.at", "tower.at"],
+                         "region": {"type": "slot", "clearance": 1e-2}}]},
+    "a spring": {"joint": [{"type": "elastic", "between": ["tower.at", "damper.at"], "stiffness": 100.0}]},
+    "a snubber": {"joint": [{"type": "snubber", "name": "brake", "between": ["tower.at", "damper.at"], "velocity": 0.1,
+                             "release": 0.05, "stiffness": 1e4}]},
+    "a controller": {"feedback": [{"name": "drive", "type": "controller", "sense": ["tower.at"], "act": ["damper.at"],
+                                   "D": [[10.0, 1.0]]}]},
+    "nothing": {},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("tie", TIES)
+@pytest.mark.parametrize("shaken", ["tower", "damper", "all"])
+def test_a_base_motion_that_leaves_a_neighbor_out_is_named(tie: str, shaken: str, tmp_path: Path) -> None:
+    """A structure without base motion, tied to one that has it, lacks its inertia: a warning names both."""
+    load = SHAKER if shaken == "all" else SHAKER | {"structure": shaken}
+    outcome = gb.run(masses() | TIES[tie] | {"load": [load]}, output=tmp_path / "run")
+    other = "damper" if shaken == "tower" else "tower"
+    found = [one for one in outcome.summary["warnings"] if f"the inertia of {other} is left out" in one]
+    assert len(found) == (tie != "nothing" and shaken != "all"), outcome.summary["warnings"]
+    assert all(f"quake shakes {shaken}, but not {other}" in one for one in found)

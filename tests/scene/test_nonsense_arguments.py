@@ -186,3 +186,59 @@ def test_a_star_is_no_convex_polygon(turns: int) -> None:
         return
     with pytest.raises(gb.UserError, match="once around"):
         gb.Polygon(corners)
+
+
+@gb.region
+def oval(x: Any, y: Any, a: Any, b: Any) -> Any:
+    """Return about the distance to an ellipse."""
+    return np.sqrt((x / a) ** 2 + (y / b) ** 2) - 1.0
+
+
+@gb.law(potential=lambda x, pull: 0.5 * pull * x * x)
+def bow(x: Any, pull: Any) -> Any:
+    """Return the force of a linear spring."""
+    return pull * x
+
+
+@pytest.mark.parametrize(
+    ("made", "values", "named"),
+    [
+        (gb.KelvinVoigt, (2.0, 1.0), {"stiffness": 2.0, "damping": 1.0}),
+        (gb.HuntCrossley, (2.0, 0.1), {"stiffness": 2.0, "chi": 0.1}),
+        (gb.Cubic, (1e6, 1e-3), {"stiffness": 1e6, "scale": 1e-3}),
+        (gb.ElastoGap, (1e6, 10.0), {"stiffness": 1e6, "damping": 10.0}),
+        (bow, (3.0,), {"pull": 3.0}),
+        (oval, (1e-2, 2e-2), {"a": 1e-2, "b": 2e-2}),
+    ],
+    ids=lambda one: getattr(one, "__name__", getattr(one, "name", "")),
+)
+def test_laws_and_regions_take_values_in_the_order_of_their_names(made: Any, values: Any, named: Any) -> None:
+    """The same with and without names; a value too many, and one that is given twice, are refused."""
+    assert made(*values).values == made(**named).values
+    first = next(iter(named))
+    for wrong in ((*values, 1.0, 1.0), values):
+        with pytest.raises((gb.UserError, TypeError), match=r"found|argument"):
+            made(*wrong, **{first: 1.0})
+    with pytest.raises((gb.UserError, TypeError), match=r"found 9 values|argument"):
+        made(*([1.0] * 9))
+
+
+@pytest.mark.parametrize("sliding", [None, 0.0, 1e-3])
+@pytest.mark.parametrize("law", [gb.KelvinVoigt(1e5, 5.0), gb.Adhesive(1e5, 1.0, 1e-3)], ids=["spring", "glue"])
+def test_a_polygon_has_as_many_corners_as_the_refusal_says(law: Any, sliding: float | None) -> None:
+    """The number in the refusal is taken, one more is not; a table of radii may have more."""
+    ball = gb.mass(1.0, 2, 100.0)
+    rough = {} if sliding is None else {"friction": 0.1, "sliding": sliding}
+
+    def contact(corners: int) -> gb.Contact:
+        turns = 2.0 * np.pi * np.arange(corners) / corners
+        return gb.Contact(ball["at"], gb.Polygon(1e-3 * np.array([np.cos(turns), np.sin(turns)]).T), law, **rough)
+
+    with pytest.raises(gb.UserError, match="expected at most") as refused:
+        contact(60)
+    most = int(str(refused.value).split("at most ")[1].split(";")[0])
+    found = gb.history(gb.Scene(ball, contacts=[contact(most)], loads=[gb.Force(ball["at"], 5.0)]), 1e-3, 0.1)
+    assert np.abs(found.force[0]).max() > 1.0
+    with pytest.raises(gb.UserError, match=f"at most {most}"):
+        contact(most + 1)
+    assert gb.Contact(ball["at"], gb.Polar(np.full(90, 1e-3)), law, **rough).motions == 2

@@ -185,3 +185,17 @@ def matrix(value: Any, where: str) -> Any:
     if found.ndim != 2 or found.shape[0] != found.shape[1]:
         raise UserError(f"{where}: found shape {found.shape}, expected a square matrix")
     return found
+
+
+def named_values(where: str, values: Sequence[Any], named: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
+    """Return all values by name; those without one have the names in their order.
+
+    Raises:
+        UserError: There are more values than names, or one is given twice.
+    """
+    found = dict(zip(names, values, strict=False))
+    twice = [one for one in named if one in found]
+    if len(values) > len(names) or twice:
+        what = f"{twice[0]} twice" if twice else f"{len(values)} values"
+        raise UserError(f"{where}: found {what}, expected {', '.join(names) or 'none'}")
+    return found | dict(named)

@@ -10,7 +10,7 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.scene.argument_checks import ARTICLES, check_fields, finite, positive, shown
+from gapbeam.solver.scene.argument_checks import ARTICLES, ArgumentError, check_fields, finite, positive, shown
 from gapbeam.solver.scene.convex_region import ConvexRegion
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.shipped_laws import check_law
@@ -76,15 +76,32 @@ class Contact:
             raise UserError(f"{where}: friction needs points of two or three motions: normal and slip")
         if self.is_impulsive:
             self._check_impulses(where)
-        sticks = 2 + 3 * self.region.kind.faces if self.sticks else 0
-        kept = (IN_SPACE if self.motions == 3 else sticks) if self.is_rough else 0
-        if VALUES + len(self.region.values) + len(self.law.values) + kept > ROWS:
-            raise UserError(
-                f"{where}: found {counted(len(self.region.values), 'value')} of the region and "
-                f"{len(self.law.values)} of the law, "
-                f"expected at most {ROWS - VALUES - kept}; give an own region with its distance"
-            )
+        kept, each = self._kept
+        room = ROWS - VALUES - len(self.law.values) - kept
+        if len(self.region.values) + each * self.region.kind.faces > room:
+            raise ArgumentError(f"{where}: {self._too_many(room, each)}", "region")
         check_law(self.law)
+
+    @property
+    def _kept(self) -> tuple[int, int]:
+        """Numbers that friction keeps: of the contact, and of each face."""
+        if not self.is_rough:
+            return 0, 0
+        return (IN_SPACE, 0) if self.motions == 3 else (2, 3) if self.sticks else (0, 0)
+
+    def _too_many(self, room: int, each: int) -> str:
+        """Return the fault of a region of more values than a contact has room for."""
+        kind, rough = self.region.kind, " with friction" if self.is_rough else ""
+        if not kind.period:
+            return (
+                f"found {counted(len(self.region.values), 'value')} of region {kind.name}{rough}, expected at most "
+                f"{room - each * kind.faces}; let its distance hold constants, as numbers or a table of its own"
+            )
+        sliding = "a sliding speed above 0 allows more, " if each else ""
+        return (
+            f"found {counted(kind.faces, 'corner')}{rough}, expected at most {room // (kind.period + each)}; {sliding}"
+            "a disc is round, and gapbeam.Polar has any number of corners"
+        )
 
     def _check_impulses(self, where: str) -> None:
         if self.is_rough or not self.sticks:

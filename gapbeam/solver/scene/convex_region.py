@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked, finite
+from gapbeam.solver.scene.argument_checks import checked, finite, named_values
 from gapbeam.solver.scene.force_law import inlined
 from gapbeam.solver.system.operators import Array
 
@@ -321,7 +321,8 @@ def region(distance: Callable[..., Any], name: str | None = None, bounded: bool 
     kind = RegionKind(name or distance.__name__, 1, names, face)
     normals = EVERY_WAY if bounded else np.zeros((0, 2))
 
-    def make(**values: Any) -> ConvexRegion:
+    def make(*given: Any, **named: Any) -> ConvexRegion:
+        values = named_values(f"region {kind.name}", given, named, names)
         if set(values) != set(names):
             raise UserError(f"region {kind.name}: found values {sorted(values)}, expected {list(names)}")
         return ConvexRegion(kind, tuple(_numbers(values[one], f"{kind.name}: {one}") for one in names), normals)

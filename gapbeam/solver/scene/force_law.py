@@ -19,7 +19,7 @@ import numba
 import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import finite, positive
+from gapbeam.solver.scene.argument_checks import finite, named_values, positive
 
 TINY = 1e-300
 SPEEDS = ("speed", "speed2", "speed3")
@@ -72,12 +72,13 @@ class LawKind:
         """Names of the parameters that a user gives."""
         return tuple(one for one in self.names if one not in self.memory)
 
-    def __call__(self, **parameters: Any) -> ForceLaw:
+    def __call__(self, *values: Any, **named: Any) -> ForceLaw:
         """Return the law with its parameters.
 
         Raises:
             UserError: A parameter is unknown, missing, not finite or negative where it may not be.
         """
+        parameters = named_values(f"law {self.name}", values, named, self.given)
         unknown = sorted(set(parameters) - set(self.given))
         missing = [one for one in self.names if one not in parameters and one not in self.defaults]
         if unknown or missing:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from gapbeam.solver.messages.errors import Fault, Key, UserError
+from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.face_pair import face_contacts
 from gapbeam.solver.scene.flow_force import FlowSpan
@@ -122,7 +123,7 @@ def point_contact(site: Site, number: int, pair: PairTable) -> Contact | None:
             name=pair.name,
         )  # fmt: skip
     except UserError as error:
-        site.faults.append(fault_of((*key, "law"), error))
+        site.faults.append(fault_of((*key, error.argument if isinstance(error, ArgumentError) else "law"), error))
         return None
 
 

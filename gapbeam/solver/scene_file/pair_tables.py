@@ -72,8 +72,8 @@ class PolygonRegion(Table):
     type: Literal["polygon"] = Field(description="kind of region")
     corners: tuple[Pair2, ...] = Field(
         min_length=3,
-        max_length=30,
-        description="corners, counter-clockwise, m",
+        max_length=15,
+        description="corners, counter-clockwise, m; at most 7 with friction that sticks",
         examples=[[[-1e-4, -1e-4], [1e-4, -1e-4], [0.0, 1e-4]]],
     )
 

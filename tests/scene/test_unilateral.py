@@ -303,3 +303,58 @@ def test_what_impulses_cannot_do_is_refused_by_name() -> None:
         bodies = [{"name": name, "model": {"type": "mass", "mass": 1.0, "motions": 2}} for name in "ab"]
         with pytest.raises(gb.CaseError, match=words):
             read_scene({**CASE, "structure": bodies, "pair": [{**flat, key: value}]})
+
+
+def knocking() -> dict[str, Any]:
+    """Return the tables of a mass that strikes another one, and of a third that nothing strikes."""
+    return {
+        "structure": [
+            {"name": "a", "model": {"type": "mass", "mass": 2.0}, "velocity": 1.3},
+            {"name": "b", "model": {"type": "mass", "mass": 0.7}},
+            {"name": "c", "model": {"type": "mass", "mass": 1.0, "stiffness": 1e3}, "velocity": 1.0},
+        ],
+        "pair": [{"name": "touch", "between": ["a.at", "b.at"], "region": {"type": "half-plane", "clearance": 0.0103},
+                  "law": {"type": "unilateral", "restitution": 0.4}}],
+        "time": {"step": 1e-3, "end": 0.04},
+    }  # fmt: skip
+
+
+SIZES = ({"statistic": "maximum"}, {"statistic": "minimum"}, {"statistic": "peak-to-peak"}, {"statistic": "rms"},
+         {"statistic": "quantile", "level": 0.9}, {"statistic": "share", "limit": 1.0},
+         {"statistic": "value", "time": 0.02})  # fmt: skip
+
+
+@pytest.mark.parametrize("keys", SIZES, ids=lambda one: one["statistic"])
+@pytest.mark.parametrize(
+    ("quantity", "place"),
+    [("contact_force", "touch"), ("acceleration_relative", "b.at"), ("acceleration_absolute", "a.at")],
+)
+def test_sizes_that_an_impulse_makes_follow_the_step_are_refused(quantity: str, place: str, keys: Any) -> None:
+    """Of the pair and of what it strikes, by run and by file; not of a mass beside, nor of velocities."""
+    asked = {"name": "own", "quantity": quantity, "place": place, **keys}
+    with pytest.raises(gb.CaseError, match=r"\[\[figure\]\] number 1 .* quantity") as refused:
+        read_scene(knocking() | {"figure": [asked]})
+    assert "which impulses strike" in str(refused.value)
+    scene = gb.scene(knocking())
+    with pytest.raises(gb.UserError, match="which impulses strike"):
+        gb.run(scene, step=1e-3, end=0.04, figures=[gb.figure(**asked)], output="unused")
+    for free in ({"place": "c.at", "quantity": "acceleration_relative"}, {"place": "a.at", "quantity": "velocity"}):
+        read_scene(knocking() | {"figure": [asked | free]})
+
+
+def test_means_that_an_impulse_leaves_do_not_follow_the_step(tmp_path: Path) -> None:
+    """The mean force is the impulse over the time, the mean acceleration the change of velocity, at any step."""
+    given = knocking() | {"figure": [
+        {"name": "push", "quantity": "contact_force", "place": "touch", "statistic": "mean"},
+        {"name": "gain", "quantity": "acceleration_relative", "place": "b.at", "statistic": "mean"},
+    ]}  # fmt: skip
+    impulse = 1.4 * 1.3 * 2.0 * 0.7 / 2.7
+    for step in (1e-3, 2.5e-4):
+        given["time"] = {"step": step, "end": 0.04}
+        found = gb.run(given, output=tmp_path / f"{step}").summary["figures"]
+        assert found["push"]["value"] == pytest.approx(impulse / 0.04, rel=1e-9)
+        assert found["gain"]["value"] == pytest.approx(impulse / 0.7 / 0.04, rel=1e-9)
+    scene = gb.scene(given).with_({"touch.clearance": 0.01})
+    with pytest.raises(gb.UserError, match="impulses"):
+        gb.ensemble(scene, {"touch.restitution": np.array([0.1, 0.9])}, step=1e-3, end=0.04,
+                    figures=[gb.figure("own", "contact_force", "touch")])  # fmt: skip

@@ -135,6 +135,8 @@ Statistic = Literal[
 ]  # fmt: skip
 EXTRA = {"value": ("time",), "quantile": ("level",), "share": ("limit",), "probability": ("limit", "duration")}
 """Keys that a statistic asks for, and no other takes."""
+STEPWISE = ("contact_force", "friction_force", "acceleration_relative", "acceleration_absolute")
+"""Quantities that an impulse makes as large as the time step is short; their means and times do not follow it."""
 SCALELESS = ("share", "probability")
 LATE = 1.0e-9  # of the end of the records, by which a time may lie after it
 
@@ -190,6 +192,11 @@ class Figure(Table):
     def last(self) -> float | None:
         """Time after which records do not count, s; None: all do."""
         return self.time if self.statistic == "value" else self.end
+
+    @property
+    def is_stepless(self) -> bool:
+        """True of a mean or a time, which impulses do not make follow the step."""
+        return self.statistic == "mean" or self.statistic.startswith("time-of")
 
     @property
     def averages(self) -> bool:
@@ -348,7 +355,8 @@ def figure_faults(figures: Mapping[int, Figure], places: Mapping[str, Sequence[s
 
     Args:
         figures: Figures by number.
-        places: Names along each dimension that has places; "support" has whole supports. Others are not checked.
+        places: Names along each dimension that has places; "support" has whole supports, "struck" places of impulses.
+            Others are not checked.
         end: End of the run, s.
     """
     for number, one in figures.items():
@@ -360,6 +368,10 @@ def figure_faults(figures: Mapping[int, Figure], places: Mapping[str, Sequence[s
             continue
         yield from _key_faults(one, key)
         yield from _place_faults(one, key, places)
+        if one.quantity in STEPWISE and one.place in places.get("struck", ()) and not one.is_stepless:
+            yield Fault((*key, "quantity"), f'"{one.quantity}" of {one.place}, which impulses strike: it follows the '
+                        "step", 'statistic = "mean", or impulse, velocity and displacement',
+                        'a stiff spring has forces: law = { type = "kelvin-voigt", stiffness = 1e8 }')  # fmt: skip
         for name, value in (("start", one.start), ("end", one.end), ("time", one.time)):
             if value is not None and value > end:
                 words, limit = apart(value, end)

@@ -46,6 +46,7 @@ from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecor
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
+from gapbeam.solver.scene.unilateral_law import struck_places
 from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE
 from gapbeam.solver.schema.table import faults_in
 
@@ -131,7 +132,8 @@ class SceneRun:
         for one in self.observers:
             if not callable(one):
                 raise UserError(f"run: found the observer {one!r}, expected a function of the step")
-        places = {"probe": self.scene.probe_names, "face": self.scene.contact_names, "turned_probe": (), "gauge": ()}
+        places = {"probe": self.scene.probe_names, "face": self.scene.contact_names, "turned_probe": (), "gauge": (),
+                  "struck": struck_places(self.scene)}  # fmt: skip
         begin = 0.0 if self.start is None else self.start.t
         for fault in figure_faults(dict(enumerate(self.figures)), places, max(self.end, begin)):
             name = self.figures[int(fault.key[1])].name

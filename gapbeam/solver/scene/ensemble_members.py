@@ -24,6 +24,7 @@ import numpy as np
 from gapbeam.solver.case.figure_table import Figure, part_above
 from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.unilateral_law import struck_places
 from gapbeam.solver.system.operators import Array
 
 OF_CONTACTS = ("peak_force", "impulse", "impacts", "closed", "work", "force")
@@ -233,6 +234,7 @@ def lane_figure_faults(scene: Scene, figures: Sequence[Figure]) -> Iterator[tupl
     """Yield figures that cannot be gathered in lock-step, with reason and advice."""
     pairs = zip(scene.contact_names, scene.contacts, strict=True)
     signed = {name for name, one in pairs if one.is_rough or one.law.kind.adhesive}
+    struck = struck_places(scene)
     for one in figures:
         if one.quantity not in (*MOTIONS, FORCE):
             yield one, f"quantity = {one.quantity!r}; expected {', '.join(MOTIONS)} or {FORCE}; or run one member"
@@ -240,6 +242,8 @@ def lane_figure_faults(scene: Scene, figures: Sequence[Figure]) -> Iterator[tupl
             yield one, f"statistic = {one.statistic!r}, which needs a history; expected another, or run one member"
         elif one.quantity == FORCE and any(name == one.place for name in _labels_of(scene, one, signed)):
             yield one, "a contact with friction, or that pulls; expected one that presses, or run one member"
+        elif one.quantity == FORCE and one.place in struck and not one.is_stepless:
+            yield one, "impulses, whose force follows the step; expected the mean, or a displacement or velocity"
         else:
             try:
                 _series(scene, one, np.zeros((1, scene.watched, 1)), np.zeros((1, len(scene.contacts), 1)))

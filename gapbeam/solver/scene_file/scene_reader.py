@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.case.figure_table import figure_faults
 from gapbeam.solver.case.reading.case_reader import SCENE, Places, SceneSource, checked_tables, plain_tables
 from gapbeam.solver.case.reading.known_keys import candidates
 from gapbeam.solver.case.reading.overrides import Overrides, pairs
@@ -36,6 +37,7 @@ from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import seat
+from gapbeam.solver.scene.unilateral_law import struck_places
 from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocities
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_checks import FILES, scene_faults
@@ -221,6 +223,10 @@ class SceneFile:
                 faults.append(Fault((), found, expected, where=f"`overrides=` {key}"))
         if faults:
             raise CaseError(str(path), faults)
+        struck = {"struck": struck_places(scene)}
+        faults = list(figure_faults(dict(enumerate(self.case.figure)), struck, self.case.time.end))
+        if faults:
+            raise CaseError(str(path), self.places.put_in_order(faults))
         case, reason = with_step(self.case, scene, str(path), self.places.put_in_order)
         return ReadScene(case, scene, spans, path.stem, reason)
 

@@ -6,6 +6,7 @@ from math import sqrt
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,7 +14,9 @@ from hypothesis import strategies as st
 
 import gapbeam
 from gapbeam.solver.messages.errors import CaseError
+from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.run_summary import describe_seat
+from gapbeam.solver.system.semi_discrete import Snapshots
 
 LENGTH, MIDDLE, FORCE, STIFFNESS = 0.5, 0.25, 1000.0, 5.0e5
 GRAVITY = 9.81
@@ -224,3 +227,29 @@ def test_contradictions(own: dict[str, Any], words: list[str]) -> None:
         gapbeam.read_case(tables)
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("own", [{}, {"support_stiffness": None}])
+@pytest.mark.parametrize("model", ["rigid", "beam", "reduced", "rigid sections"])
+@pytest.mark.parametrize("region", [*PLANES, *AROUND])
+def test_fields_hold_the_pressure_of_every_support(
+    region: str, model: str, own: dict[str, Any], tmp_path: Path
+) -> None:
+    """Forces at contact points reach the nodes of the face: lines of walls in a beam model had no way to them."""
+    tables = case("tube", region, model, **own) | {"contact": {"stiffness": 1.0e9}}
+    if model == "rigid sections" and region in PLANES:
+        pytest.skip("rigid sections are for supports around the beam")
+    if region == "circle" and own:
+        pytest.skip("a circle needs a stiffness of the whole support")
+    simulation = gapbeam.model(gapbeam.read_case(tables))
+    made, seat = simulation.model, simulation.seat()
+    writer = FieldWriter(tmp_path, made)
+    writer.write(Snapshots.of_states([seat.state]), made)
+    writer.close()
+    with h5py.File(tmp_path / "fields.h5") as file:
+        points, pressure = file["points"][:], file["contact_pressure/0"][:]
+    assert (pressure >= 0.0).all()
+    weights = np.where(pressure > 1.0e-3 * pressure.max(), pressure, 0.0)
+    assert weights.max() > 0.0
+    assert float(weights @ points[:, 0]) / weights.sum() == pytest.approx(MIDDLE, abs=0.02)
+    assert float(weights @ points[:, 2]) < 0.0  # it is pressed from below

@@ -38,7 +38,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import highest_frequency
 from gapbeam.solver.case.solution_tables import BeamModel, BeamMotion
-from gapbeam.solver.contact.formulations.contact_points import StationOperator
+from gapbeam.solver.contact.formulations.contact_points import ResultantOperator, StationOperator
 from gapbeam.solver.loads.attachments import IN_PLANE, MeanMotion, MotionName
 from gapbeam.solver.loads.load_choice import axis_point, load_direction
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls, patterned
@@ -459,6 +459,9 @@ def _at_stations(
         np.repeat(np.arange(len(spans)), count),
     )
     opening = contact.support.opening(around.faces, around.positions[:, : beam.dimension])
+    shares = around.shares
+    if isinstance(contact, ResultantOperator):  # of lines, each of which is gathered from points of the mesh
+        shares = csr_matrix(shares @ contact.shares)
     return StationOperator(
         interface=contact.interface,
         gap_matrix=beam.along(around.positions, opening),
@@ -468,7 +471,7 @@ def _at_stations(
         support=contact.support,
         positions=around.positions,
         frictionless=contact.frictionless,
-        shares=around.shares,
+        shares=shares,
     )
 
 

@@ -134,3 +134,32 @@ def test_advice_on_the_range_of_a_curve_has_the_unit_of_its_key(low: float) -> N
     advised = re.search(r"low = ([\d.]+), high = ([\d.]+)", fault.hint)
     assert advised
     assert not faults(text.replace(f"low = {low}", f"low = {advised[1]}"))
+
+
+CURVES = {  # key and its value in the file
+    "support.clearance": 0.2,
+    "contact.stiffness": 500.0,
+    "load.force.amplitude": 20.0,
+    "load.force.frequency": 20.0,
+}
+
+
+@pytest.mark.parametrize("kind", ["above", "below", "swapped"])
+@pytest.mark.parametrize("key", CURVES)
+@given(share=st.floats(1.2, 30.0))
+def test_ranges_of_curves_are_quoted_as_typed(key: str, kind: str, share: float) -> None:
+    """Numbers without a unit word are those of the file, too: the range, and the value of the case beside it."""
+    value = CURVES[key]
+    text = in_units("mm-t-s", PLAIN) + "contact = { stiffness = 500 }\n"
+    curve = f'[model]\ntype = "beam"\n[analysis]\ntype = "periodic"\n[analysis.continuation]\nkey = "{key}"\n'
+    low, high = {
+        "above": (value * share, 2.0 * value * share),
+        "below": (0.5 * value / share, value / share),
+        "swapped": (value * share, value / share),
+    }[kind]
+    low, high = float(f"{low:.4g}"), float(f"{high:.4g}")
+    (fault,) = faults(text + curve + f"low = {low}\nhigh = {high}\n")
+    words = f"{fault.found} {fault.expected}"
+    numbers = [float(one) for one in re.findall(r"(?<![\w.])[-+]?[\d.]+(?:e[-+]?\d+)?(?![\w])", words)]
+    asked = {low, high} | (set() if kind == "swapped" else {value})
+    assert {float(f"{one:.4g}") for one in numbers} == asked, words

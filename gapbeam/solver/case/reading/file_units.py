@@ -16,9 +16,12 @@ from gapbeam.solver.messages.errors import Fault, Key
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
 _NUMBERS = re.compile(rf"(?<![\w.]){_NUMBER}")
 _LENGTHS = re.compile(rf"(?<![\w.]){_NUMBER}(?:(?: to | and | or |, ){_NUMBER})* m(?![\w/^])")
+_ALONE = re.compile(
+    rf"(?<![\w.=+-])(?<!= ){_NUMBER}(?:(?: to | and | or |, ){_NUMBER})*(?=$|[\],;:)]| (?:with|together)\b)"
+)
 _UNIT_ALONE = re.compile(r"\b(in |are |, )m(?=[,;)]|$)")
 _SLIP = re.compile(r"is it in mm\? In m it is \S+")
-_GIVEN = re.compile(rf"\b([a-z][\w.]*) = ({_NUMBER}|\[[^\[\]]*\])")
+_GIVEN = re.compile(rf"\b([a-z][\w.]*) = ({_NUMBER}(?!\w|\.\d)|\[[^\[\]]*\])(?! m\b)")
 _AS_TYPED = re.compile(r"remove the quotes(?! and the unit)|a whole number without")
 
 
@@ -38,7 +41,6 @@ def in_file_units(faults: list[Fault], units: object, data: dict[str, Any], type
 
 def _restated(fault: Fault, units: str, data: dict[str, Any]) -> Fault:
     own = size_of(fault.key, data, units) or 1.0
-    found = _divided(fault.found, own) if re.fullmatch(_NUMBER, fault.found) else _lengths(fault.found, units)
     hint = _SLIP.sub("", fault.hint)
 
     def given(match: re.Match[str]) -> str:
@@ -46,9 +48,13 @@ def _restated(fault: Fault, units: str, data: dict[str, Any]) -> Fault:
         factor = size_of(key if len(key) > 1 else (*fault.key[:-1], *key), data, units) or 1.0
         return f"{match[1]} = {_divided(match[2], factor)}"
 
+    def said(words: str) -> str:
+        words = _ALONE.sub(lambda match: _divided(match[0], own), words)
+        return _lengths(_GIVEN.sub(given, words), units)
+
     if not _AS_TYPED.match(hint):
         hint = _GIVEN.sub(given, hint)
-    return replace(fault, found=found, expected=_lengths(fault.expected, units), hint=_lengths(hint, units))
+    return replace(fault, found=said(fault.found), expected=said(fault.expected), hint=_lengths(hint, units))
 
 
 def _divided(words: str, factor: float) -> str:

@@ -255,6 +255,16 @@ BAD_NAMES = {
         "width = 0.020\nclearance = 0.1e-3",
         ["[beam] clearance", "unknown key", "`clearance` belongs in [support]"],
     ),
+    "preload of a beam": (
+        "width = 0.020",
+        "width = 0.020\naxial-force = 2e5",
+        ["[beam] axial-force", "unknown key", "files of structures have an axial preload: `tension`"],
+    ),
+    "preload in the word of another table": (
+        "width = 0.020",
+        "width = 0.020\ntension = 2e5",
+        ["[beam] tension", "unknown key", "files of structures have an axial preload: `tension`"],
+    ),
     "misspelled key of another table": (
         "width = 0.020",
         "width = 0.020\npoison_ratio = 0.3",

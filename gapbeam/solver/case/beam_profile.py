@@ -8,11 +8,11 @@ A segment is a part of the beam with another outer size, section or material.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import sqrt
-from typing import Annotated, Protocol
+from typing import Annotated, ClassVar, Protocol
 
 from pydantic import BeforeValidator, Field
 
@@ -26,6 +26,11 @@ from gapbeam.solver.supports.layout import Layout
 
 class Beam(Table):
     """The outer dimensions of the beam, and its cross-section."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("tension", "compression", "preload", "prestress", "pretension", "axial_force"),
+        'files of structures have an axial preload: `tension` of a [[structure]] of type "beam" or "frame"',
+    )
 
     length: Positive = Field(description="length along x, m", examples=[0.51])
     thickness: Positive = Field(description="size in the bending direction, m", examples=[0.012])

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from types import UnionType
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, TypeVar, Union, get_args, get_origin
 
 from pydantic import (
     AllowInfNan,
@@ -38,9 +38,13 @@ class Table(BaseModel):
 
     Descriptions read "what it is, unit; default where the default is derived": messages, the JSON schema, the
     case file that a run leaves behind and docs/reference/case-files.md are made from them.
+
+    Attributes:
+        elsewhere: Words that users try as keys of this table, each with a hint at what has that meaning.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
+    elsewhere: ClassVar[Mapping[str, str]] = {}
 
 
 class AlongBeam(Table):

@@ -160,6 +160,9 @@ def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case, value
         value: Value of the key; where several keys are near, one that takes it was meant.
     """
     own = list(model.model_fields)
+    hints = getattr(model, "elsewhere", {})
+    if hint := hints.get(same(name, list(hints)) or ""):
+        return str(hint)
     every = sorted({key for table in tables(root) for key in table.model.model_fields})
     word = same(name, own)
     if not (word or same(name, every)):

@@ -56,6 +56,21 @@ def test_a_stub_does_not_bend(settings: tuple[str, ...], root: float, length: fl
     assert bending_words(found) == words
 
 
+@pytest.mark.parametrize("kind", ["clamped", "pinned", "guided"])
+@pytest.mark.parametrize(("at", "start"), [(0.0, 0.49), (0.51, 0.0), (0.1, 0.4), (0.4, 0.05)])
+def test_a_part_that_a_joint_holds_is_no_overhang(kind: str, at: float, start: float) -> None:
+    """From a clamp to the stop at the tip a reed bends as a cantilever, which was called an overhang of the stop."""
+    text = DEMO.read_text().replace(
+        "[support]\nlength = 0.050", f'[[support]]\nname = "stop"\nregion = "stop"\nfrom = {start}\nto = {start + 0.02}'
+    )
+    joint = f'[[joint]]\nname = "root"\ntype = "{kind}"\npoint = {at}\n'
+    found = read_case_text(f"{text}\n{joint}", ["mesh={ dimension = 2 }"], "demo")
+    parts = [(0.0, start), (start + 0.02, 0.51)]
+    (length,) = [end - begin for begin, end in parts if begin <= at <= end]
+    longest = max(end - begin for begin, end in parts)
+    assert bending_words(found) == (f"cantilever of {length:g} m" if length == longest else "clamped overhang")
+
+
 def test_a_falling_beam_moves() -> None:
     """Gravity alone moves a beam that starts undeformed, and none that starts on its seat."""
     seated, falling = case(), case("analysis.start=undeformed")

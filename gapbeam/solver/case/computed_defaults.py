@@ -83,7 +83,7 @@ def bending_words(case: Case) -> str:
 def _bending(case: Case) -> tuple[float, float, tuple[float, float], str]:
     """Return the start of the part that bends, its length, m, the roots of its two lowest modes, and it in words."""
     beam, points, layout, profile = case.beam, case.contact.points or (), case.layout, case.profile
-    parts = [(start, free, CLAMPED_ROOTS, "clamped overhang") for start, free in layout.overhangs(beam.length)]
+    parts = [(start, free, CLAMPED_ROOTS, _beyond(case, start, free)) for start, free in layout.overhangs(beam.length)]
     parts += [(start, span, PINNED_ROOTS, f"pinned span of {span:g} m") for start, span in layout.spans()]
     slender = [part for part in parts if part[1] >= profile.at(part[0] + 0.5 * part[1]).beam.thickness]
     if slender:
@@ -93,6 +93,12 @@ def _bending(case: Case) -> tuple[float, float, tuple[float, float], str]:
     if span >= profile.at(start + 0.5 * span).beam.thickness:
         return start, span, PINNED_ROOTS, f"pinned span of {span:g} m"
     return 0.0, beam.length, FREE_ROOTS, "free beam"
+
+
+def _beyond(case: Case, start: float, length: float) -> str:
+    """Return the part of a beam beyond a support, in words: what a joint holds is no overhang."""
+    held = any(start <= joint.point <= start + length for joint in case.joint)
+    return f"cantilever of {length:g} m" if held else "clamped overhang"
 
 
 def contact_modulus(case: Case) -> float:

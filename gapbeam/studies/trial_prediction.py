@@ -317,8 +317,8 @@ RECORDS = 256  # of each companion that is tried out
 def cost_of_errors(model: Model, comm: MPI.Comm) -> tuple[float, int]:
     """Return the wall time that the error estimate of a run takes, s, and the number of its companions.
 
-    Each companion is set up as it will be, and marched for some records; the rest of its steps take as long. What is
-    compiled in the first steps of the first companion is kept, and does not count.
+    Each companion is set up as it will be, and marched for some records, all together for at most LONGEST s; the rest
+    of its steps take as long. What is compiled in the first steps of the first companion is kept, and does not count.
 
     Args:
         model: Model of the run.
@@ -338,7 +338,7 @@ def cost_of_errors(model: Model, comm: MPI.Comm) -> tuple[float, int]:
         end, body = min(RECORDS * interval, case.time.end), model.body if small else None
         if not small:
             list(companion_motions(case, plan.companions[:1], end, interval, body=body))
-        found = list(companion_motions(case, plan.companions, end, interval, body=body))
+        found = list(companion_motions(case, plan.companions, end, interval, LONGEST, body))
         set_up = sum(one.seconds - one.march for one in found)
         marches = sum(one.march / one.steps * case.time.end / one.step for one in found if one.steps)
         return set_up + marches, len(found)

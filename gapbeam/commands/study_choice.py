@@ -240,6 +240,7 @@ def atlas(
         result = run_atlas(
             scenes_of(case, override or []), axes, folder, starts=starts, settle=settle, rounds=rounds, orders=orders,
             reach=reach, seed=seed, progress=bar.show, inputs=subject.tables | subject.contents, follow=follow,
+            units={axis.key: subject.unit_of(axis.key) for axis in axes},
         )  # fmt: skip
     print_study(result.tables(), [*result.paths, result.headline()])
     return result.exit_status

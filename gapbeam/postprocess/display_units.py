@@ -15,10 +15,6 @@ DISPLAY: dict[str, tuple[str, float]] = {
 }
 
 
-LENGTHS = ("clearance",)
-"""Ends of the names of keys whose values are lengths."""
-
-
 def shown(unit: str) -> tuple[str, float]:
     """The unit shown for an SI unit and the factor to it; the unit itself where we have no other."""
     return DISPLAY.get(unit, (unit, 1.0))

@@ -18,12 +18,13 @@ from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.signals.steady_figures import steady
 from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.reading.overrides import unit_of_key
 from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.schema.record_table import SMOOTHING_WINDOW
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.identification.evaluations import Evaluations, prepare
-from gapbeam.studies.identification.identification_file import read_identification, unit_of_key
+from gapbeam.studies.identification.identification_file import read_identification
 from gapbeam.studies.identification.misfit import difference_places
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import KeptBody, seated, span
@@ -375,11 +376,12 @@ def test_faults_of_experiments_name_the_line_of_the_identification(tmp_path: Pat
 
 def test_units_are_those_of_the_case_models() -> None:
     """Also behind remarks in brackets, in named tables, and for springs at points."""
-    case = read_case(CASE)
+    case = read_case(CASE).model_dump(mode="json")
     assert unit_of_key("contact.stiffness", case) == "Pa/m"
-    assert unit_of_key("contact.stiffness", read_case(CASE, {"contact.points": [0.0, 0.05]})) == "N/m"
+    at_points = read_case(CASE, {"contact.points": [0.0, 0.05]}).model_dump(mode="json")
+    assert unit_of_key("contact.stiffness", at_points) == "N/m"
     assert unit_of_key("load.shaker.point", case) == "m"
     assert unit_of_key("material.density", case) == "kg/m^3"
     assert unit_of_key("no.such.key", case) == ""
-    boom = read_case(PROJECT / "cases" / "boom.toml")
+    boom = read_case(PROJECT / "cases" / "boom.toml").model_dump(mode="json")
     assert unit_of_key("support.front.clearance", boom) == "m"

@@ -197,7 +197,7 @@ def point(clearance: str, start: str, amplitude: float, **changes: Any) -> dict[
     figure = {"unit": "m", "mean": amplitude, "scatter": 0.0}
     return {
         "values": {"support.clearance": clearance}, "direction": "", "start": start, "verdict": "passed",
-        "exit_status": 0, "message": "", "notes": [], "response": "period 1",
+        "units": {"support.clearance": "m"}, "exit_status": 0, "message": "", "notes": [], "response": "period 1",
         "figures": {"tip displacement": figure, "tip harmonic 1": figure, "tip harmonic 2": figure | {"mean": 1e-4}},
     } | changes  # fmt: skip
 

@@ -5,14 +5,20 @@ from __future__ import annotations
 from itertools import combinations
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 
-from gapbeam.postprocess.report.sections.sweep_section import axis_of
-from gapbeam.postprocess.study_figures.sweep_branches import Branch, SweepPoint, draw_branches
+import gapbeam.studies
+from gapbeam.postprocess.figures.figure_style import panels, write_figure
+from gapbeam.postprocess.study_figures.study_axis import axis_of, cell_edges, is_logarithmic
+from gapbeam.postprocess.study_figures.sweep_branches import Branch, SweepPoint, draw_branches, draw_map
+from gapbeam.solver.scene_file.scene_reader import scene_file
 
 FIGURES = {"tip smoothed acceleration": {"mean": 30.0, "scatter": 1.0, "unit": "m/s^2"}}
 LONG = "load.shaker.amplitude"
+UNITS = {"support.clearance": "m", LONG: "N", "contact.law.restitution": "no unit"}
 
 
 def drawn(path: Path, points: list[dict[str, str]], monkeypatch: pytest.MonkeyPatch) -> Figure:
@@ -26,7 +32,8 @@ def drawn(path: Path, points: list[dict[str, str]], monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(Figure, "savefig", kept)
     record = {"figures": FIGURES, "direction": "", "start": "seat", "verdict": "passed"}
-    draw_branches([SweepPoint(one, (Branch(one, "period 1", (record,)),), ()) for one in points], path)
+    entries = [SweepPoint(one, (Branch(one, "period 1", (record,)),), (), UNITS) for one in points]
+    draw_branches(entries, path)
     figures[0].draw_without_rendering()  # at the resolution of the window, in which extents are given
     return figures[0]
 
@@ -43,7 +50,7 @@ def test_keys_side_by_side_share_one_panel(tmp_path: Path, monkeypatch: pytest.M
     figure = drawn(tmp_path / "a.png", points, monkeypatch)
     [panel] = figure.axes
     assert len(panel.collections) >= 12
-    assert panel.get_xlabel().split("\n") == ["support.clearance (mm)", f"with {LONG} = 5 to 60"]
+    assert panel.get_xlabel().split("\n") == ["support.clearance (mm)", f"with {LONG} = 5 N to 60 N"]
     assert overlapping(figure) == []
     assert axis_of(points).choices == ()
 
@@ -64,5 +71,69 @@ def test_titles_of_a_grid_are_apart(tmp_path: Path, count: int, monkeypatch: pyt
 def test_the_axis_is_a_key_that_varies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     points = [{LONG: f"{n}", "support.clearance": "1e-4"} for n in range(6)]
     figure = drawn(tmp_path / "a.png", points, monkeypatch)
-    assert [panel.get_xlabel() for panel in figure.axes] == [LONG]
+    assert [panel.get_xlabel() for panel in figure.axes] == [f"{LONG} (N)"]
     assert axis_of(points).key == LONG
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_axes_follow_the_spacing_of_their_values(seed: int) -> None:
+    """Values even in the logarithm over a decade or more have a logarithmic axis, even ones none; cells hold them."""
+    random = np.random.default_rng(seed)
+    first, count = 10.0 ** random.uniform(-6.0, 9.0), int(random.integers(3, 12))
+    spread = np.geomspace(first, first * 10.0 ** random.uniform(1.1, 6.0), count)
+    even = np.linspace(first, first * random.uniform(20.0, 500.0), count)
+    assert is_logarithmic(spread)
+    assert not is_logarithmic(even)
+    assert not is_logarithmic(-spread)
+    assert not is_logarithmic(spread[:2])
+    for values in (spread, even):
+        edges = cell_edges(values)
+        assert len(edges) == count + 1
+        assert np.all(edges[:-1] < values)
+        assert np.all(values < edges[1:])
+        assert is_logarithmic(values) == bool(edges[0] > 0.0 and np.allclose(np.diff(np.log(edges), 2), 0.0))
+
+
+def test_a_wide_range_fills_its_axis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    points = [{"support.clearance": f"{n}e-5", LONG: f"1e{m}"} for n in (1, 2, 3) for m in range(4)]
+    figure = drawn(tmp_path / "a.png", points, monkeypatch)
+    for panel in figure.axes:
+        low, high = panel.get_xlim()
+        assert panel.get_xscale() == "log"
+        assert 0.1 < low < 1.0
+        assert 1e3 < high < 1e4
+    assert [panel.get_title() for panel in figure.axes] == [f"support.clearance = 0.0{n} mm" for n in (1, 2, 3)]
+    assert draw_map([SweepPoint(one, (), (), UNITS) for one in points[:2]], tmp_path / "b.png") is None
+
+
+def test_a_figure_drawn_elsewhere_has_the_dots_of_its_style(tmp_path: Path) -> None:
+    figure, _ = panels(1, width=4.0)
+    write_figure(figure, tmp_path / "a.png")
+    assert Image.open(tmp_path / "a.png").width == 1200
+    written = Path(gapbeam.studies.__file__).parent.rglob("*.py")
+    assert [path.name for path in written if ".savefig(" in path.read_text()] == []
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("pair.gap.region.clearance", "m"), ("gap.clearance", "m"), ("g*.stiffness", "N/m"), ("soft.stiffness", "N/m"),
+        ("load.shaker.frequency", "Hz"), ("shaker.amplitude", "N"), ("structure.a.model.mass", "kg"),
+        ("gap.nothing", ""), ("time.end", "s"),
+    ],
+)  # fmt: skip
+def test_keys_of_structures_have_units(key: str, unit: str) -> None:
+    """By tables, by names of entries, and by paths of the scene, with the law of a pair or of all."""
+    law = {"type": "kelvin-voigt", "stiffness": 1e6}
+    slot = {"type": "slot", "clearance": 1e-3}
+    tables = {
+        "structure": [{"name": "a", "model": {"type": "mass", "mass": 1.0, "stiffness": 1e4}}],
+        "contact": {"law": law},
+        "pair": [
+            {"name": "gap", "between": ["a.at"], "region": slot, "law": law},
+            {"name": "soft", "between": ["a.at"], "region": slot},
+        ],
+        "load": [{"type": "harmonic_force", "name": "shaker", "point": "a.at", "amplitude": 1.0, "frequency": 9.0}],
+        "time": {"end": 1.0},
+    }
+    assert scene_file(tables).unit_of(key) == unit

@@ -118,6 +118,12 @@ def letter(axes: Sequence[Axes], pad: float = 3.0) -> None:
         panel.set_title(f"({chr(ord('a') + index)})", loc="left", pad=pad)
 
 
+def write_figure(figure: Figure, path: Path) -> None:
+    """Write a figure with the dots of this style, wherever it was drawn."""
+    with journal_style():
+        figure.savefig(path)
+
+
 def save(figure: Figure, folder: Path, name: str, formats: Sequence[str]) -> list[Path]:
     """Write a figure in every format asked for.
 

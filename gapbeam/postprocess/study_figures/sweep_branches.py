@@ -11,7 +11,7 @@ of the rms of a probe, or of the contact share of a face.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from gapbeam.postprocess.display_units import LENGTHS, shown
+from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.figure_style import (
     BLACK,
     BLUE,
@@ -32,6 +32,15 @@ from gapbeam.postprocess.figures.figure_style import (
     VERMILION,
     journal_style,
     panels,
+)
+from gapbeam.postprocess.study_figures.study_axis import (
+    StudyAxis,
+    axis_of,
+    cell_edges,
+    columns_of,
+    is_logarithmic,
+    named_key,
+    value_words,
 )
 from gapbeam.solver.messages.wording import counted
 
@@ -104,11 +113,13 @@ class SweepPoint:
         values: Values of the keys, as typed.
         branches: The responses, the one that was reached most often first.
         failures: Records of what did not pass, or has no figures.
+        units: SI units of the keys, as far as they are known.
     """
 
     values: dict[str, str]
     branches: tuple[Branch, ...]
     failures: tuple[Record, ...]
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def coexisting(self) -> int:
@@ -141,7 +152,7 @@ def census(records: Sequence[Record], tolerance: float) -> list[SweepPoint]:
     for record in records:
         values = tuple((key, value) for key, value in record["values"].items() if not key.startswith(START_KEYS))
         places.setdefault(values or (("case", "as written"),), []).append(record)
-    points = []
+    points, units = [], {key: unit for record in records for key, unit in (record.get("units") or {}).items()}
     for values, there in places.items():
         good = [record for record in there if record["verdict"] == "passed" and record.get("figures")]
         groups = _grouped([record for record in good if _kind(record, tolerance) != CREEPING], tolerance)
@@ -153,7 +164,8 @@ def census(records: Sequence[Record], tolerance: float) -> list[SweepPoint]:
         groups += _grouped(creeping, tolerance)
         groups.sort(key=len, reverse=True)
         branches = tuple(Branch(dict(values), _word(group, tolerance), tuple(group)) for group in groups)
-        points.append(SweepPoint(dict(values), branches, tuple(record for record in there if record not in good)))
+        failures = tuple(record for record in there if record not in good)
+        points.append(SweepPoint(dict(values), branches, failures, units))
     return points
 
 
@@ -203,36 +215,6 @@ def _intervals(one: Record, other: Record) -> list[tuple[Record, Record]]:
     return [(a, b) for a, b in pairs if "low" in a and "low" in b]
 
 
-Values = Mapping[str, str]
-
-
-def key_along(points: Sequence[Values]) -> str:
-    """Return the key along the axis: the last one that has more than one value.
-
-    Args:
-        points: Values of the keys at every point, as typed.
-    """
-    keys = list(points[0])
-    varied = [key for key in keys if len({values[key] for values in points}) > 1]
-    return varied[-1] if varied else keys[-1]
-
-
-def other_values(values: Values, along: str) -> str:
-    """Return the values of the other keys of a point, in words."""
-    return ", ".join(f"{key} = {value}" for key, value in values.items() if key != along)
-
-
-def columns_of(points: Sequence[Values]) -> list[str]:
-    """Return the column of every point: the values of its other keys, or "" for all where the keys vary side by side.
-
-    Keys vary side by side, as with `--zip`, where no values of the other keys come back at another point: a column for
-    each of them would hold one point.
-    """
-    along = key_along(points)
-    columns = [other_values(values, along) for values in points]
-    return columns if len(set(columns)) < len(columns) else [""] * len(columns)
-
-
 COLORS = {
     "period 1": BLACK,
     "period 2": BLUE,
@@ -261,31 +243,25 @@ def draw_branches(points: Sequence[SweepPoint], path: Path, quantities: Sequence
         quantities: Names of figures; by default those of one's own, else the 2.5 ms mean acceleration, peak to peak, of
             every probe, or what else there is of its motion; the rms where all responses have it, as random ones do.
     """
-    values = [point.values for point in points]
-    along = key_along(values)
+    values, units = [point.values for point in points], points[0].units
+    along = axis_of(values, units)
     groups: dict[str, list[SweepPoint]] = {}
-    for point, column_title in zip(points, columns_of(values), strict=True):
+    for point, column_title in zip(points, columns_of(values, units), strict=True):
         groups.setdefault(column_title, []).append(point)
     names = list(quantities) if quantities else drawn_figures(points)
-    texts = list(dict.fromkeys(point.values[along] for point in points))
-    numbers = [_number(text) for text in texts]
-    axis, factor = shown("m") if along.endswith(LENGTHS) and None not in numbers else ("", 1.0)
-    places = {
-        text: float(place) if None in numbers else factor * float(number or 0.0)
-        for place, (text, number) in enumerate(zip(texts, numbers, strict=True))
-    }
     words: set[str] = set()
     with journal_style():
         figure, columns = _columns(max(len(names), 1), len(groups))
         for column, (title, mine) in zip(columns, groups.items(), strict=True):
             for name, panel in zip(names, column, strict=False):
+                panel.set_xscale("log" if along.is_logarithmic else "linear")
                 for point in mine:
-                    words |= _draw_point(panel, point, name, places[point.values[along]])
+                    words |= _draw_point(panel, point, name, along.place(point.values))
                 panel.set_xmargin(0.06)
             column[0].set_title(title.replace(", ", "\n"))
-            column[-1].set_xlabel(_axis_words(points, along, axis))
-            if None in numbers:
-                column[-1].set_xticks(list(places.values()), list(places))
+            column[-1].set_xlabel(_axis_words(points, along))
+            if along.counted:
+                column[-1].set_xticks(along.numbers, along.texts)
         for name, row in zip(names, np.transpose(columns), strict=False):
             unit = next(b.figures[name][2] for p in points for b in p.branches if name in b.figures)
             for panel in row[::ABREAST]:
@@ -312,14 +288,14 @@ def _columns(rows: int, count: int) -> tuple[Figure, np.ndarray]:
     return figure, columns
 
 
-def _axis_words(points: Sequence[SweepPoint], along: str, unit: str) -> str:
+def _axis_words(points: Sequence[SweepPoint], along: StudyAxis) -> str:
     """Return the name and unit of the axis, and the keys that vary with it, from the first point to the last."""
-    name = f"{along} ({unit})" if unit else along
-    if len(set(columns_of([point.values for point in points]))) > 1:
-        return name
+    if along.choices:
+        return along.name
     first, last = points[0].values, points[-1].values
-    beside = [f"{key} = {first[key]} to {last[key]}" for key in first if key != along and first[key] != last[key]]
-    return "\n".join([name, *(f"with {words}" for words in beside)])
+    beside = [key for key in first if key != along.key and first[key] != last[key]]
+    ends = [(key, *(value_words(one[key], along.units.get(key, "")) for one in (first, last))) for key in beside]
+    return "\n".join([along.name, *(f"with {key} = {low} to {high}" for key, low, high in ends)])
 
 
 def drawn_figures(points: Sequence[SweepPoint]) -> list[str]:
@@ -371,14 +347,6 @@ def _legend(points: Sequence[SweepPoint], words: set[str]) -> list[Line2D]:
     if any(point.failures for point in points):
         marks.append(Line2D([], [], color=VERMILION, marker="x", linestyle="", markersize=4, label="did not pass"))
     return marks
-
-
-def _number(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if np.isfinite(value) else None
 
 
 FEWEST = 3  # values of a key: fewer make no map
@@ -438,7 +406,7 @@ def draw_map(points: Sequence[SweepPoint], path: Path, names: Sequence[str] = ()
     if found is None or not names:
         return None
     keys, *axes = found
-    labels, scales = zip(*(shown("m") if key.endswith(LENGTHS) else ("SI", 1.0) for key in keys), strict=True)
+    labels, scales = zip(*(named_key(key, points[0].units) for key in keys), strict=True)
     x, y = (scale * axis for scale, axis in zip(scales, axes, strict=True))
     abreast = min(len(names), MAPS_ABREAST)
     with journal_style():
@@ -447,14 +415,15 @@ def draw_map(points: Sequence[SweepPoint], path: Path, names: Sequence[str] = ()
             unit = next(b.figures[name][2] for p in points for b in p.branches if name in b.figures)
             unit, factor = shown(unit)
             values = factor * heights(points, name)
-            colors = panel.pcolormesh(x, y, values, shading="nearest", cmap="viridis")
+            panel.set_xscale("log" if is_logarithmic(x) else "linear")
+            panel.set_yscale("log" if is_logarithmic(y) else "linear")
+            colors = panel.pcolormesh(cell_edges(x), cell_edges(y), values, shading="flat", cmap="viridis")
             figure.colorbar(colors, ax=panel, label=f"{name} ({unit})")
             if np.nanmax(values) > np.nanmin(values):
                 lines = panel.contour(x, y, values, levels=LINES, colors=BLACK, linewidths=0.6)
                 panel.clabel(lines, fontsize="x-small", fmt="%.3g")
             _mark(panel, points, keys, scales)
-            panel.set_xlabel(f"{keys[0]} ({labels[0]})")
-            panel.set_ylabel(f"{keys[1]} ({labels[1]})")
+            panel.set(xlabel=labels[0], ylabel=labels[1])
         for unused in list(grid.flat)[len(names) :]:
             unused.remove()
         figure.savefig(path)

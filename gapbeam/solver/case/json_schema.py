@@ -97,7 +97,9 @@ UNITS = (
 )  # fmt: skip
 """Units that descriptions end with."""
 
-_ENDING = re.compile(f", ({'|'.join(re.escape(unit) for unit in sorted(UNITS, key=len, reverse=True))})(?= \\(|;|$)")
+_ENDING = re.compile(
+    f"(?:^|, )({'|'.join(re.escape(unit) for unit in sorted(UNITS, key=len, reverse=True))})(?= \\(|;|$)"
+)
 
 
 def unit_in(description: str) -> str:

@@ -22,7 +22,7 @@ import numpy as np
 from gapbeam.solver.case.figure_table import figure_faults
 from gapbeam.solver.case.reading.case_reader import SCENE, Places, SceneSource, checked_tables, plain_tables
 from gapbeam.solver.case.reading.known_keys import candidates
-from gapbeam.solver.case.reading.overrides import Overrides, pairs
+from gapbeam.solver.case.reading.overrides import Overrides, pairs, unit_of_key
 from gapbeam.solver.case.reading.toml_text import key_lines, parse, read_text
 from gapbeam.solver.integrators.time_scheme import (
     RIGID_RATIO,
@@ -203,6 +203,19 @@ class SceneFile:
     case: SceneCase
     changes: Mapping[str, Any]
     places: Places
+
+    def unit_of(self, key: str) -> str:
+        """Return the SI unit of a key, or of a path of the scene such as "gap.clearance"; "" where none is known."""
+        tables = self.case.model_dump(mode="json")
+        named, is_path = _named(key, tables)
+        if not is_path:
+            return unit_of_key(named, tables, SceneCase)
+        owner, _, value = key.partition(".")
+        names = [one["name"] for one in tables["pair"] if fnmatchcase(one["name"], owner)]
+        places = [f"pair.{name}.{part}.{value}" for name in names for part in ("region", "law")]
+        return next(
+            (unit for one in (*places, f"contact.law.{value}") if (unit := unit_of_key(one, tables, SceneCase))), ""
+        )
 
     def read(self) -> ReadScene:
         """Return the file with its scene.

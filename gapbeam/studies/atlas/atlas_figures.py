@@ -51,7 +51,8 @@ def draw_responses(found: Atlas, point: str) -> Figure:
     for kind, color in ((CHAOTIC, GRAY), (CHAOTIC - 1, OPEN), (0, BLACK)):
         mine = found.which >= 0 if kind == 0 else (found.which == kind)
         where = np.broadcast_to(over[:, None, None], x.shape)[mine]
-        strobes.plot(where.ravel(), x[mine].ravel(), ".", color=color, ms=2.5, mew=0.0, rasterized=True)
+        strobes.plot(where.ravel(), x[mine].ravel(), ".", color=color, ms=2.5, mew=0.0, rasterized=True,
+                     clip_on=False)  # fmt: skip
     strobes.set_ylabel(f"{point}, each period (m)")
     shares = grid[1][0]
     orders = sorted({one.order for each in found.points for one in each.responses})

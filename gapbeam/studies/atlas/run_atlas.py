@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
+from gapbeam.postprocess.figures.figure_style import write_figure
 from gapbeam.postprocess.report.sections.atlas_section import ATLAS_FILE, ATLAS_PICTURE, responses_of
+from gapbeam.postprocess.study_figures.study_axis import Units, is_logarithmic, si_key
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.messages.wording import counted
@@ -144,6 +146,7 @@ def run_atlas(
     scene_at: Callable[[tuple[str, ...]], PeriodicScene], axes: Sequence[Axis], folder: Path, *, starts: int = 64,
     settle: int = 100, rounds: int = 4, orders: int = 8, reach: float = 2.0, seed: int = 0,
     progress: Callable[[int, int], None] | None = None, inputs: dict[str, Any] | None = None, follow: bool = False,
+    units: Units | None = None,
 ) -> AtlasResult:  # fmt: skip
     """Find all responses of a case at each combination of values, and write tables and pictures.
 
@@ -164,6 +167,7 @@ def run_atlas(
         inputs: All that decides the scenes: an atlas of the same inputs that was killed resumes after its last point.
             None: none resumes.
         follow: Follow responses over the key, to where they end; see `gapbeam.follow`.
+        units: SI units of the keys, as far as they are known.
 
     Raises:
         UserError: An axis has no numbers, there are three, responses are followed over another number of keys than one,
@@ -220,7 +224,8 @@ def run_atlas(
         with study_written(paths[2]):
             assert scene is not None
             picture = draw_cycles(whole.points, over) if cycles else _picture(whole, scene)
-            picture.savefig(paths[2])
+            _measured(picture, over, units or {})
+            write_figure(picture, paths[2])
         branches = _followed(whole, scene_at) if follow and not cycles else []
         if branches:
             paths.append(folder / BRANCHES)
@@ -378,6 +383,16 @@ def _picture(found: Atlas, scene: Scene) -> Any:
         return draw_responses(found, names[-1])
     up = (names[-2], "velocity") if len(names) > 1 else (names[-1], "displacement")
     return draw_basins(found, (names[-1], "velocity"), up, scene)
+
+
+def _measured(picture: Any, over: dict[str, Any], units: Units) -> None:
+    """Give axes over a key its unit, and a logarithmic scale where its values are spread so."""
+    for key, values in over.items():
+        for axes in picture.axes:
+            for axis in (axes.xaxis, axes.yaxis):
+                if axis.get_label_text() == key:
+                    axis.set_label_text(si_key(key, units))
+                    axes.set(**{f"{axis.axis_name}scale": "log" if is_logarithmic(values) else "linear"})
 
 
 def _single(found: Atlas) -> Iterator[str]:

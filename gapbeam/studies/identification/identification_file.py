@@ -16,10 +16,9 @@ import numpy as np
 
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.reading.case_reader import read_case, read_tables
-from gapbeam.solver.case.reading.known_keys import candidates, flat, value_at
-from gapbeam.solver.case.reading.overrides import override, pairs
+from gapbeam.solver.case.reading.known_keys import flat
+from gapbeam.solver.case.reading.overrides import override, pairs, unit_of_key
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.messages.errors import CaseError, Fault
 from gapbeam.solver.messages.wording import either, near
@@ -164,9 +163,6 @@ class Problem:
         return tuple(range(len(self.experiments)))
 
 
-_AT_POINTS = re.compile(r"of each of contact\.points in ([^;)]+)")
-
-
 def read_identification(path: Path, overrides: Sequence[str] = ()) -> Problem:
     """Read the file of an identification with its case.
 
@@ -234,28 +230,7 @@ def _coordinate(unknown: Unknown, base: Case) -> Coordinate:
     """Return an unknown with its unit, and the length of the list that its key holds."""
     tables = base.model_dump(mode="json")
     value = flat(tables).get(unknown.key)
-    return Coordinate(unknown, unit_of_key(unknown.key, base), len(value) if isinstance(value, list) else None)
-
-
-def unit_of_key(key: str, base: Case) -> str:
-    """Return the unit of a key of a case, as its description says; "" where it does not."""
-    tables: Any = base.model_dump(mode="json")
-    way: tuple[str | int, ...] = ()
-    for part in key.split("."):
-        here = value_at(way, tables)
-        if isinstance(here, list):
-            names = [entry.get("name") for entry in here]
-            way = (*way, names.index(part) if part in names else int(part) if part.isdecimal() else -1)
-        else:
-            way = (*way, part)
-    for model in candidates(way[:-1], tables):
-        field = model.model_fields.get(str(way[-1]))
-        if field is not None and field.description:
-            at_points = _AT_POINTS.search(field.description)
-            if at_points and base.contact.points is not None:
-                return at_points[1].strip()
-            return unit_in(field.description)
-    return ""
+    return Coordinate(unknown, unit_of_key(unknown.key, tables), len(value) if isinstance(value, list) else None)
 
 
 def _case_faults(file: Identification, base: Case, path: Path) -> Iterator[Fault]:

@@ -24,6 +24,7 @@ from gapbeam.postprocess.study_figures.identification_figures import draw_identi
 from gapbeam.postprocess.study_figures.sweep_branches import CREEPING
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.reading.overrides import unit_of_key
 from gapbeam.solver.case.reading.value_words import toml_value
 from gapbeam.solver.case.solution_tables import FullModel
 from gapbeam.solver.messages.errors import in_one_line
@@ -35,7 +36,7 @@ from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.identification.conclusion import Conclusion, MeasurementRow, conclude
 from gapbeam.studies.identification.evaluations import LOG_FILE, Evaluations, Record, prepare
 from gapbeam.studies.identification.identifiability import WIDE, combination_words
-from gapbeam.studies.identification.identification_file import Problem, unit_of_key
+from gapbeam.studies.identification.identification_file import Problem
 from gapbeam.studies.identification.misfit import Misfit, search
 from gapbeam.studies.identification.run_figures import unit_of, words_of
 from gapbeam.studies.printed_results import PrintedResult
@@ -250,7 +251,7 @@ def _row_data(found: Conclusion, number: int) -> dict[str, Any]:
         "meaning": words_of(figure),
         "unit": unit_of(figure),
         "set": dict(settings),
-        "set_units": {key: unit_of_key(key, problem.base) for key in settings},
+        "set_units": {key: unit_of_key(key, problem.base.model_dump(mode="json")) for key in settings},
         "use": one.use,
         "measured": one.value,
         "computed": row.computed,

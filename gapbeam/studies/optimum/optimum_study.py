@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from pydantic import Field
 from rich.table import Table as RichTable
 
-from gapbeam.postprocess.figures.figure_style import COLORS, GRAY, journal_style, panels
+from gapbeam.postprocess.figures.figure_style import COLORS, GRAY, journal_style, panels, write_figure
 from gapbeam.postprocess.report.sections.atlas_section import OPTIMUM_FILE, OPTIMUM_PICTURE, optimum_tables
 from gapbeam.solver.case.reading.case_reader import read_tables
 from gapbeam.solver.messages.errors import CaseError, Fault, NotConverged, UserError
@@ -177,7 +177,7 @@ def run_optimum(study: OptimumStudy, one: PeriodicScene, folder: Path) -> Optimu
         paths = [folder / name for name in (OPTIMUM_FILE, SEARCH, OPTIMUM_PICTURE)]
         write_table(paths[1], (*over, *found.orbits[0][1]), rows)
         with study_written(paths[2]):
-            draw_search(study, found).savefig(paths[2])
+            write_figure(draw_search(study, found), paths[2])
         with study_written(paths[0]):
             write_beside(paths[0], json.dumps([finite(record)], indent=1) + "\n")
     return OptimumResult(study, found, record, paths)

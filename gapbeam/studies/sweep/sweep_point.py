@@ -167,6 +167,7 @@ def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, 
         verdict = "refused" if isinstance(error, CaseError) else VERDICTS.get(type(error), "failed")
         return record | {"verdict": verdict, "exit_status": error.exit_status, "message": str(error)}, None
     record["start"], record["notes"] = begin.word, list(begin.notes)
+    record["units"] = {axis.key: subject.unit_of(axis.key) for axis in sweep.axes}
     set_up = time.perf_counter() - clock
     response = subject.respond(begin, rings=before is not None or task.start > 0)
     record |= {name: getattr(response, name) for name in ("verdict", "exit_status", "message", "reached", "steps")}

@@ -14,11 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rich.table import Table
+from rich.table import Column, Table
 
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.sections.sweep_section import ENSEMBLES_FILE, MAP_FILE, shown_figures
 from gapbeam.postprocess.results.bounded_files import as_written
+from gapbeam.postprocess.study_figures.study_axis import si_key
 from gapbeam.postprocess.study_figures.sweep_branches import (
     Branch,
     SweepPoint,
@@ -217,11 +218,19 @@ def ensemble_table(one: Ensemble) -> Table:
     return table
 
 
+MOST_FIGURES = 6
+"""Figures of the table in a terminal: more are cut off there."""
+
+
 def census_table(points: Sequence[SweepPoint]) -> Table:
     """Return the census for the terminal: a row a response of a point."""
-    names = shown_figures(points)
+    every = list(shown_figures(points).items())
+    names, left = dict(every[:MOST_FIGURES]), len(every[MOST_FIGURES:])
     heads = [f"{name}, {shown(unit)[0]}" for name, unit in names.items()]
-    table = Table(*points[0].values, "response", "reached", *heads, box=None, title="Responses", title_justify="left")
+    keys = [".\n".join(si_key(key, points[0].units).rsplit(".", 1)) for key in points[0].values]
+    columns: list[Column | str] = [*(Column(key, overflow="fold") for key in keys), "response", "reached", *heads]
+    more = f"{counted(left, 'more figure')} in sweep.csv" if left else None
+    table = Table(*columns, box=None, title="Responses", title_justify="left", caption=more, caption_justify="left")
     for point in points:
         for branch in point.branches:
             cells = [_cell(branch, name) for name in names]

@@ -25,6 +25,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.known_keys import flat
+from gapbeam.solver.case.reading.overrides import unit_of_key
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.messages.errors import Interrupted, RunError, UserError
 from gapbeam.solver.models.model import Model, body_key
@@ -115,6 +116,10 @@ class CaseSubject:
     def window(self) -> float:
         """See `Subject`."""
         return smoothing_window(self.case)[0]
+
+    def unit_of(self, key: str) -> str:
+        """See `Subject`."""
+        return unit_of_key(key, self.case.model_dump(mode="json"))
 
     def refuse(self) -> None:
         """See `Subject`."""
@@ -298,6 +303,10 @@ class SceneSubject:
     @property
     def _span(self) -> tuple[int, float | None]:
         return whole_steps(self.case.load, self.case.time.end, self.read.step)
+
+    def unit_of(self, key: str) -> str:
+        """See `Subject`."""
+        return self.file.unit_of(key)
 
     def refuse(self) -> None:
         """See `Subject`: a file of structures is always a march."""

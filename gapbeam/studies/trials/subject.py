@@ -56,6 +56,9 @@ class Subject(Protocol):
     def window(self) -> float:
         """Window of smoothed accelerations, s."""
 
+    def unit_of(self, key: str) -> str:
+        """Return the SI unit of a key, as a study names it; "": none, or none that is known."""
+
     def refuse(self) -> None:
         """Refuse an analysis that is no march.
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 from rich.table import Table
 
-from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels
+from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels, write_figure
 from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, UNCERTAIN_PICTURE
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import finite, write_beside
@@ -215,7 +215,7 @@ def write_uncertain(found: Uncertain, folder: Path) -> list[Path]:
     }  # fmt: skip
     picture, note = folder / UNCERTAIN_PICTURE, folder / UNCERTAIN_FILE
     with study_written(picture):
-        draw_distributions(found).savefig(picture)
+        write_figure(draw_distributions(found), picture)
     with study_written(note):
         write_beside(note, json.dumps([finite(record)], indent=1) + "\n")
     return [note, *paths, picture]

@@ -8,14 +8,12 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.display_units import LENGTHS, shown
+from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -31,82 +29,16 @@ from gapbeam.postprocess.report.blocks import (
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, Mode
 from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
+from gapbeam.postprocess.study_figures.study_axis import StudyAxis, axis_of, si_key, value_words
 from gapbeam.postprocess.study_figures.sweep_branches import (
     Branch,
     SweepPoint,
-    Values,
     census,
     census_words,
-    columns_of,
     grid_of,
-    key_along,
-    other_values,
     start_words,
 )
 from gapbeam.solver.messages.wording import counted
-
-
-@dataclass(frozen=True)
-class StudyAxis:
-    """The last key of a study.
-
-    Attributes:
-        key: Its name.
-        texts: Its values as typed, each once.
-        numbers: The same as numbers; counted from 1 where one of them is none.
-        counted: Whether they are counted.
-        unit: Unit of the numbers.
-        choices: Values of the other keys, each combination once; empty without other keys.
-    """
-
-    key: str
-    texts: tuple[str, ...]
-    numbers: tuple[float, ...]
-    counted: bool
-    unit: str
-    choices: tuple[str, ...]
-
-    @property
-    def title(self) -> str:
-        """Name of the axis."""
-        return f"{self.key}, counted" if self.counted else f"{self.key} ({self.unit})"
-
-    @property
-    def legend(self) -> str:
-        """Explanation of the numbers of a counted axis; empty for a plain one."""
-        if not self.counted:
-            return ""
-        words = ", ".join(f"{number:g} is {text}" for number, text in zip(self.numbers, self.texts, strict=True))
-        return f" On the axis {words}."
-
-    def place(self, values: Values) -> float:
-        """Return the place of a point on the axis."""
-        return self.numbers[self.texts.index(values[self.key])]
-
-    def others(self, values: Values) -> str | None:
-        """Return the choice of a point; None where no other key varies."""
-        return other_values(values, self.key) if self.choices else None
-
-
-def axis_of(points: Sequence[Values]) -> StudyAxis:
-    """Return the axis of a study from the values of its keys at its points."""
-    key = key_along(points)
-    texts = tuple(dict.fromkeys(values[key] for values in points))
-    numbers = [_number(text) for text in texts]
-    counted = None in numbers
-    places = tuple(float(n) for n in range(1, len(texts) + 1)) if counted else tuple(float(n or 0.0) for n in numbers)
-    choices = tuple(column for column in dict.fromkeys(columns_of(points)) if column)
-    unit, factor = shown("m") if key.endswith(LENGTHS) and not counted else ("SI", 1.0)
-    return StudyAxis(key, texts, tuple(factor * place for place in places), counted, unit, choices)
-
-
-def _number(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if isfinite(value) else None
-
 
 _SIGNAL = re.compile(r"((?:[^:]+: )?(?:smoothed acceleration|acceleration|velocity|displacement)): (.+)", re.DOTALL)
 _NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -241,7 +173,7 @@ def shown_figures(points: Sequence[SweepPoint]) -> dict[str, str]:
 
 def _response_curves(points: Sequence[SweepPoint], command: str) -> list[Block]:
     """Return a chart of every figure over the last key, with a button for each value of the other keys."""
-    along = axis_of([point.values for point in points])
+    along = axis_of([point.values for point in points], points[0].units)
     return [_response_curve(points, name, unit, along, command) for name, unit in shown_figures(points).items()]
 
 
@@ -265,9 +197,10 @@ def _response_curve(points: Sequence[SweepPoint], name: str, unit: str, along: S
         mode: Mode = "lines+markers" if len(set(x)) == len(x) else "markers"
         curves.append(ChartCurve(words, x, y, mode, others, texts=texts, bars=bars if any(bars) else ()))
     ends = [value for curve in curves for value in curve.y]
+    first, last = (value_words(one, along.units.get(along.key, "")) for one in (along.texts[0], along.texts[-1]))
     return Chart(
         f"Every response over `{along.key}`: {name}, {number(min(ends))} to {number(max(ends))} {_unit(label)}over "
-        f"{along.texts[0]} to {along.texts[-1]}. Bars are the scatter over windows and starts, of statistics the 95 % "
+        f"{first} to {last}. Bars are the scatter over windows and starts, of statistics the 95 % "
         f"interval.{along.legend}",
         along.title,
         f"{name} ({label})",
@@ -275,6 +208,7 @@ def _response_curve(points: Sequence[SweepPoint], name: str, unit: str, along: S
         command,
         choices=[choice for choice in along.choices if choice in {curve.choice for curve in curves}],
         choice="",
+        log_x=along.is_logarithmic,
     )
 
 
@@ -284,7 +218,10 @@ def _map_words(points: Sequence[SweepPoint]) -> str:
     if found is None:
         return "Figures over the two keys of the sweep."
     keys, *axes = found
-    ranges = [f"`{key}` {number(axis[0])} to {number(axis[-1])}" for key, axis in zip(keys, axes, strict=True)]
+    units = points[0].units
+    ends = [[value_words(f"{end:.6g}", units.get(key, "")) for end in (axis[0], axis[-1])]
+            for key, axis in zip(keys, axes, strict=True)]  # fmt: skip
+    ranges = [f"`{key}` {low} to {high}" for key, (low, high) in zip(keys, ends, strict=True)]
     return (
         f"Figures over {' and '.join(ranges)}, of the response that most starts reached. Crosses: a response did not "
         "pass; rings: responses coexist."
@@ -296,7 +233,7 @@ def _unit(label: str) -> str:
 
 
 def _point_words(point: SweepPoint, branch: Branch, name: str, mean: float, scatter: float, unit: str) -> str:
-    values = [f"{key} = {value}" for key, value in point.values.items()]
+    values = [f"{key} = {value_words(value, point.units.get(key, ''))}" for key, value in point.values.items()]
     spread = f" ± {scatter:.2g}" if scatter > 0.0 else ""
     reached = f"{branch.word}, reached {branch.count} times: {', '.join(dict.fromkeys(branch.reached_from))}"
     return "\n".join([*values, f"{name}: {mean:.5g}{spread} {unit}", reached])
@@ -344,7 +281,13 @@ def _census_table(points: Sequence[SweepPoint]) -> TableBlock:
             found = record.get("figures") or {}
             cells = [shown(unit)[1] * found[name]["mean"] if name in found else None for name, unit in names.items()]
             rows.append((*point.values.values(), outcome, None, start_words(record), *cells))
-    heads = (*keys, "response", "reached", "from", *(f"{name} ({shown(unit)[0]})" for name, unit in names.items()))
+    heads = (
+        *(si_key(key, points[0].units) for key in keys),
+        "response",
+        "reached",
+        "from",
+        *(f"{name} ({shown(unit)[0]})" for name, unit in names.items()),
+    )
     return TableBlock("Every response of every point, peak to peak over its windows", heads, rows)
 
 

@@ -201,8 +201,11 @@ def factor_of(unit: str, units: str) -> float | None:
     if len(several) > 1:
         first, *others = (factor_of(one, units) for one in several)
         return first if all(other == first for other in others) else None
-    if unit.startswith(("in the unit", "(")):
+    if unit.startswith("in the unit"):
         return None
+    if squared := re.fullmatch(r"\((.+)\)\^2/Hz", unit):
+        one = factor_of(squared[1], units)
+        return None if one is None else one**2
     top, _, bottom = unit.partition("/")
     factor = 1.0
     for sign, part in ((1, top), (-1, bottom)):
@@ -242,21 +245,21 @@ def _converted(key: Key, table: dict[str, Any], data: dict[str, Any], units: str
                 table[name] = _times(value, factor)
 
 
-def _factor_of_another(table: Any, data: dict[str, Any], units: str) -> float | None:
-    """Return the size in SI of one of the unit of the key or the quantity that a table names.
+def _unit_of_another(table: Any, data: dict[str, Any], root: type[BaseModel]) -> str | None:
+    """Return the unit of the key or the quantity that a table names.
 
     Names that do not exist are refused by themselves.
     """
     named = table if isinstance(table, dict) else {}
     if "quantity" in named:
         recorded = RECORDED.get(named["quantity"])
-        return factor_of(recorded.unit, units) if recorded else 1.0
-    place = _place(copy.deepcopy(data), str(named.get("key")), Case)
-    return 1.0 if isinstance(place, Fault) else size_of(place[1], data, units)
+        return recorded.unit if recorded else ""
+    place = _place(copy.deepcopy(data), str(named.get("key")), root)
+    return "" if isinstance(place, Fault) else unit_of(place[1], data, root)
 
 
 def size_of(place: Key, data: dict[str, Any], units: str) -> float | None:
-    """Return the size in SI of one of the unit of a key, which may depend on others: points, exponent, quantity.
+    """Return the size in SI of one of the unit of a key.
 
     Args:
         place: The way to the key.
@@ -266,29 +269,58 @@ def size_of(place: Key, data: dict[str, Any], units: str) -> float | None:
     Returns:
         None where types of other tables leave the unit open; 1 of unknown keys.
     """
+    unit = unit_of(place, data)
+    return None if unit is None else factor_of(unit, units)
+
+
+def unit_of_key(key: str, data: dict[str, Any], root: type[BaseModel] = Case) -> str:
+    """Return the SI unit of a dotted key, as after `--set`; "" where it has none, or there is no such key.
+
+    Args:
+        key: The key.
+        data: The file as read.
+        root: Model of the whole file.
+    """
+    place = _place(copy.deepcopy(data), key, root)
+    return "" if isinstance(place, Fault) else unit_of(place[1], data, root) or ""
+
+
+def unit_of(place: Key, data: dict[str, Any], root: type[BaseModel] = Case) -> str | None:
+    """Return the SI unit of a key, which may depend on others: points, exponent, quantity.
+
+    Args:
+        place: The way to the key.
+        data: The file as read.
+        root: Model of the whole file.
+
+    Returns:
+        None where types of other tables leave the unit open; "" of unknown keys and of numbers without a unit.
+    """
     key, name = place[:-1], str(place[-1])
-    fields = (model.model_fields[name] for model in candidates(key, data) if name in model.model_fields)
+    fields = (model.model_fields[name] for model in candidates(key, data, root) if name in model.model_fields)
     description = next((field.description or "" for field in fields), "")
     unit, contact = unit_in(description), data.get("contact")
-    if "contact.points" in description and isinstance(contact, dict) and "points" in contact:
+    if "contact.points" in description and isinstance(contact, dict) and contact.get("points") is not None:
         unit = {"Pa/m": "N/m", "Pa s/m": "N s/m", "Pa": "N"}.get(unit, unit)
     if "exponent n" in description:
         unit += _power(key, data)
     if unit in (OF_KEY, OF_QUANTITY):
-        return _factor_of_another(value_at(key, data), data, units)
+        return _unit_of_another(value_at(key, data), data, root)
     load = value_at(key[:2], data) if key[:1] == ("load",) else None
     if not isinstance(load, dict):
-        return factor_of(unit, units)
+        return unit
     if load.get("type") == "recorded_force" and "N or, for motion" in description:
-        return factor_of("N", units)
+        return "N"
     if unit not in (FORCE_OR_ACCELERATION, DENSITY):
-        return factor_of(unit, units)
+        return unit
     along, force = load.get("type") == "random-line-load", load.get("quantity", "force") == "force"
-    size = factor_of("N/m" if along else "N" if force else "m/s^2", units)
-    if unit == FORCE_OR_ACCELERATION or size is None:
-        return size
+    one = "N/m" if along else "N" if force else "m/s^2"
+    if unit == FORCE_OR_ACCELERATION:
+        return one
     table = value_at(key, data)
-    return None if isinstance(table, dict) and "scale" in table else size**2  # scale may be of another unit
+    if isinstance(table, dict) and table.get("scale", 1.0) != 1.0:
+        return None  # the scale may be of another unit
+    return f"{one}^2/Hz" if force and not along else f"({one})^2/Hz"
 
 
 def _power(key: Key, data: dict[str, Any]) -> str:

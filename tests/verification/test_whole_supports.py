@@ -253,3 +253,26 @@ def test_fields_hold_the_pressure_of_every_support(
     assert weights.max() > 0.0
     assert float(weights @ points[:, 0]) / weights.sum() == pytest.approx(MIDDLE, abs=0.02)
     assert float(weights @ points[:, 2]) < 0.0  # it is pressed from below
+
+
+@pytest.mark.parametrize("model", ["rigid", "beam"])
+@pytest.mark.parametrize("section", ["tube", "box"])
+@pytest.mark.parametrize("depth", [0.02, 0.2, 2.0])
+def test_a_pipe_sinks_into_soft_soil(depth: float, section: str, model: str) -> None:
+    """The end that sticks out presses the edge of the soil: F = k d in its middle, however deep; 1.17 m was refused."""
+    shape = (FLAT | ROUND)[section]
+    tables = {
+        "beam": {"length": 12.0, "thickness": 0.3, "width": 0.3, "section": shape},
+        "material": FIGURES,
+        "support": [{"name": "soil", "from": 0.0, "to": 9.0, "clearance": 0.0, "region": "stop"}],
+        "model": MODELS[model],
+        "load": [{"type": "gravity", "acceleration": GRAVITY}],
+        "probe": [{"name": "mid", "point": 4.5}],
+        "time": {"end": 1.0e-2, "step": 1.0e-3},
+        "output": {"errors": "none"},
+    }
+    mass = float(gapbeam.read_case({**tables, "contact": {"stiffness": 1e9}}).profile.mass)
+    tables["support"][0]["support_stiffness"] = mass * GRAVITY / depth
+    simulation = gapbeam.model(gapbeam.read_case(tables))
+    found = describe_seat(simulation.seat(), simulation.model)
+    assert float(found["probes"]["mid"][-1]) == pytest.approx(-depth, rel=0.1)

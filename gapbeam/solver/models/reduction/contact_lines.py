@@ -41,6 +41,7 @@ from gapbeam.solver.case.case import Beam, Case
 from gapbeam.solver.case.model_choice import line_radii
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator, mean_tangents
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import apart
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.system.operators import Array, Factor, Indices, Operators
 from gapbeam.solver.system.semi_discrete import ContactOperator
@@ -383,6 +384,7 @@ def _is_filled(beam: Beam) -> bool:
 
 OF_CLEARANCE = 0.1
 OF_THICKNESS = 1.0e-4
+OF_DEPTH = 0.05  # of what a soft support gives way
 
 
 def refuse_other_faces(case: Case, contact: ContactOperator, interface_values: Array, pose: str) -> None:
@@ -395,7 +397,8 @@ def refuse_other_faces(case: Case, contact: ContactOperator, interface_values: A
         pose: Its name.
 
     Raises:
-        UserError: The deepest points of a face differ by more than a tenth of the clearance and 1e-4 of the thickness.
+        UserError: The deepest points of a face differ by more than a tenth of the clearance, 1e-4 of the thickness and
+            a twentieth of their depth together.
     """
     if not isinstance(contact, ResultantOperator) or case.contact.points is not None:
         return
@@ -407,10 +410,12 @@ def refuse_other_faces(case: Case, contact: ContactOperator, interface_values: A
             continue
         found = float(np.max(own[contact.faces == face], initial=-np.inf))
         there = float(np.max(mesh[contact.distributed.faces == face]))
-        if not abs(found - there) <= allowed:
+        differs = allowed + OF_DEPTH * max(found, there, 0.0)
+        if not abs(found - there) <= differs:
+            here, meant = apart(found, there)
             raise UserError(
                 f'[model] type = "{case.model.type}": its {name} differs from the mesh it comes from, {pose}\n'
-                f"  found:    the deepest contact point {found:.3g} m deep, in the mesh {there:.3g} m\n"
-                f"  expected: the same to {allowed:.2g} m, or the beam rests elsewhere than its mesh would\n"
+                f"  found:    the deepest contact point {here} m deep, in the mesh {meant} m\n"
+                f"  expected: the same to {differs:.2g} m, or the beam rests elsewhere than its mesh would\n"
                 f'  try:      {finer} in [model], or type = "full"'
             )

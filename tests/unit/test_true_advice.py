@@ -79,6 +79,23 @@ def test_a_falling_beam_moves() -> None:
     assert not any("in motion" in line for line in motion(only[1]))
 
 
+@pytest.mark.parametrize(("key", "value"), [("velocity", -3.0), ("velocity", 1e-6), ("displacement", 2e-3)])
+def test_a_support_that_is_thrown_moves_the_beam(key: str, value: float) -> None:
+    """A tool that falls on a plank is a body of a support: it sets the beam in motion, without a load."""
+    text = DEMO.read_text().replace(
+        "[support]\nlength = 0.050", '[[support]]\nname = "tool"\nregion = "stop"\nfrom = 0.0\nto = 0.05\nBODY'
+    )
+    thrown, still = (
+        read_case_text(
+            text.replace("BODY", f"body = {{ mass = 1.0, stiffness = 1e3{own} }}"),
+            ["analysis.start=seat", "model.type=beam"],
+        )
+        for own in (f", {key} = {value}", "")
+    )
+    assert not any("in motion" in line for line in motion(replace_loads(thrown)))
+    assert any("in motion" in line for line in motion(replace_loads(still)))
+
+
 def test_schemes_that_are_advised_against_created_energy_are_not_refused() -> None:
     """The discrete gradient, which has no potential in Nitsche's method with theta = 0, and the midpoint rule there."""
     ledger = Ledger(2.0, 0.0, 0.0, 1.0, np.zeros(0), algorithmic=-1.0, exchanged=1.0)

@@ -276,6 +276,8 @@ def shape(case: Case) -> Iterator[str]:
 def motion(case: Case) -> Iterator[str]:
     """Yield a case in which nothing moves, holds, fades or is looked at."""
     falls = not case.analysis.needs_seat or any(getattr(case.analysis, key, None) for key in ("motion", "mode"))
+    bodies = [one.body for one in case.layout.supports if one.body is not None]
+    falls = falls or any(one.velocity != 0.0 or one.displacement != 0.0 for one in bodies)
     if all(load.static for load in case.load) and not falls:
         kind = "gravity" if all(load.weight_acceleration for load in case.load) else "static loads"
         yield f"no load but {kind}: the beam stays on its seat, nothing sets it in motion"

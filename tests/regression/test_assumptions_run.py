@@ -129,6 +129,31 @@ def test_a_beam_that_leaves_its_support(tmp_path: Path) -> None:
     assert travel["closest"] == pytest.approx(moved / 0.05, rel=1e-3)
 
 
+@pytest.mark.parametrize("at", [0.05, 0.15])
+@pytest.mark.parametrize("thickness", [0.02, 0.05])
+def test_travel_by_rotation_is_not_blamed_on_sliding(tmp_path: Path, at: float, thickness: float) -> None:
+    """An arm on a hinge turns on its bump stop: neither a joint nor a restraint keeps its surface where it is."""
+    tables = {
+        "beam": {"length": 1.0, "thickness": thickness, "width": 0.03},
+        "material": {"young_modulus": 7.0e10, "poisson_ratio": 0.33, "density": 2700.0},
+        "support": [{"name": "bump", "from": at, "to": at + 0.02, "clearance": 1e-3, "region": "stop"}],
+        "joint": [{"name": "hinge", "type": "pinned", "point": 0.0}],
+        "contact": {"stiffness": 1e9},
+        "model": {"type": "rigid"},
+        "analysis": {"type": "transient", "motion": {"spin": 10.0, "point": 0.0}},
+        "load": [{"type": "gravity"}],
+        "output": {"errors": "none"},
+        "time": {"end": 0.03},
+    }
+    done = gapbeam.run(tables, output=tmp_path / "out")
+    travel = finding(done.summary, "inside the support")
+    assert travel["verdict"] == "warning"
+    (words,) = [one for one in done.summary["warnings"] if one.startswith("inside the support: ")]
+    assert "rotation moves its surface along the support" in words
+    assert "[[joint]]" not in words
+    assert "[restraint]" not in words
+
+
 @pytest.mark.parametrize(
     ("scheme", "status", "reason", "least"),
     [

@@ -79,7 +79,7 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
     findings = [
         found(SMALL_ROTATION, ROTATION, 0.5 * rotation**2),
         found(SMALL_STRAIN, STRAIN, float(watch.closest[STRAIN, 0])),
-        replace(found(_inside(case), TRAVEL, travel), detail=_slid(case, watch, travel)),
+        replace(found(_inside(case, watch), TRAVEL, travel), detail=_slid(case, watch, travel)),
         Finding(LINEAR_SEAT, watch.at_start, estimate=0.5 * watch.at_start**2),
     ]
     if any(support.met_region.along_radii for support in case.layout.holes):
@@ -92,8 +92,12 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
     return findings
 
 
-def _inside(case: Case) -> Assumption:
-    """Return the assumption that the beam stays in its supports, with advice for a beam that slides on."""
+TURNED = 0.5  # share of the travel that rotation alone may make
+
+
+def _inside(case: Case, watch: PoseWatch) -> Assumption:
+    """Return the assumption that the beam stays in its supports, with advice for a beam that slides on or turns."""
+    by_rotation = 0.5 * case.profile.thickest * float(watch.closest[ROTATION, 0])
     drives = [f"load {load.name}" for load in case.load if _along(case, load_direction(load, case.mesh.dimension))]
     motion = case.analysis.motion if isinstance(case.analysis, Transient) else None
     if motion is not None:
@@ -105,6 +109,11 @@ def _inside(case: Case) -> Assumption:
             f"{' and '.join(drives)} drives this motion, which needs a larger [restraint], a [[joint]] or less drive "
             "where the beam shall stay, and a smaller time.end where the motion is meant: until the limit is passed, "
             "figures hold"
+        )
+    elif by_rotation > TURNED * float(watch.closest[TRAVEL, 0]) * watch.scales.support_length:
+        remedy = (
+            "rotation moves its surface along the support, half the thickness off the axis: smaller loads, a stiffer "
+            "beam or less clearance keep it there"
         )
     else:
         remedy = (

@@ -110,7 +110,8 @@ def describe_case(case: Case, comm: MPI.Comm) -> CaseDescription:
             *_cost_rows(prediction),
         ),
     }
-    return CaseDescription(case.title, sections, tuple(_warnings(model)), prediction)
+    ended = [f"the run ends at its start: {prediction.ended}"] if prediction.ended else []
+    return CaseDescription(case.title, sections, (*ended, *_warnings(model)), prediction)
 
 
 def _cost_rows(cost: Prediction) -> list[Row]:

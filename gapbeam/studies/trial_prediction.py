@@ -78,6 +78,7 @@ class Prediction:
         errors: Wall time of the error estimate after the run, s.
         companions: Number of comparison runs in it.
         tried: Steps of the run that were tried out.
+        ended: Reason for which the run ends before its first step; empty where it does not.
     """
 
     setup: dict[str, float]
@@ -93,10 +94,13 @@ class Prediction:
     errors: float = 0.0
     companions: int = 0
     tried: int = 0
+    ended: str = ""
 
     @property
     def certainty(self) -> str:
         """Trust in the wall time, in words: a few steps from the seat stand for no flight and no hard impact."""
+        if self.ended:
+            return "the run ends at its start"
         if self.scaled:
             return "a scaled estimate"
         if self.tried < ENOUGH_TRIED * self.steps:
@@ -106,7 +110,7 @@ class Prediction:
     @property
     def march(self) -> float:
         """Time of the march with its output, s."""
-        return self.once + self.steps * self.per_step + self.fields * self.per_field
+        return 0.0 if self.ended else self.once + self.steps * self.per_step + self.fields * self.per_field
 
     @property
     def total(self) -> float:
@@ -142,17 +146,19 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
         trials = _Trials(trial.model, plan, seat, folder, comm)
         most = min(MOST, plan.steps)
         first = trials.march(min(WARM_UP, most))  # makes machine code where there is none: up to minutes
-        done = trials.march(min(WARM_UP, most))
-        if comm.bcast(GROWTH * done.spent < LONGEST):
+        done = first if first.ended else trials.march(min(WARM_UP, most))
+        if comm.bcast(not done.ended and GROWTH * done.spent < LONGEST):
             done = trials.march(min(GROWTH * WARM_UP, most))
         while done.steps < most and not done.early and comm.bcast(done.spent < ENOUGH * TRIAL_TIME):
             wanted = min(max(round(TRIAL_TIME / done.per_step), GROWTH * done.steps), most)
             done = trials.march(comm.bcast(wanted))
     finally:
         on_rank_zero(comm, lambda: shutil.rmtree(folder, ignore_errors=True))
-    if comm.rank == 0:
-        LOG.info("sets up the comparison runs of its error estimate")
-    errors, companions = cost_of_errors(model, comm)
+    errors, companions = 0.0, 0
+    if not done.ended:
+        if comm.rank == 0:
+            LOG.info("sets up the comparison runs of its error estimate")
+        errors, companions = cost_of_errors(model, comm)
     return Prediction(
         setup,
         min(max(0.0, first.steps * (first.per_step - done.per_step)), LOADED),
@@ -166,6 +172,7 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
         errors=errors,
         companions=companions,
         tried=done.steps,
+        ended=done.ended,
     )
 
 
@@ -191,7 +198,7 @@ class _Trial:
     """Cost of the steps of a trial.
 
     Their number, wall time, s per step, of that the back-substitution, s per field, all that in words, and whether they
-    ended before all that were asked for.
+    ended before all that were asked for; the reason where not even the first one was taken.
     """
 
     steps: int
@@ -201,6 +208,7 @@ class _Trial:
     per_field: float
     words: str
     early: bool
+    ended: str = ""
 
 
 @dataclass(frozen=True)
@@ -216,6 +224,7 @@ class _Trials:
     def march(self, steps: int) -> _Trial:
         consumers = RunConsumers(self.model, self.folder, self.comm, self.seat.state)
         words, early = f"measured now: {steps} steps from the seat with the loads at their full amplitude", False
+        ended = ""
         with consumers, Signals(None) as signals:
             signals.march_begins()
             try:
@@ -224,13 +233,15 @@ class _Trials:
                 raise
             except RunError as error:
                 words, early = f"measured now, until the trial under the sudden loads ended early: {error}", True
+                if consumers.accounts.tally.steps == 0:
+                    words, ended = "not measured", str(error)
             per_field = median(self._field(consumers) for _ in range(FIELDS))
         tally = consumers.accounts.tally
         parts = max(tally.steps, 1)
         whole = parts if early else steps
         output = _fields(self.model.case, self.plan.dt, whole) * per_field
         per_step = max(tally.march - output, tally.advance, 1.0e-9) / whole
-        return _Trial(whole, tally.march, per_step, tally.back_substitution / parts, per_field, words, early)
+        return _Trial(whole, tally.march, per_step, tally.back_substitution / parts, per_field, words, early, ended)
 
     def _field(self, consumers: RunConsumers) -> float:
         """Return the wall time of a field, s: several are written at once where the march is compiled."""

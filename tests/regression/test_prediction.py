@@ -154,3 +154,33 @@ def test_coarser_meshes_have_about_the_unknowns_asked_for() -> None:
     found = trial_prediction.coarser(solid, 8.0).mesh
     assert found.file is None
     assert (found.size, found.cells_through_thickness, found.cells_across_width) == (0.02, 1, 2)
+
+
+@alone
+@pytest.mark.parametrize("model", ["rigid", "beam"])
+@pytest.mark.parametrize("place", [0.05, 0.4])
+def test_a_run_that_ends_at_its_start_is_predicted_so(
+    model: str, place: float, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A shaft that nothing holds along gravity slips out while it is seated: no step and no comparison run follow."""
+    tables = {
+        "beam": {"length": 0.5, "thickness": 0.01, "width": 0.01, "section": "round"},
+        "material": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0},
+        "support": [
+            {"name": name, "from": x, "to": x + 0.02, "clearance": 1e-4, "region": "hole", "support_stiffness": 1e6}
+            for name, x in (("a", 0.0), ("b", place))
+        ],
+        "restraint": {"axial": 1.0},
+        "model": {"type": model},
+        "load": [
+            {"type": "gravity", "direction": [-1.0, 0.0, 0.0]},
+            {"type": "harmonic_force", "name": "shaker", "point": 0.25, "amplitude": 1.0, "frequency": 20.0},
+        ],
+        "time": {"end": 0.1},
+    }
+    with caplog.at_level("INFO", logger="gapbeam"):
+        found = describe_case(gapbeam.read_case(tables), MPI.COMM_WORLD)
+    assert found.warnings[0].startswith("the run ends at its start: ")
+    assert "load gravity drives this motion" in found.warnings[0]
+    assert (found.cost.march, found.cost.companions, found.cost.certainty) == (0.0, 0, "the run ends at its start")
+    assert "comparison runs" not in caplog.text

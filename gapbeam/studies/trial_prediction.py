@@ -20,6 +20,7 @@ import logging
 import shutil
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import log
 from pathlib import Path
@@ -54,6 +55,7 @@ FIELDS = 3  # written for the time that one takes
 WARM_UP = 2  # steps, in which everything happens for the first time
 TRIAL_TIME, ENOUGH = 1.0, 0.3  # s of a trial, and the share of it below which a longer one follows
 LONGEST = 30.0  # s of a trial that follows the first steps: where steps cost more, these have to do
+FEW, AFTER_FEW = 200, 0.3  # steps, and share of LONGEST that a trial after so few of them may take
 GROWTH, MOST = 4, 100_000  # steps of a trial: at least times those of the one before, and at all
 LOADED = 2.0  # s, to load compiled loops; what was compiled in the first steps is kept for the run
 FIELDS_OF_A_RUN = 100  # by default
@@ -144,14 +146,7 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
     plan, folder = trial.plan, on_rank_zero(comm, lambda: Path(tempfile.mkdtemp(prefix="gapbeam-check-")))
     try:
         trials = _Trials(trial.model, plan, seat, folder, comm)
-        most = min(MOST, plan.steps)
-        first = trials.march(min(WARM_UP, most))  # makes machine code where there is none: up to minutes
-        done = first if first.ended else trials.march(min(WARM_UP, most))
-        if comm.bcast(not done.ended and GROWTH * done.spent < LONGEST):
-            done = trials.march(min(GROWTH * WARM_UP, most))
-        while done.steps < most and not done.early and comm.bcast(done.spent < ENOUGH * TRIAL_TIME):
-            wanted = min(max(round(TRIAL_TIME / done.per_step), GROWTH * done.steps), most)
-            done = trials.march(comm.bcast(wanted))
+        first, done = tried(trials.march, min(MOST, plan.steps), comm)
     finally:
         on_rank_zero(comm, lambda: shutil.rmtree(folder, ignore_errors=True))
     errors, companions = 0.0, 0
@@ -176,6 +171,26 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
     )
 
 
+def tried(march: Callable[[int], Trial], most: int, comm: MPI.Comm) -> tuple[Trial, Trial]:
+    """Return the first trial, which makes machine code where there is none, and the one that stands for the run.
+
+    Args:
+        march: March of some steps from the seat.
+        most: Largest number of steps.
+        comm: Its ranks.
+
+    Collective.
+    """
+    first = march(min(WARM_UP, most))  # up to minutes
+    done = first if first.ended else march(min(WARM_UP, most))
+    if comm.bcast(not done.ended and GROWTH * done.spent < LONGEST):
+        done = march(min(GROWTH * WARM_UP, most))
+    while done.steps < most and not done.early and comm.bcast(done.goes_on):
+        wanted = min(max(round(TRIAL_TIME / done.per_step), GROWTH * done.steps), most)
+        done = march(comm.bcast(wanted))
+    return first, done
+
+
 def _size(model: Model) -> tuple[int, int]:
     """Return the DOFs that are marched and the contact points."""
     return model.dofs, model.system.contact.size
@@ -194,7 +209,7 @@ def _fields(case: Case, dt: float, steps: int) -> int:
 
 
 @dataclass(frozen=True)
-class _Trial:
+class Trial:
     """Cost of the steps of a trial.
 
     Their number, wall time, s per step, of that the back-substitution, s per field, all that in words, and whether they
@@ -210,6 +225,11 @@ class _Trial:
     early: bool
     ended: str = ""
 
+    @property
+    def goes_on(self) -> bool:
+        """Whether a longer trial follows: the first steps from a seat may cost a hundred times what the others do."""
+        return self.spent < ENOUGH * TRIAL_TIME or (self.steps < FEW and GROWTH * self.spent < AFTER_FEW * LONGEST)
+
 
 @dataclass(frozen=True)
 class _Trials:
@@ -221,7 +241,7 @@ class _Trials:
     folder: Path
     comm: MPI.Comm
 
-    def march(self, steps: int) -> _Trial:
+    def march(self, steps: int) -> Trial:
         consumers = RunConsumers(self.model, self.folder, self.comm, self.seat.state)
         words, early = f"measured now: {steps} steps from the seat with the loads at their full amplitude", False
         ended = ""
@@ -241,7 +261,7 @@ class _Trials:
         whole = parts if early else steps
         output = _fields(self.model.case, self.plan.dt, whole) * per_field
         per_step = max(tally.march - output, tally.advance, 1.0e-9) / whole
-        return _Trial(whole, tally.march, per_step, tally.back_substitution / parts, per_field, words, early, ended)
+        return Trial(whole, tally.march, per_step, tally.back_substitution / parts, per_field, words, early, ended)
 
     def _field(self, consumers: RunConsumers) -> float:
         """Return the wall time of a field, s: several are written at once where the march is compiled."""

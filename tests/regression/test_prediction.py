@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,7 +18,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.model import build_model
 from gapbeam.studies import case_description, trial_prediction
 from gapbeam.studies.case_description import describe_case
-from gapbeam.studies.trial_prediction import predict
+from gapbeam.studies.trial_prediction import Trial, predict, tried
 from tests.shared.command import DEMO, alone, called, settings
 from tests.shared.models import beam_case
 
@@ -184,3 +185,22 @@ def test_a_run_that_ends_at_its_start_is_predicted_so(
     assert "load gravity drives this motion" in found.warnings[0]
     assert (found.cost.march, found.cost.companions, found.cost.certainty) == (0.0, 0, "the run ends at its start")
     assert "comparison runs" not in caplog.text
+
+
+@given(
+    st.floats(1e-5, 2e-3),
+    st.floats(1.0, 100.0),
+    st.floats(3.0, 10.0),
+    st.floats(0.0, 2.0),
+)
+def test_slow_first_steps_do_not_stand_for_all(usual: float, times: float, lasting: float, loads: float) -> None:
+    """Steps that slide off a seat cost a hundred times the usual ones: an hour was predicted for a minute."""
+
+    def march(steps: int) -> Trial:
+        early = usual * times * lasting * (1.0 - np.exp(-steps / lasting))
+        spent = steps * usual + early + (loads if steps == trial_prediction.WARM_UP else 0.0)
+        return Trial(steps, spent, spent / steps, 0.0, 0.0, "", False)
+
+    _, done = tried(march, 100_000, MPI.COMM_SELF)
+    assert usual <= done.per_step < 6.0 * usual
+    assert done.spent < trial_prediction.LONGEST

@@ -55,9 +55,9 @@ class Bar:
         left = self._left.words(done, total)
         self._words = self._words if words is None else words
         self._progress.update(self._task, completed=done, total=total, description=self._words, left=left)
-        if self._progress.disable and total is not None and time.monotonic() - self._shown > LINE:
-            self._shown = time.monotonic()
-            LOG.info("%s: %d of %d%s", self._words, done, total, f", {left}" if left else "")
+        if self._progress.disable and time.monotonic() - self._shown > LINE:
+            self._shown, whole = time.monotonic(), "" if total is None else f" of {total}"
+            LOG.info("%s: %d%s%s", self._words, done, whole, f", {left}" if left else "")
 
 
 @contextmanager

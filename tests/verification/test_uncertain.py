@@ -13,6 +13,7 @@ from scipy import stats
 
 import gapbeam as gb
 from gapbeam.solver.scene.scene import Scene
+from gapbeam.studies.uncertain.member_responses import OTHER_WORK, WORK, KeptAnswers, members_of_block
 from gapbeam.studies.uncertain.probability import inputs_of, mean_of, normal_points, probability, subset_simulation
 from tests.shared.bilinear_flights import flights
 from tests.shared.reports import report_on
@@ -215,7 +216,7 @@ NORMAL = {"push.F": stats.norm(0.1, 0.01)}
         ({"distributions": NORMAL | {"start": stats.norm()}}, "the input of several starts"),
         ({"correlation": {("push.F", "push.G"): 0.5}}, "expected a pair"),
         ({"correlation": {("push.F", "stop.clearance"): 1.0}}, "between -1 and 1"),
-        ({"limits": {"peak/tip": 1.0}}, "no figure 'peak/tip'; figures: peak/at"),
+        ({"limits": {"peak/tip": 1.0}}, "no figure 'peak/tip'; did you mean peak/at"),
         ({"limits": {"peak/at": float("nan")}}, "finite"),
         ({"members": 1000}, "expected as many in each"),
         ({"members": 96}, "power of two"),
@@ -252,3 +253,57 @@ def test_correlations_that_contradict_each_other_are_refused() -> None:
         gb.uncertain(ishigami, given, correlation=dict.fromkeys((("a", "b"), ("b", "c"), ("a", "c")), -0.9))
     with pytest.raises(gb.UserError, match="independent inputs"):
         gb.uncertain(ishigami, given, correlation={("a", "b"): 0.5}, sensitivity=64)
+
+
+def test_a_misspelled_limit_is_refused_before_members_march(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All figures of members have a name and a unit that are known beforehand."""
+    body, law = gb.mass(1.0, stiffness=1.0, damping=0.08, name="body"), gb.KelvinVoigt(stiffness=30.0)
+    stops = [gb.Contact(body["at"], gb.HalfPlane(0.5), law, name=f"stop {i}") for i in (1, 2)]
+    shaker = gb.Force(body["at"], lambda t, size: size * np.cos(2.6 * t), name="shaker", size=1.7)
+
+    def beside(damping: float) -> gb.Scene:
+        other = gb.mass(1.0, stiffness=2.0, damping=damping, motions=2, name="other")
+        return gb.Scene(body, other, contacts=stops, loads=[shaker])
+
+    asked: dict[str, Any] = {"members": 32, "period": 2 * np.pi / 2.6, "steps": 60, "settle": 20, "measure": 2}
+    given, limits = {"shaker.size": stats.uniform(1.6, 0.2)}, {"peak_force/stop": 1.0}
+    never = gb.uncertain(beside(0.0), given, limits=limits, **asked)
+    assert (never.unknown, never.exit_status) == (1.0, 5)
+    assert (never.exceeded["peak_force/stop"].low, never.exceeded["peak_force/stop"].high) == (0.0, 1.0)
+    twin = beside(0.5)
+    found = gb.uncertain(twin, given, limits=limits, **asked)
+    assert list(found.units) == list(found.figures)
+    assert set(found.units.values()) == {"m", "N", "1/s", "W", ""}
+    assert found.probability_rows()[1][-1][0] == "peak_force/stop > 1 N"
+    monkeypatch.setattr(KeptAnswers, "__call__", None)
+    with pytest.raises(gb.UserError, match=r"no figure 'peak_force/stopp'; did you mean peak_force/stop\?"):
+        gb.uncertain(twin, given, limits={"peak_force/stopp": 1.0}, **asked)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_blocks_of_slow_members_are_smaller(seed: int) -> None:
+    """A block takes no more than `WORK`, unless it is the least, and no less than half of it, unless it is all."""
+    random = np.random.default_rng(seed)
+    masses = [gb.mass(1.0, stiffness=1.0, name=f"m{i}") for i in range(int(random.integers(1, 12)))]
+    contacts = [gb.Contact(one["at"], gb.HalfPlane(0.5), gb.KelvinVoigt(stiffness=3.0)) for one in masses]
+    scene = gb.Scene(*masses, contacts=contacts)
+    for steps in np.geomspace(1e3, 1e9, 13).astype(int):
+        size, each = members_of_block(scene, int(steps)), int(steps) * (OTHER_WORK + len(masses) ** 2)
+        assert size * each <= WORK or size == 64
+        assert 2 * size * each > WORK or size == 1024
+        assert size in (64, 128, 256, 512, 1024)
+
+
+def test_a_folder_without_blocks_takes_another_study(tmp_path: Path) -> None:
+    """A study that was stopped before its first block leaves nothing that could be mistaken."""
+    asked: dict[str, Any] = {"members": 64, "output": tmp_path / "x"}
+
+    def stopped(_: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        gb.uncertain(lambda x: {"y": x["a"]}, {"a": stats.norm()}, progress=stopped, **asked)
+    found = gb.uncertain(lambda x: {"y": 2.0 * x["a"]}, {"a": stats.norm()}, **asked)
+    assert np.allclose(found.figures["y"], 2.0 * found.values["a"])
+    with pytest.raises(gb.UserError, match="another ensemble"):
+        gb.uncertain(lambda x: {"y": 3.0 * x["a"]}, {"a": stats.norm()}, **asked)

@@ -146,13 +146,14 @@ class EnsembleFolder:
         self.path, note = path, path / "ensemble.json"
         if note.exists():
             found = json.loads(note.read_text()).get("key")
-            if found != key:
+            if found == key:
+                return
+            if any(path.glob("*.npz")):
                 raise UserError(
                     f"ensemble: {path} has blocks of another ensemble (scene, values, steps or features differ); "
-                    "give another folder, or remove this one"
+                    "choose another `output=`, or remove this folder to begin anew"
                 )
-            return
-        if path.exists() and any(path.iterdir()):
+        elif path.exists() and any(path.iterdir()):
             raise UserError(f"ensemble: {path} is not empty and holds no ensemble; give another folder")
         self._write(note, lambda file: file.write(json.dumps({"key": key}).encode()))
 

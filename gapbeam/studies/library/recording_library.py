@@ -28,7 +28,7 @@ from gapbeam.studies.library.calibrated_regression import Regression, regression
 from gapbeam.studies.library.recording import QUANTITIES, FeatureKind, Quantity, lines_of
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_written
-from gapbeam.studies.uncertain.member_responses import START, Answers, KeptAnswers
+from gapbeam.studies.uncertain.member_responses import START, Answers, KeptAnswers, members_of_block
 from gapbeam.studies.uncertain.probability import NEVER_ONE, inputs_of
 
 NOISE, KEPT_WORD, FAILED_WORD, OWN = "noise", "kept", "failed", "figure/"
@@ -111,6 +111,11 @@ class _Members:
     scheme: LinearScheme
     threads: int | None
     figures: tuple[Figure, ...]
+
+    @property
+    def block(self) -> int:
+        """Members that march together."""
+        return members_of_block(self.scene, self.steps * (self.settle + self.kind.periods))
 
     def __call__(self, values: dict[str, Array]) -> Answers:
         count = len(values[NOISE])

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from math import log2
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,10 @@ class Answers:
     response: Any
     figures: dict[str, Array]
 
+    def figure(self, name: str) -> Array:
+        """Return a figure, (members,); NaN where no member settled, so that none has it."""
+        return self.figures.get(name, np.full(len(self.response), np.nan))
+
 
 @dataclass(frozen=True, eq=False)
 class SceneModel:
@@ -76,6 +81,11 @@ class SceneModel:
     scheme: LinearScheme
     threads: int | None
     figures: tuple[Figure, ...] = ()
+
+    @property
+    def block(self) -> int:
+        """Members that march together."""
+        return members_of_block(self.scene, self.steps * (self.settle + self.measure + self.exponents))
 
     def __call__(self, values: dict[str, Array]) -> Answers:
         """March members, distinguish their responses by shooting, and take their figures.
@@ -222,8 +232,45 @@ def figures_of(many: Members) -> dict[str, Array]:
     return found
 
 
+OF_CONTACTS = {"peak_force": "N", "mean_force": "N", "impact_rate": "1/s", "work_rate": "W", "closed": ""}
+
+
+def figure_units(scene: Scene, figures: Iterable[Figure]) -> dict[str, str]:
+    """Return the SI units of all figures of members of a scene by name, as `figures_of` names them.
+
+    Args:
+        scene: Scene of all members.
+        figures: Figures of one's own.
+    """
+    found = {one.name: "" if one.unit == "1" else one.unit for one in figures}
+    for kind in ("peak", "rms"):
+        for point, one in scene.point_names.items():
+            count = len(one.rows)
+            found |= {f"{kind}/{point}" + (f".{i + 1}" if count > 1 else ""): "m" for i in range(count)}
+    faces = faces_of(dict.fromkeys(one.name or i for i, one in enumerate(scene.contacts)))
+    return found | {f"{kind}/{face}": unit for kind, unit in OF_CONTACTS.items() for face in faces}
+
+
 BLOCK = 1024
-"""Members that march together: memory stays bounded, and so does what an interruption loses."""
+"""Members that march together at most: memory stays bounded, and so does what an interruption loses."""
+LEAST_BLOCK = 64
+WORK = 1.0e10
+"""Products of a block, some 20 s of one core: progress is seen, and an interruption loses no more."""
+OTHER_WORK = 30
+"""Work of a step beside the products of modes and contact motions."""
+
+
+def members_of_block(scene: Scene, steps: int) -> int:
+    """Return the number of members that march together, a power of two: fewer where steps of one take long.
+
+    Args:
+        scene: Scene of all members.
+        steps: Steps of a member.
+    """
+    most = WORK / (max(steps, 1) * (OTHER_WORK + scene.contact_rows.size))
+    return min(max(LEAST_BLOCK, 1 << int(log2(max(most, 1.0)))), BLOCK)
+
+
 KEPT = "kept"
 
 
@@ -246,14 +293,17 @@ class KeptAnswers:
         progress: Callable[[int], None] | None = None,
     ) -> None:  # fmt: skip
         self.model, self.progress, self.done = model, progress, 0
+        self.size = int(getattr(model, "block", BLOCK))
         self.folder = None if folder is None else EnsembleFolder(folder / KEPT, str(key))
 
     def __call__(self, values: dict[str, Array]) -> Answers:
         """Return the answers at values, (members,) by path."""
         count = len(next(iter(values.values())))
         parts = []
-        for first in range(0, count, BLOCK):
-            parts.append(self.block({path: value[first : first + BLOCK] for path, value in values.items()}))
+        if self.progress is not None and not self.done:
+            self.progress(0)
+        for first in range(0, count, self.size):
+            parts.append(self.block({path: value[first : first + self.size] for path, value in values.items()}))
             self.done += len(parts[-1].response)
             if self.progress is not None:
                 self.progress(self.done)

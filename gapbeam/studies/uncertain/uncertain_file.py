@@ -7,7 +7,7 @@ limits, distributions, rare events and Sobol indices.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from math import isnan
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -39,6 +39,7 @@ from gapbeam.studies.uncertain.member_responses import (
     KeptAnswers,
     Period,
     SceneModel,
+    figure_units,
 )
 from gapbeam.studies.uncertain.probability import (
     Pairs,
@@ -328,6 +329,10 @@ def uncertain(
         raise UserError("uncertain: Sobol indices share out the variance of independent inputs; leave correlation out")
     if rare_members < 100 or rare_replicates < 2:
         raise UserError("uncertain: expected 100 rare_members or more, and 2 rare_replicates or more")
+    units = figure_units(model, figures) if isinstance(model, Scene) else {}
+    wanted = {name: float(finite(limit, f"uncertain: limit of {name}")) for name, limit in (limits or {}).items()}
+    if units:
+        _check_names(wanted, units)
     normal = normal_points(sampling, members, replicates, len(given), seed)
     if output is not None:
         key = _key(model, answer, [*counts, scheme, *figures])
@@ -338,10 +343,7 @@ def uncertain(
 
     d = len(given)
     found = at(normal.reshape(-1, d))
-    wanted = {name: float(finite(limit, f"uncertain: limit of {name}")) for name, limit in (limits or {}).items()}
-    unknown = [name for name in wanted if name not in found.figures]
-    if unknown:
-        raise UserError(f"uncertain: no figure {unknown[0]!r}; figures: {', '.join(found.figures) or 'none'}")
+    _check_names(wanted, units or found.figures)
     shape, independent = (replicates, -1), sampling == "random"
     response = found.response.reshape(shape)
     known = ~np.isin(response, UNKNOWN)
@@ -360,7 +362,7 @@ def uncertain(
                 )  # fmt: skip
 
     def exceeds(name: str, part: slice) -> Any:
-        y = found.figures[name].reshape(shape)[:, part]
+        y = found.figure(name).reshape(shape)[:, part]
         return probability(y > wanted[name], np.isfinite(y), independent)
 
     each, halves = members // replicates, Convergence([], {})
@@ -373,7 +375,7 @@ def uncertain(
     for number, name in enumerate(wanted if rare else ()):
 
         def figure(points: Array, name: str = name) -> Array:
-            return at(points).figures[name]
+            return at(points).figure(name)
 
         subsets[name] = subset_simulation(figure, d, wanted[name], rare_members, rare_replicates, seed + 1 + number)
     indices = indices_of(lambda points: at(points).figures, d, sensitivity, seed) if sensitivity else {}
@@ -384,11 +386,20 @@ def uncertain(
                    if kind not in UNKNOWN},
         unknown=float(1.0 - known.mean()), distributions=distributions_of,
         exceeded={name: exceeds(name, slice(None)) for name in wanted}, rare=subsets, inputs=list(given),
-        indices=indices, convergence=halves, folder=None if output is None else Path(output),
+        indices=indices, convergence=halves, folder=None if output is None else Path(output), units=units,
     )  # fmt: skip
     if output is not None:
         write_uncertain(result, Path(output))
     return result
+
+
+def _check_names(wanted: Iterable[str], known: Iterable[str]) -> None:
+    """Refuse limits of figures that there are not."""
+    for name in wanted:
+        if name not in known:
+            close = near(name, list(known))
+            hint = f"did you mean {close}? " if close else ""
+            raise UserError(f"uncertain: no figure {name!r}; {hint}figures: {', '.join(known) or 'none'}")
 
 
 def _answered(

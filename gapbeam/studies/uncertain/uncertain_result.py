@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 from rich.table import Table
 
+from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels, write_figure
 from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, UNCERTAIN_PICTURE
 from gapbeam.solver.messages.wording import counted
@@ -23,6 +24,7 @@ from gapbeam.studies.study_folder import study_written, write_table
 from gapbeam.studies.uncertain.probability import Indices, IntervalEstimate, RareProbability
 
 DOUBTFUL = 5
+MOST_PANELS = 4
 SPARED = ("deviation", "least", "25 %", "75 %", "largest")
 """Columns of distributions that are in files only."""
 Row = tuple[str | float | int, ...]
@@ -81,6 +83,7 @@ class Uncertain(PrintedResult):
         indices: Sobol indices by figure.
         convergence: Probabilities from parts of the members.
         folder: Folder of the tables; None: there is none.
+        units: SI units of figures, as far as they are known.
     """
 
     values: dict[str, Array]
@@ -97,6 +100,7 @@ class Uncertain(PrintedResult):
     indices: dict[str, Indices]
     convergence: Convergence
     folder: Path | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def is_complete(self) -> bool:
@@ -114,8 +118,8 @@ class Uncertain(PrintedResult):
         """Return the result in one line."""
         words = [f"{counted(len(self.response), 'member')}", f"{counted(len(self.responses), 'response')}"]
         words += [
-            f"{name} above {self.limits[name]:.4g}: {one.value:.3g} ({one.low:.3g} to {one.high:.3g})"
-            for name, one in self.exceeded.items()
+            f"{name} above {self.limits[name]:.4g}{unit}: {one.value:.3g} ({one.low:.3g} to {one.high:.3g})"
+            for unit, (name, one) in zip(map(self._behind, self.exceeded), self.exceeded.items(), strict=True)
         ]
         if self.unknown:
             words.append(f"{self.unknown:.1%} failed or did not settle: raise settle, rounds or orders")
@@ -123,6 +127,14 @@ class Uncertain(PrintedResult):
         if late:
             words.append(f"subset simulation did not come to the limit of {', '.join(late)}: raise rare_members")
         return "; ".join(words)
+
+    def _behind(self, name: str) -> str:
+        unit = self.units.get(name, "")
+        return f" {unit}" if unit else ""
+
+    def shown_figures(self) -> list[str]:
+        """Return the figures of the tables in a terminal and of pictures: those with limits, else the first four."""
+        return list(self.limits) or [name for name, y in self.figures.items() if np.any(y)][:MOST_PANELS]
 
     def probability_rows(self) -> tuple[Row, list[Row]]:
         """Return heads and rows of all probabilities."""
@@ -132,7 +144,7 @@ class Uncertain(PrintedResult):
             for name, one in self.responses.items()
         ]
         for name, limit in self.limits.items():
-            event, one = f"{name} > {limit:.6g}", self.exceeded[name]
+            event, one = f"{name} > {limit:.6g}{self._behind(name)}", self.exceeded[name]
             rows.append((event, "members", one.value, one.low, one.high, one.count))
             if name in self.rare:
                 rare = self.rare[name]
@@ -143,13 +155,13 @@ class Uncertain(PrintedResult):
         """Return heads and rows of all figures of all responses."""
         first = next(iter(self.distributions.values()), None)
         parts = list(first.quantiles) if first else []
-        heads = ("figure", "response", "members", "mean", "from", "to", "deviation", "least",
+        heads = ("figure", "unit", "response", "members", "mean", "from", "to", "deviation", "least",
                  *(f"{100 * part:g} %" for part in parts), "largest")  # fmt: skip
         order = {name: i for i, name in enumerate(self.figures)}
         ranked = sorted(self.distributions.items(), key=lambda item: order[item[0][1]])
         rows: list[Row] = [
-            (name, response, one.mean.count, one.mean.value, one.mean.low, one.mean.high, one.deviation, one.least,
-             *one.quantiles.values(), one.largest)
+            (name, self.units.get(name, ""), response, one.mean.count, one.mean.value, one.mean.low, one.mean.high,
+             one.deviation, one.least, *one.quantiles.values(), one.largest)
             for (response, name), one in ranked
         ]  # fmt: skip
         return heads, rows
@@ -169,27 +181,27 @@ class Uncertain(PrintedResult):
         """Return heads and rows of probabilities from parts of the members."""
         heads = ("event", "members", "probability", "from", "to")
         rows: list[Row] = [
-            (f"{name} > {self.limits[name]:.6g}", count, one.value, one.low, one.high)
+            (f"{name} > {self.limits[name]:.6g}{self._behind(name)}", count, one.value, one.low, one.high)
             for name, every in self.convergence.exceeded.items()
             for count, one in zip(self.convergence.members, every, strict=True)
         ]
         return heads, rows
 
     def tables(self) -> list[Table]:
-        """Return probabilities, distributions and Sobol indices."""
-        found, (heads, rows) = [], self.distribution_rows()
-        shown = [i for i, head in enumerate(heads) if head not in SPARED]
-        narrow = (tuple(heads[i] for i in shown), [tuple(row[i] for i in shown) for row in rows])
+        """Return probabilities, distributions of the figures that are shown, and Sobol indices."""
+        found, (heads, every) = [], self.distribution_rows()
+        rows = [row for row in every if row[0] in self.shown_figures()]
+        kept = [i for i, head in enumerate(heads) if head not in SPARED]
+        narrow = (tuple(heads[i] for i in kept), [tuple(row[i] for i in kept) for row in rows])
+        left = counted(len({row[0] for row in every}) - len({row[0] for row in rows}), "more figure")
         for heads, rows in (self.probability_rows(), narrow, self.index_rows()):
             if rows:
-                table = Table(*map(str, heads))
+                more = f"{left} in distributions.csv" if rows is narrow[1] and not left.startswith("0 ") else None
+                table = Table(*map(str, heads), caption=more, caption_justify="left")
                 for row in rows:
                     table.add_row(*(f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row))
                 found.append(table)
         return found
-
-
-MOST_PANELS = 4
 
 
 def write_uncertain(found: Uncertain, folder: Path) -> list[Path]:
@@ -229,26 +241,27 @@ def draw_distributions(found: Uncertain, figures: Iterable[str] = ()) -> Figure:
         found: A study.
         figures: Names; default those with limits, or the first four.
     """
-    asked = list(figures) or list(found.limits) or list(found.figures)[:MOST_PANELS]
-    names = [name for name in asked if name in found.figures]
+    names = [name for name in list(figures) or found.shown_figures() if name in found.figures]
     converging = any(one.count for every in found.convergence.exceeded.values() for one in every)
     figure, grid = panels(max(len(names) + converging, 1), height=1.9)
     if not found.figures:
         grid[0][0].set_title("no member settled, and none is chaotic")
     kinds = [name for name in found.responses if any((name, one) in found.distributions for one in names)]
     for (axes,), name in zip(grid, names, strict=False):
-        y = found.figures[name]
+        unit, factor = shown(found.units.get(name, ""))
+        y = factor * found.figures[name]
         ends = np.histogram_bin_edges(y[np.isfinite(y)], bins="auto") if np.isfinite(y).any() else np.array([0.0, 1.0])
         base: Array = np.zeros(len(ends) - 1)
         for number, kind in enumerate(kinds):
             mine = (found.response == kind) & np.isfinite(y)
             share = np.histogram(y[mine], bins=ends)[0] / len(y)
-            color = GRAY if kind == "chaotic" else COLORS[number % len(COLORS)]
-            axes.stairs(base + share, ends, baseline=base, fill=True, color=color, alpha=0.8, label=kind)
+            color = GRAY if kind == "chaotic" else COLORS[(number + number // len(COLORS)) % len(COLORS)]
+            axes.stairs(base + share, ends, baseline=base, fill=True, color=color,
+                        alpha=0.8 if number < len(COLORS) else 0.4, label=kind)  # fmt: skip
             base = base + share
         if name in found.limits:
-            axes.axvline(found.limits[name], color=BLACK, ls="--", lw=0.8)
-        axes.set_xlabel(name)
+            axes.axvline(factor * found.limits[name], color=BLACK, ls="--", lw=0.8)
+        axes.set_xlabel(f"{name} ({unit})" if unit else name)
         axes.set_ylabel("share of members")
     if len(kinds) > 1:
         grid[0][0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -58,8 +58,8 @@ class _Walls:
         self._move(time)
         return float(self._opened[point])
 
-    def middle(self, shifts: Array, time: float) -> Array:
-        """Return the shift of the middle of a hole along y and z, (2,), m; shifts: by each motion, (walls, 2)."""
+    def shift(self, shifts: Array, time: float) -> Array:
+        """Return the shift of the middle of a hole, (2,), or of its clearance, m; shifts: by a unit of each motion."""
         self._move(time)
         return np.asarray(self._places @ shifts)
 
@@ -137,9 +137,12 @@ def _contacts(model: Model, beam: Structure) -> Iterator[Contact]:
             region, where = HalfPlane(float(contact.initial_gap[i])), beam.point(-rows[i], name)
             yield Contact(where, region, laws[i], wall=wall, name=label)
             continue
-        moved = partial(walls.middle, circles.shifts[:, k, :2]) if moves and len(circles.shifts) else None
+        moved = partial(walls.shift, circles.shifts[:, k, :2]) if moves and len(circles.shifts) else None
+        opens = len(circles.shifts) and np.any(circles.shifts[:, k, 2])
+        opening = partial(walls.shift, circles.shifts[:, k, 2]) if moves and opens else None
         region, where = Disc(float(circles.clearances[k])), beam.point(planes[2 * k : 2 * k + 2], name)
-        yield Contact(where, region, laws[i], offset=-circles.middles[k], wall=moved, name=label)
+        offset = -circles.middles[k]
+        yield Contact(where, region, laws[i], offset=offset, wall=moved, opening=opening, name=label)
 
 
 def _of_all(contact: ContactOperator, matrix: csr_matrix, size: int) -> Array:
@@ -165,8 +168,6 @@ def _refusals(model: Model) -> Iterator[str]:
         yield 'a full model has its mesh; choose [model] type = "reduced", "beam" or "rigid"'
     elif system.contact_is_massless:
         yield "contact points without mass move by the contact alone; leave out the redistribution of mass"
-    if np.any(contact.circles.shifts[:, :, 2]):
-        yield 'holes met as circles whose clearance changes in time; give them contact = "points"'
     if not contact.symmetric:
         yield 'Nitsche\'s method; choose [contact] formulation = "penalty"'
     if contact.rubbed is not None:

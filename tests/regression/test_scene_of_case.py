@@ -21,6 +21,7 @@ MOVED = [
     SHAKER | {"direction": [0.0, 1.0, 0.3]},
     {"type": "support_motion", "support": "left", "amplitude": 1e-4, "frequency": 40.0, "direction": [0.0, 0.6, 0.8]},
 ]
+CLOSED = {"type": "clearance_change", "support": "left", "times": [0.0, 0.002, 0.004], "changes": [0.0, -5e-5, -8e-5]}
 CHOICES: dict[str, tuple[str, dict[str, object]]] = {
     "reduced": ("stability.toml", {"model": {"type": "reduced"}}),
     "beam": ("stability.toml", BEAM),
@@ -29,6 +30,7 @@ CHOICES: dict[str, tuple[str, dict[str, object]]] = {
     "a record": ("recorded.toml", {}),
     "round holes, rigid": ("tube-holes.toml", {"model": {"type": "rigid"}} | HOLES),
     "round holes, rigid sections": ("tube-holes.toml", {"model": {"type": "reduced", "sections": "rigid"}} | HOLES),
+    "a hole that closes": ("tube-holes.toml", {"model": {"type": "rigid"}, "load": [*MOVED, CLOSED]} | HOLES),
     "a moved hole": ("tube-holes.toml", {"model": {"type": "rigid"}, "load": MOVED} | HOLES),
 }
 

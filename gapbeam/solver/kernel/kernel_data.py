@@ -158,7 +158,7 @@ def _refusals(scene: Scene, inputs: Sequence[str]) -> Iterator[str]:
             yield f"{what}law {one.law.kind.name}, expected KelvinVoigt, or HuntCrossley with exponent 1, 1.5, ... 6.5"
         if one.is_rough:
             yield f"{what}friction"
-        if one.wall is not None:
+        if one.is_moved:
             yield f"{what}a wall that moves"
         if any(np.size(value) > 1 for value in (*one.region.values, *one.law.values, one.offset)) and one.motions == 1:
             yield f"{what}values of several members"

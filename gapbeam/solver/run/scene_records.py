@@ -79,13 +79,14 @@ def contacts_of(
     found.closed = np.zeros(shape, dtype=bool)
     moved = np.diff(places, axis=0, prepend=places[:1] if before is None else before[None])
     for i, (one, first) in enumerate(zip(scene.contacts, scene.first, strict=False)):
-        mine = slice(first, first + one.motions)
-        found.depth[:, i], normals = one.region.penetration(places[:, mine])
+        mine = slice(first, first + one.region.motions)
+        found.depth[:, i], normals = one.penetration(places[:, first : first + one.motions])
         found.force[:, i] = -(forces[:, mine] * normals).sum(axis=1) + 0.0
         found.closed[:, i] = (found.force if one.is_impulsive else found.depth)[:, i] > 0.0
         if one.is_impulsive and rates is not None:
-            found.approach[:, i] = np.maximum((rates[:, mine] * normals).sum(axis=1), 0.0)
-        if one.motions > 1:
+            opened = rates[:, mine.stop : first + one.motions].sum(axis=1)
+            found.approach[:, i] = np.maximum((rates[:, mine] * normals).sum(axis=1) - opened, 0.0)
+        if one.region.motions > 1:
             found.friction[:, i] = _across(forces[:, mine], normals) if one.is_rough else 0.0
             found.rubbed[:, i] = np.maximum(found.force[:, i], 0.0) * _across(moved[:, mine], normals)
     return found
@@ -332,13 +333,13 @@ class SceneRecords:
         joints = [some for one, some in self._forces() if not one.name]
         self.fed = named + ([("joints", joints)] if joints else [])
         self.loaded = [self._load_name()] if scene.loads else []
-        self.walled = ["moving walls"] if any(one.wall is not None for one in scene.contacts) else []
+        self.walled = ["moving walls"] if any(one.is_moved for one in scene.contacts) else []
         self.labels: dict[str, tuple[str, ...]] = {
             "probe": self.probes,
             "component": ("y", "z")[: self.width] if self.probes else (),
             "face": scene.contact_names,
             "tangent": ("across",) if rough else (),
-            "worn_face": scene.contact_names if any(one.motions > 1 for one in scene.contacts) else (),
+            "worn_face": scene.contact_names if any(one.region.motions > 1 for one in scene.contacts) else (),
             "load": (*self.loaded, *(name for name, _ in self.fed), *self.walled),
         }
         unknown = {"contact_moment", "contact_area", "iterations"} | ({ABSOLUTE} if self.frame is None else set())
@@ -367,7 +368,7 @@ class SceneRecords:
         growth = float(eigenvalues(scene)[0].real) if is_random and not scene.is_large else 0.0
         return RecordStatistics(
             scene.contact_names, scene.probe_names, self.width == 2, self.every * self.h,
-            -0.5 / growth if growth < 0.0 else 0.0, any(one.motions > 1 for one in scene.contacts),
+            -0.5 / growth if growth < 0.0 else 0.0, any(one.region.motions > 1 for one in scene.contacts),
             tuple(one for one in own if one.averages), self.labels,
         )  # fmt: skip
 

@@ -36,7 +36,7 @@ def describe_scene(scene: Scene, step: float, end: float, scheme: LinearScheme) 
             "values": _plain(dict(zip(one.law.kind.given, one.law.values, strict=False))),
             "clearance": _plain(_clearance(one.region)),
             "friction": _plain(one.friction),
-            "moves": one.wall is not None,
+            "moves": one.is_moved,
         }
         for one in scene.contacts
     ]
@@ -119,7 +119,7 @@ def wear_of(
         wear: `coefficient`, 1/Pa, and `area`, m^2, where they are known.
     """
     coefficient, area = wear.get("coefficient"), wear.get("area")
-    mine = [i for i, one in enumerate(accounts.scene.contacts) if one.motions > 1]
+    mine = [i for i, one in enumerate(accounts.scene.contacts) if one.region.motions > 1]
     rates, found = _work_rates(accounts.worn, step, mine), dict[str, Any]()
     for i, rate in zip_longest(mine, rates):
         work = float(accounts.sliding[i])

@@ -24,7 +24,8 @@ class Contact:
     """A point, or a pair of points, that may not leave a region.
 
     The place of the contact is r = offset + motion of the first point - motion of the second - wall(t). Inside the
-    region there is no force, outside the law presses along the normal, and friction opposes the slip across it.
+    region there is no force, outside the law presses along the normal, and friction opposes the slip across it. Where
+    its faces open over time, the growth of the region is one more motion of the place, except at a single flat face.
 
     Attributes:
         between: A point, or (point, point): the motion of the first relative to the second.
@@ -36,6 +37,8 @@ class Contact:
         offset: Place at rest, m; a number, or one for each motion. Members of an ensemble: (members,) for one motion,
             (members, motions) for more.
         wall: Given motion of the region, a function of time, m; a number, or one for each motion.
+        opening: Given change of the clearance, a function of time, m: all faces move outward by it, those of a slot by
+            half of it.
         name: Name in results and paths; unique in a scene.
 
     Raises:
@@ -49,6 +52,7 @@ class Contact:
     sliding: Any = 0.0
     offset: Any = 0.0
     wall: Callable[[float], Any] | None = None
+    opening: Callable[[float], Any] | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -70,12 +74,19 @@ class Contact:
                 f"{where}: sliding speeds are 0 in some members and above 0 in others; expected one of both"
             )
         rest = finite(self.offset, f"{where}: offset")
-        if not rest.size or rest.ndim > 2 or (rest.ndim and self.motions > 1 and rest.shape[-1] != self.motions):
-            raise UserError(f"{where}: found an offset of shape {rest.shape}, expected a number or {self.motions}")
-        if self.motions == 1 and self.is_rough:
+        motions = self.region.motions
+        if not rest.size or rest.ndim > 2 or (rest.ndim and motions > 1 and rest.shape[-1] != motions):
+            raise UserError(f"{where}: found an offset of shape {rest.shape}, expected a number or {motions}")
+        if motions == 1 and self.is_rough:
             raise UserError(f"{where}: friction needs points of two or three motions: normal and slip")
         if self.is_impulsive:
             self._check_impulses(where)
+        remembers = bool(self.law.kind.memory) and not self.is_impulsive
+        if self.grows and (remembers or any(point.is_moving for point in self.points)):
+            raise UserError(
+                f"{where}: found a clearance of region {self.region.kind.name} that changes, with a law that remembers "
+                "or a point that moves along a structure, expected a half plane"
+            )
         kept, each = self._kept
         room = ROWS - VALUES - len(self.law.values) - kept
         if len(self.region.values) + each * self.region.kind.faces > room:
@@ -87,7 +98,7 @@ class Contact:
         """Numbers that friction keeps: of the contact, and of each face."""
         if not self.is_rough:
             return 0, 0
-        return (IN_SPACE, 0) if self.motions == 3 else (2, 3) if self.sticks else (0, 0)
+        return (IN_SPACE, 0) if self.region.motions == 3 else (2, 3) if self.sticks else (0, 0)
 
     def _too_many(self, room: int, each: int) -> str:
         """Return the fault of a region of more values than a contact has room for."""
@@ -108,7 +119,7 @@ class Contact:
             raise UserError(
                 f"{where}: found friction with a law of impulses, expected none; a stiff law takes friction"
             )
-        if self.region.kind.faces > 1 and self.motions > 1:
+        if self.region.kind.faces > 1 and self.region.motions > 1:
             found = f"found region {self.region.kind.name} with a law of impulses"
             raise UserError(f"{where}: {found}, expected HalfPlane, Slot or Disc")
         if any(point.is_moving for point in self.points):
@@ -123,8 +134,39 @@ class Contact:
 
     @property
     def motions(self) -> int:
-        """1, 2 in a section plane, or 3 in space."""
-        return self.region.motions
+        """1, 2 in a section plane, or 3 in space, and one more where the region grows."""
+        return self.region.motions + self.grows
+
+    @property
+    def grows(self) -> bool:
+        """True where the last motion of the place is the growth of the region."""
+        return self.opening is not None and not self.region.is_half_plane
+
+    @property
+    def is_moved(self) -> bool:
+        """True where the region has a given motion, or opens."""
+        return self.wall is not None or self.opening is not None
+
+    def moved(self, t: float) -> Array:
+        """Return the given motion of the region at a time, (motions,), m; the place is less by it."""
+        found, motions = np.zeros(self.motions), self.region.motions
+        if self.wall is not None:
+            found[:motions] = np.ravel(self.wall(t))
+        if self.opening is not None:
+            by = self.region.share * float(self.opening(t))
+            if by < -self.region.reach:
+                raise UserError(
+                    f"contact {self.name or '?'}: found a clearance that closes by {-by:.6g} m at {t:.6g} s, expected "
+                    f"at most {self.region.reach:.6g} m, where region {self.region.kind.name} is a point"
+                )
+            found += -by * np.eye(self.motions)[motions] if self.grows else by * self.region.normal
+        return found
+
+    def penetration(self, places: Array) -> tuple[Array, Array]:
+        """Return penetrations, negative inside, (n,), and outward normals, (n, 1 to 3), at places (n, motions)."""
+        motions = self.region.motions
+        depth, normals = self.region.penetration(places[:, :motions])
+        return depth - places[:, motions:].sum(axis=1), normals
 
     @property
     def is_rough(self) -> bool:
@@ -135,9 +177,12 @@ class Contact:
     def place_at_rest(self) -> Array:
         """The offset, (motions, members), or (motions, 1)."""
         rest = np.asarray(self.offset, dtype=float)
-        if self.motions == 1:
-            return rest.reshape(1, -1)
-        return np.broadcast_to(rest, (self.motions,))[:, None] if rest.ndim < 2 else rest.T
+        motions = self.region.motions
+        if motions == 1:
+            found: Array = rest.reshape(1, -1)
+        else:
+            found = np.broadcast_to(rest, (motions,))[:, None] if rest.ndim < 2 else rest.T
+        return np.vstack([found, np.zeros((int(self.grows), found.shape[1]))])
 
     @property
     def sticks(self) -> bool:
@@ -171,7 +216,8 @@ class Contact:
     def compiled(self, level: float = 0.0, rough: bool = True) -> int:
         """Return the address of the touch for forces at that level of a step (0: the mean over it)."""
         exact, damped = self.sticks, self.law.is_damped
-        return touch(self.region.kind, self.law.kind, self.motions, rough and self.is_rough, exact, damped, level)
+        motions, rough = self.region.motions, rough and self.is_rough
+        return touch(self.region.kind, self.law.kind, motions, rough, exact, damped, level, self.grows)
 
     @property
     def memory(self) -> tuple[int, int, int]:

@@ -16,6 +16,7 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import inf
 from typing import Any
 
 import numba
@@ -80,6 +81,26 @@ class ConvexRegion:
         flat[:, : self.motions] = places
         _deepest(self.kind)(flat, np.array([float(one) for one in self.values]), depth, normals)
         return depth, normals[:, : self.motions]
+
+    @property
+    def is_half_plane(self) -> bool:
+        """True where it has one flat face."""
+        return self.kind in (_SPACE, _PLANES.get(1))
+
+    @property
+    def normal(self) -> Array:
+        """Outward normal of a half plane, (motions,)."""
+        return np.asarray(self.normals[0, : self.motions])
+
+    @property
+    def reach(self) -> float:
+        """Way by which its faces may close: the radius of a disc; infinite of others."""
+        return float(np.min(self.values[0])) if self.kind is _DISC else inf
+
+    @property
+    def share(self) -> float:
+        """Way of each face outward by a unit of clearance."""
+        return 0.5 if self.kind is _SLOT else 1.0
 
     def grown(self, by: Any) -> ConvexRegion:
         """Return the region with its faces moved outward, m: by a number, or by one for each member of an ensemble.

@@ -234,6 +234,12 @@ def ensemble(
         raise UserError(f"ensemble: expected one length for all values (members); found {found}")
     if scene.is_large:
         raise UserError("ensemble: a structure is too large; reduce it: gapbeam.reduced_at_points")
+    grown = next((one for one in scene.contacts if one.grows), None)
+    if grown is not None:
+        raise UserError(
+            f"ensemble: found contact {grown.name or '?'}, region {grown.region.kind.name}, whose clearance changes, "
+            "expected half planes or constant clearances; march the scenes one by one"
+        )
     count = next(iter(lengths.values()))
     state = start or scene.state()
     steps = {name: np.broadcast_to(value, (count,)) for name, value in clock.items()}

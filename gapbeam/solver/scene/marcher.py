@@ -152,7 +152,7 @@ class Marcher:
         loads = np.zeros((steps, len(self.linear.patterns), self.lanes))
         for j, load in enumerate(self.scene.loads):
             loads[:, j] = load.table(times[:-1] + self.scheme.level * self.h, self.lanes)
-        moving = any(one.wall is not None for one in self.scene.contacts)
+        moving = any(one.is_moved for one in self.scene.contacts)
         return times, loads, self.scene.walls(times if moving else times[:1], self.lanes)
 
     def advance(self, steps: int, record: bool = False, energies: bool = False) -> StepRecords:

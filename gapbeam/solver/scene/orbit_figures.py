@@ -122,7 +122,7 @@ def figure_of(scene: Scene, name: str) -> OrbitFigure:
     for point, one in scene.point_names.items():
         columns[point], at = list(range(at, at + len(one.rows))), at + len(one.rows)
     contacts = {
-        one.name: list(range(int(first), int(first) + one.motions))
+        one.name: list(range(int(first), int(first) + one.region.motions))
         for one, first in zip(scene.contacts, scene.first, strict=False)
     }
     number = kind.removeprefix("harmonic_")

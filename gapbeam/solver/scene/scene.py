@@ -296,7 +296,8 @@ class Scene:
     @cached_property
     def contact_rows(self) -> Array:
         """B: rows of all contact motions, (motions, n)."""
-        return self.rows([one.between for one in self.contacts])
+        parts = [(self.rows([one.between]), np.zeros((int(one.grows), self.size))) for one in self.contacts]
+        return np.vstack([np.zeros((0, self.size)), *(rows for part in parts for rows in part)])
 
     @cached_property
     def offsets(self) -> Array:
@@ -425,11 +426,10 @@ class Scene:
     def walls(self, times: Array, lanes: int = 1) -> Array:
         """Return the given motions of the regions, (times, motions, lanes), m."""
         found = np.zeros((len(times), self.motions, lanes))
-        moving = [(one, at) for one, at in zip(self.contacts, self.first, strict=False) if one.wall is not None]
+        moving = [(one, at) for one, at in zip(self.contacts, self.first, strict=False) if one.is_moved]
         for k, t in enumerate(times if moving else ()):  # walls that move together may compute their motion once a time
             for one, at in moving:
-                assert one.wall is not None
-                found[k, at : at + one.motions] = np.reshape(one.wall(float(t)), (-1, 1))
+                found[k, at : at + one.motions] = one.moved(float(t))[:, None]
         return found
 
     def state(

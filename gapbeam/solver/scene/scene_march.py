@@ -79,7 +79,7 @@ class SceneStep:
     def contacts(self) -> dict[str | int, ContactForce]:
         """Force and place of each contact, by its name, or its number where it has none."""
         m, scene = self.marcher, self.marcher.scene
-        spans = [(at, at + one.motions) for one, at in zip(scene.contacts, scene.first, strict=False)]
+        spans = [(at, at + one.region.motions) for one, at in zip(scene.contacts, scene.first, strict=False)]
         return {
             one.name or i: ContactForce(plain(m.F[a:b]), plain(m.y[a:b]))
             for i, (one, (a, b)) in enumerate(zip(scene.contacts, spans, strict=True))
@@ -185,7 +185,7 @@ def history(
         displacement[name], at = _squeezed(seen[:, at : at + len(point.rows)]), at + len(point.rows)
     force: dict[str | int, Array] = {}
     for i, (one, first) in enumerate(zip(scene.contacts, scene.first, strict=False)):
-        force[one.name or i] = _squeezed(felt[:, first : first + one.motions])
+        force[one.name or i] = _squeezed(felt[:, first : first + one.region.motions])
     times = marcher.t0 + step * np.arange(1, steps + 1)
     return History(times, displacement, force, SceneStep(marcher))
 

@@ -235,7 +235,7 @@ def slips_of(scene: Scene, coordinates: Statics, K: Array, f: Array, contact_row
         return rigid
     B = contact_rows @ rigid
     rows = [
-        one.region.normals[:, : one.motions] @ B[at : at + one.motions]
+        one.region.normals[:, : one.region.motions] @ B[at : at + one.region.motions]
         for one, at in zip(scene.contacts, scene.first, strict=False)
     ]
     A = np.vstack([np.zeros((0, rigid.shape[1])), *rows])

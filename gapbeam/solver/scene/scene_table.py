@@ -49,7 +49,7 @@ def _contacts(scene: Any) -> Iterator[tuple[str, str, str]]:
     groups: dict[tuple[Any, ...], list[tuple[str, Contact]]] = {}
     for name, one in zip(scene.contact_names, scene.contacts, strict=True):
         face = name.rstrip("0123456789") if one.name else name
-        key = face, _place(one.points), one.region.kind, one.law.kind, one.wall is not None
+        key = face, _place(one.points), one.region.kind, one.law.kind, one.is_moved
         groups.setdefault(key, []).append((name, one))
     for (_, at, *_), some in groups.items():
         first, last = some[0][0], some[-1][0]
@@ -73,7 +73,7 @@ def _of_contacts(some: Sequence[Contact]) -> str:
         f"{region.name}: {_listed(region.names, [one.region.values for one in some])}",
         f"{law.name}: {_listed(law.names, [one.law.values for one in some])}",
         _listed(own, [[getattr(one, key) for key in own] for one in some]),
-        "moving wall" if some[0].wall else "",
+        "moving wall" if some[0].is_moved else "",
     ]
     return "; ".join(filter(None, found))
 

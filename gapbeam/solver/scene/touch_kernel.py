@@ -11,6 +11,8 @@ Friction that sticks keeps three more rows for each face after two of the place 
 and the slope of that force. What they make of the new place is the force that the solve gives the face; with c s of the
 slip s it says whether the face sticks (Alart and Curnier 1991, Comput. Methods Appl. Mech. Eng. 92, 353). The first
 row of LAST is then 0 where nothing was asked yet.
+
+Where a region grows, the place has one motion more: its growth o, by which all faces move outward, x(r) - o.
 """
 
 from __future__ import annotations
@@ -40,7 +42,10 @@ SIGNATURE = types.void(types.float64, types.int64, types.CPointer(types.float64)
 _touches: dict[tuple[Any, ...], int] = {}
 
 
-def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bool, damped: bool, level: float) -> int:
+def touch(
+    region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bool, damped: bool, level: float,
+    grows: bool = False,
+) -> int:  # fmt: skip
     """Return the address of the compiled touch of a kind of region and a kind of law.
 
     Args:
@@ -51,14 +56,16 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
         exact: Whether friction sticks without creep, by Coulomb's own law.
         damped: Whether the damper of the law acts.
         level: Level of the step at which the law is asked; 0: the mean over the step.
+        grows: Whether the last motion is the growth of the region.
     """
-    key = (region, law, motions, rough, exact, damped, level)
+    key = (region, law, motions, rough, exact, damped, level, grows)
     if key in _touches:
         return _touches[key]
     if motions == 3:
         _touches[key] = address(SIGNATURE, _in_space(law, rough, exact, damped, level))
         return _touches[key]
-    face, respond, faces, faced = region.face, responder(law, damped), region.faces, _faced(law)
+    face, respond, faces, faced = _grown(region.face), responder(law, damped), region.faces, _faced(law)
+    growth, beside = _growth(motions, grows)
     own = VALUES + len(region.names) + len(law.names)  # first row that friction keeps
     at_region, at_law = _values(VALUES, len(region.names)), _values(VALUES + len(region.names), len(law.names))
 
@@ -68,10 +75,12 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
             place, values = at_region(w, i), at_law(w, i)
             r0x, r1x = w[OLD, i], w[NEW, i]
             r0y, r1y = (w[OLD + 1, i], w[NEW + 1, i]) if motions == 2 else (0.0, 0.0)
+            o0, o1 = growth(w, i)
             fx = fy = a = b = c = d = stored = lost = rubbed = turned = way = had = 0.0
+            push = pushx = pushy = outx = outy = outward = 0.0
             for k in range(faces):
                 ex, ey, slides = r1x, r1y, 1.0  # where the face is linearised
-                x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place)
+                x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place, o0, o1)
                 if rough and exact and (x0 > 0 or x1 > 0):  # inside the cone: at no slip
                     s = (gx * (ey - r0y) - gy * (ex - r0x)) / (gx * gx + gy * gy + 1e-300)
                     reach = s * np.sqrt(gx * gx + gy * gy)
@@ -83,28 +92,33 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
                     way = had + w[CREEP, i] / STICKING * reach
                     if level > 0:
                         mx, my = r0x + level * (r1x - r0x), r0y + level * (r1y - r0y)
-                        xm = face(k, mx, my, mx, my, place)[1]
+                        om = o0 + level * (o1 - o0)
+                        xm = face(k, mx, my, mx, my, place, om, om)[1]
                         normal = respond(xm, xm, step, h, level, values)[0]
                     else:
                         normal = respond(x0, x1, step, h, level, values)[0]
                     if abs(way) <= w[MU, i] * abs(normal):
                         ex, ey, slides = ex + s * gy, ey - s * gx, 0.0
-                        x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place)
+                        x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place, o0, o1)
                 if rough and not exact:  # a slip that turned round: at no slip
                     s = (gx * (ey - r0y) - gy * (ex - r0x)) / (gx * gx + gy * gy + 1e-300)
                     if (x0 > 0 or x1 > 0) and s * (gx * w[LAST + 1, i] - gy * w[LAST, i]) < 0:
                         ex, ey, turned, slides = ex + s * gy, ey - s * gx, 1.0, 0.0
-                        x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place)
+                        x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place, o0, o1)
                 dx, dy = ex - r0x, ey - r0y
                 if level > 0:  # at one place of the step: slopes by both ends of none
                     mx, my = r0x + level * dx, r0y + level * dy
                     W0, W1 = respond(x0, x0, 0.0, h, level, values)[3], respond(x1, x1, 0.0, h, level, values)[3]
-                    x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, mx, my, mx, my, place)
-                    step, twice = gx * dx + gy * dy, 2 * level
+                    om = o0 + level * (o1 - o0)
+                    x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, mx, my, mx, my, place, om, om)
+                    step, twice = gx * dx + gy * dy - (o1 - o0), 2 * level
                     g00, g01, g10, g11 = twice * g00, twice * g01, twice * g10, twice * g11
-                T, slope, beyond, W = respond(x0, x1, step, h, level, faced(w, i, values, gx, gy, 0.0))
+                T, slope, beyond, W = respond(x0, x1, step, h, level, faced(w, i, values, gx, *beside(gy)))
                 ux, uy, j00, j01 = -T * gx, -T * gy, -slope * nx * gx - T * g00, -slope * ny * gx - T * g01
                 j10, j11 = -slope * nx * gy - T * g10, -slope * ny * gy - T * g11
+                push += T + slope * (nx * (r1x - ex) + ny * (r1y - ey))
+                pushx, pushy, outx, outy = pushx + slope * nx, pushy + slope * ny, outx + slope * gx, outy + slope * gy
+                outward += slope
                 stored += W1 if level > 0 else W
                 lost += T * step - (W1 - W0) if level > 0 else beyond * step
                 if rough:
@@ -147,10 +161,34 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
             w[FORCE, i], w[SLOPE, i] = fx, a
             if motions == 2:
                 w[FORCE + 1, i], w[SLOPE + 1, i], w[SLOPE + 3, i], w[SLOPE + 4, i] = fy, b, c, d
+            if grows:
+                w[FORCE + motions, i], w[SLOPE + 4 * motions, i] = push, -outward
+                w[SLOPE + 3 * motions, i], w[SLOPE + motions, i] = pushx, outx
+            if grows and motions == 2:
+                w[SLOPE + 7, i], w[SLOPE + 5, i] = pushy, outy
             w[POTENTIAL, i], w[LOST, i] = stored, lost
 
     _touches[key] = address(SIGNATURE, compiled)
     return _touches[key]
+
+
+def _grown(face: Any) -> Any:
+    """Return the compiled face of a region that grows, by o0 at the start and o1 at the end of a step."""
+
+    @inlined
+    def grown(k, r0x, r0y, r1x, r1y, values, o0, o1):  # type: ignore[no-untyped-def]
+        x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, r1x, r1y, values)
+        return x0 - o0, x1 - o1, step - (o1 - o0), gx, gy, nx, ny, g00, g01, g10, g11
+
+    return grown
+
+
+def _growth(motions: int, grows: bool) -> tuple[Any, Any]:
+    """Return compiled growth(w, i) -> (o0, o1), and beside(gy) -> the discrete gradient of a face behind gx."""
+    if not grows:
+        return inlined(lambda w, i: (0.0, 0.0)), inlined(lambda gy: (gy, 0.0))  # noqa: ARG005
+    growth = inlined(lambda w, i: (w[OLD + motions, i], w[NEW + motions, i]))
+    return growth, inlined(lambda gy: (gy, -1.0)) if motions == 2 else inlined(lambda gy: (-1.0, 0.0))  # noqa: ARG005
 
 
 def _in_space(law: LawKind, rough: bool, exact: bool, damped: bool, level: float) -> Any:

@@ -154,7 +154,7 @@ def at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructureP
 def moved_contacts(site: Site, contact: Contact, pair: str) -> list[Contact]:
     """Return a contact as the loads move its region, counted from t = 0.
 
-    Where its clearance changes, each flat face of the region is a contact that moves along its normal.
+    Where its clearance changes, each flat face of the region is a contact that moves along its normal; a disc grows.
 
     Args:
         site: The structures, with the loads.
@@ -168,6 +168,8 @@ def moved_contacts(site: Site, contact: Contact, pair: str) -> list[Contact]:
     if not changes:
         return [contact]
     found, faces = list[Contact](), contact.region.flat_faces
+    if not faces:
+        return [replace(contact, opening=_growth(changes))]
     for i, (face, share) in enumerate(faces):
         ways = [(share * face.normals[0, : contact.motions], s) for s in changes]
         name = contact.name if len(faces) == 1 else f"{contact.name}-{i}"
@@ -184,6 +186,10 @@ def _motions(site: Site, name: str, point: StructurePoint) -> Motions:
     moving = [(number, one) for number, one in enumerate(site.case.load) if name and support_of(one) == name]
     units = [(_in_motions(site, number, one, point), one.time_function()) for number, one in moving]
     return [(unit, s) for unit, s in units if unit is not None]
+
+
+def _growth(changes: list[TimeFunction]) -> Callable[[float], float]:
+    return lambda t: sum(float(s.value(t)) - float(s.value(0.0)) for s in changes)
 
 
 def _wall(motions: Motions) -> Callable[[float], Array]:

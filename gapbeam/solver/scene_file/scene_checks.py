@@ -352,14 +352,14 @@ def _along(key: Key, load: LineLoad, body: BodyTable) -> Iterator[Fault]:
 
 
 def _opened(key: Key, load: OpenedPair, pairs: Iterable[PairTable]) -> Iterator[Fault]:
-    """A change of a clearance has a pair of flat faces."""
+    """A change of a clearance has a pair, and closes a disc at most to its center."""
     regions = {one.name: one.region for one in pairs}
-    flat = [name for name, one in regions.items() if not isinstance(one, DiscRegion)]
-    if load.support in flat:
-        return
-    found = f'"{load.support}"' + (", a disc" if load.support in regions else "")
-    yield Fault((*key, "support"), found, f"a pair with flat faces: one of {', '.join(flat) or 'none'}",
-                "a polygon of up to 30 corners is nearly a disc" if load.support in regions else "")  # fmt: skip
+    region = regions.get(str(load.support))
+    if load.support not in regions:
+        yield Fault((*key, "support"), f'"{load.support}"', f"a pair: one of {', '.join(regions) or 'none'}")
+    elif isinstance(region, DiscRegion) and -min(load.changes) > region.clearance:
+        yield Fault((*key, "changes"), f"{min(load.changes):g} m of a disc", f"at least -clearance = "
+                    f"{-region.clearance:g} m: it is a point there")  # fmt: skip
 
 
 def _loads(

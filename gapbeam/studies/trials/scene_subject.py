@@ -338,7 +338,7 @@ class SceneSubject:
         speed: Array = shapes @ draw.standard_normal(shapes.shape[1])
         speed *= np.sqrt(draw.uniform(0.0, KICK) * energy / (0.5 * float(speed @ speed)))
         steps = drawn_phase(self.case.load, self.read.step, draw)
-        if any(one.wall is not None for one in scene.contacts) or not all(one.repeats for one in self.case.load):
+        if any(one.is_moved for one in scene.contacts) or not all(one.repeats for one in self.case.load):
             steps = 0
         return Start(replace(begin, t=steps * self.read.step, v=begin.v + speed[:, None]), f"kick {number}")
 
@@ -363,7 +363,7 @@ class SceneSubject:
         """Return the penetration of each contact, (contacts,), m."""
         places = self.scene.places(q, t).T
         parts = zip(self.scene.contacts, self.scene.first, strict=False)
-        found = [one.region.penetration(places[:, first : first + one.motions])[0][0] for one, first in parts]
+        found = [one.penetration(places[:, first : first + one.motions])[0][0] for one, first in parts]
         return np.array(found, dtype=float)
 
     def respond(self, begin: Start, rings: bool) -> TrialResponse:

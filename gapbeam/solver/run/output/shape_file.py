@@ -99,9 +99,9 @@ def _placed(scene: Scene, point: StructurePoint) -> tuple[Array, Array] | None:
 def _walls(contact: Contact, far: float) -> Array:
     """Return the near places of walls around a point, (walls, motions), m: both ways, all around, or of a flat wall."""
     turns = np.linspace(0.0, 2.0 * np.pi, ANGLES, endpoint=False)
-    flat = contact.region.normals if contact.motions == 3 else np.array([[1.0], [-1.0]])
-    rays = np.column_stack([np.cos(turns), np.sin(turns)]) if contact.motions == 2 else flat
-    at = contact.place_at_rest[:, 0]
+    flat = contact.region.normals if contact.region.motions == 3 else np.array([[1.0], [-1.0]])
+    rays = np.column_stack([np.cos(turns), np.sin(turns)]) if contact.region.motions == 2 else flat
+    at = contact.place_at_rest[: contact.region.motions, 0]
     low: Array = np.zeros(len(rays))
     high: Array = np.full(len(rays), far)
     open_ = contact.region.penetration(at + high[:, None] * rays)[0] < 0.0

@@ -171,7 +171,7 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
     )
 
 
-def tried(march: Callable[[int], Trial], most: int, comm: MPI.Comm) -> tuple[Trial, Trial]:
+def tried(march: Callable[[int], TriedSteps], most: int, comm: MPI.Comm) -> tuple[TriedSteps, TriedSteps]:
     """Return the first trial, which makes machine code where there is none, and the one that stands for the run.
 
     Args:
@@ -209,7 +209,7 @@ def _fields(case: Case, dt: float, steps: int) -> int:
 
 
 @dataclass(frozen=True)
-class Trial:
+class TriedSteps:
     """Cost of the steps of a trial.
 
     Their number, wall time, s per step, of that the back-substitution, s per field, all that in words, and whether they
@@ -227,7 +227,7 @@ class Trial:
 
     @property
     def goes_on(self) -> bool:
-        """Whether a longer trial follows: the first steps from a seat may cost a hundred times what the others do."""
+        """True where a longer trial follows: the first steps from a seat may cost a hundred times as much as others."""
         return self.spent < ENOUGH * TRIAL_TIME or (self.steps < FEW and GROWTH * self.spent < AFTER_FEW * LONGEST)
 
 
@@ -241,7 +241,7 @@ class _Trials:
     folder: Path
     comm: MPI.Comm
 
-    def march(self, steps: int) -> Trial:
+    def march(self, steps: int) -> TriedSteps:
         consumers = RunConsumers(self.model, self.folder, self.comm, self.seat.state)
         words, early = f"measured now: {steps} steps from the seat with the loads at their full amplitude", False
         ended = ""
@@ -261,7 +261,7 @@ class _Trials:
         whole = parts if early else steps
         output = _fields(self.model.case, self.plan.dt, whole) * per_field
         per_step = max(tally.march - output, tally.advance, 1.0e-9) / whole
-        return Trial(whole, tally.march, per_step, tally.back_substitution / parts, per_field, words, early, ended)
+        return TriedSteps(whole, tally.march, per_step, tally.back_substitution / parts, per_field, words, early, ended)
 
     def _field(self, consumers: RunConsumers) -> float:
         """Return the wall time of a field, s: several are written at once where the march is compiled."""

@@ -73,6 +73,47 @@ def test_an_oscillator_under_the_record_moves_by_its_spectrum(record: Any, tmp_p
     assert w**2 * np.abs(found.displacement["at"]).max() == pytest.approx(9.0, rel=0.1)
 
 
+def measured(kind: str) -> tuple[Any, Any]:
+    """Return times from 3 s on, and a motion of 18 s: a chirp that dies out, two shocks, or noise of another unit."""
+    t = np.arange(0.0, 18.0, 0.01)
+    noise = np.random.default_rng(7).standard_normal(len(t))
+    forms = {
+        "a chirp": np.sin(2.0 * np.pi * (0.5 + 0.4 * t) * t) * np.exp(-t / 6.0) + 0.05 * noise,
+        "two shocks": noise * (np.exp(-(((t - 4.0) / 1.5) ** 2)) + 0.5 * np.exp(-(((t - 12.0) / 2.0) ** 2))),
+        "noise in g": 1e-3 * noise + 0.5,
+    }
+    return t + 3.0, forms[kind]
+
+
+@pytest.mark.parametrize("kind", ["a chirp", "two shocks", "noise in g"])
+def test_a_recorded_motion_is_changed_to_the_spectrum_and_stays_alike(kind: str) -> None:
+    """The spectrum by SciPy's integration; in each band of an octave the record moves as the recorded motion did."""
+    t, motion = measured(kind)
+    found = gb.fitted_record(CORNERS, LEVELS, start=(t, motion), tolerance=0.15)
+    assert found.time[0] == 0.0
+    assert found.time[-1] == pytest.approx(t[-1] - t[0], abs=found.time[1])
+    some = found.frequency[::8]
+    wanted = found.wanted[::8]
+    assert np.abs(np.array([pseudo(found, f) for f in some]) / wanted - 1.0).max() < 0.15
+    before = np.interp(found.time, t - t[0], motion - motion.mean())
+    lines, alike = np.fft.rfftfreq(len(before), found.time[1]), []
+    for low in (1.0, 2.0, 4.0, 8.0):
+        band = (lines >= low) & (lines < 2.0 * low)
+        one, two = (np.fft.irfft(np.fft.rfft(x) * band, len(x)) for x in (before, found.acceleration))
+        alike.append(np.corrcoef(one, two)[0, 1])
+    assert min(alike) > 0.6, alike
+    velocity = np.cumsum(found.acceleration) * found.time[1]
+    assert abs(velocity[-1]) < 1e-4 * np.abs(velocity).max()
+
+
+def test_a_record_that_fits_stays(record: Any) -> None:
+    """Made from itself, a record keeps its motion; made from a part of it, it has the duration that is asked for."""
+    again = gb.fitted_record(CORNERS, LEVELS, start=(record.time, record.acceleration))
+    assert np.corrcoef(again.acceleration, record.acceleration)[0, 1] > 0.98
+    part = gb.fitted_record(CORNERS, LEVELS, start=(record.time, record.acceleration), duration=12.0, tolerance=0.2)
+    assert part.time[-1] == pytest.approx(12.0, abs=part.time[1])
+
+
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "another number of levels": ({"acceleration": [1.0, 2.0]}, "5 frequencies and 2 accelerations"),
     "periods": ({"frequency": CORNERS[::-1]}, "ascend.*periods"),
@@ -84,6 +125,13 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "no damping, no tolerance": ({"damping": 0.0, "tolerance": 0.0}, "damping 0.*tolerance 0"),
     "a tolerance that is not met": ({"tolerance": 1e-4}, "misfit of .* Hz, expected at most 0.01 %; try another seed"),
     "a text": ({"duration": "long"}, "duration.*a number"),
+    "neither duration nor start": ({"duration": None}, "neither duration nor start"),
+    "a start without times": ({"start": np.ones(9)}, "expected .times, accelerations."),
+    "a start of two lengths": ({"start": (np.arange(9.0), np.ones(8))}, "as many of both"),
+    "a start that goes back": ({"start": (np.arange(9.0)[::-1], np.ones(9))}, "do not ascend"),
+    "a start at rest": ({"start": (np.arange(99.0), np.full(99, 9.81))}, "9.81 at all times"),
+    "a start that is none": ({"start": (np.arange(9.0), [1.0, float("nan")] * 4 + [1.0])}, "start"),
+    "a short start": ({"start": (np.arange(9.0), np.arange(9.0))}, "at most that of start, 8 s"),
 }
 
 

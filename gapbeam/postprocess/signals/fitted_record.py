@@ -1,12 +1,14 @@
 """Records made to fit a response spectrum, as seismic analyses of supports take them.
 
-Noise under an envelope is scaled by its Fourier transform until its spectrum is near the given one. Then the largest
-responses R_j of oscillators j, at their times t_j, are put at the spectrum by the least change of the record,
+Noise under an envelope, or a recorded motion, is scaled by its Fourier transform until its spectrum is near the given
+one. Then the largest responses R_j of oscillators j, at their times t_j, are put at the spectrum by the least change of
+the record,
 
     da = e sum_j b_j h_j(t_j - t),    (sum_k <h_j, e h_k> b_k) = +-S_j - R_j,
 
 with the impulse responses h and the envelope e. Velocity and displacement at the end are two such responses of 0. Other
 peaks of the same height keep theirs, and a share of the diagonal is added, so that close frequencies share the change.
+The envelope of a recorded motion is its root mean square over three periods of the lowest frequency.
 
 Source: Lilhanand and Tseng, Nucl. Eng. Des. 110 (1988) 157; Al Atik and Abrahamson, Earthq. Spectra 26 (2010) 601.
 """
@@ -21,6 +23,7 @@ from typing import Any
 
 import numpy as np
 import scipy
+import scipy.ndimage
 
 from gapbeam.postprocess.signals.shock_spectrum import DAMPING, HIGHEST, responses
 from gapbeam.solver.messages.errors import UserError
@@ -35,6 +38,8 @@ RISE, DECAY = 0.15, 0.6
 RELAXED, SHARED, NEAR, PEAKS = 0.7, 0.03, 0.9, 6
 MOST_STEPS = 50_000
 FEWEST_PERIODS = 3.0
+QUIETEST = 0.05
+"""Least envelope of a recorded motion, over its largest: where it is quiet, it changes little."""
 HEADER = "time (s),acceleration (m/s^2)"
 
 
@@ -75,7 +80,8 @@ def fitted_record(
     frequency: Any,
     acceleration: Any,
     *,
-    duration: float,
+    duration: float | None = None,
+    start: Any = None,
     step: float | None = None,
     damping: float = DAMPING,
     seed: int = 0,
@@ -86,25 +92,39 @@ def fitted_record(
     Args:
         frequency: Corners of the spectrum, ascending, Hz; lines between them in a log-log plot.
         acceleration: Pseudo-accelerations there, w^2 max|z|, m/s^2.
-        duration: s; the strong part ends at 0.6 of it.
+        duration: s; the strong part ends at 0.6 of it. Default the duration of `start`.
+        start: Recorded motion to change, (times, accelerations), s and any unit: its phases stay. Default noise.
         step: Time between values, s; default 20 in a period of the highest frequency.
         damping: Ratio of the oscillators.
-        seed: Seed of the noise that it starts from.
+        seed: Seed of the noise that it starts from, without `start`.
         tolerance: Largest misfit: relative difference at 24 frequencies in an octave.
 
     Raises:
         UserError: A value is out of range, or the record does not meet the tolerance.
     """
     corners, levels = (finite(one, f"fitted_record: {name}") for one, name in _named(frequency, acceleration))
+    times, motion = (np.zeros(0),) * 2 if start is None else _recorded(start)
+    if duration is None:
+        if start is None:
+            raise UserError("fitted_record: found neither duration nor start, expected one: a time, s, or a motion")
+        duration = float(np.ptp(times))
     faults = list(_faults(corners, levels, duration, damping, tolerance, step))
+    if len(times) and duration > np.ptp(times) * (1.0 + 1e-9):
+        faults.append(f"found duration {duration:g} s, expected at most that of start, {np.ptp(times):g} s")
     if faults:
         raise UserError("fitted_record: " + "; ".join(faults))
     h = 0.05 / float(corners[-1]) if step is None else step
     count = ceil(PER_OCTAVE * log2(corners[-1] / corners[0])) + 1
     f: np.ndarray = np.geomspace(corners[0], corners[-1], count)
     wanted = np.exp(np.interp(np.log(f), np.log(corners), np.log(levels)))
-    shape = _envelope(np.arange(round(duration / h) + 1) * h / duration)
-    started = _scaled(shape * np.random.default_rng(seed).standard_normal(len(shape)), h, f, wanted, damping, shape)
+    part = np.arange(round(duration / h) + 1) * h / duration
+    if start is None:
+        shape = _envelope(part)
+        raw = shape * np.random.default_rng(seed).standard_normal(len(shape))
+    else:
+        raw = np.interp(times[0] + part * duration, times, motion)
+        shape = _envelope_of(raw, part, round(FEWEST_PERIODS / corners[0] / h))
+    started = _scaled(raw, h, f, wanted, damping, shape)
     a = _corrected(started, h, f, wanted, damping, shape, CLOSE * tolerance)
     found = FittedRecord(np.arange(len(a)) * h, a, f, np.abs(_seen(a, h, f, damping)).max(axis=1), wanted, damping)
     if found.misfit > tolerance:
@@ -112,7 +132,8 @@ def fitted_record(
         raise UserError(
             f"fitted_record: found a misfit of {100.0 * found.misfit:.3g} % at {worst:.3g} Hz, expected at most "
             f"{100.0 * tolerance:.3g} %; "
-            "try another seed, a longer duration, or a spectrum without steep flanks"
+            f"try {'another seed' if start is None else 'another start'}, a longer duration, or a spectrum without "
+            "steep flanks"
         )
     return found
 
@@ -144,6 +165,31 @@ def _faults(
         yield f"found damping {damping:g}, expected a ratio above 0 and below 1, such as 0.05"
     if not tolerance > 0.0:
         yield f"found tolerance {tolerance:g}, expected a share above 0, such as 0.1"
+
+
+def _recorded(start: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and accelerations of a recorded motion, without its mean.
+
+    Raises:
+        UserError: It is none.
+    """
+    given = [finite(one, "fitted_record: start") for one in start] if isinstance(start, tuple | list) else []
+    if len(given) != 2 or given[0].ndim != 1 or given[0].shape != given[1].shape or len(given[0]) < 2:
+        raise UserError("fitted_record: start: expected (times, accelerations), as many of both, at least two")
+    times, motion = given
+    if not np.all(np.diff(times) > 0.0):
+        raise UserError("fitted_record: start: found times that do not ascend, expected s")
+    if not np.ptp(motion) > 0.0:
+        raise UserError(f"fitted_record: start: found {motion[0]:g} at all times, expected a motion")
+    return times, motion - np.trapezoid(motion, times) / np.ptp(times)
+
+
+def _envelope_of(a: np.ndarray, part: np.ndarray, window: int) -> np.ndarray:
+    """Return the root mean square of a motion over windows, over its largest, which falls to 0 at both ends."""
+    square = scipy.ndimage.uniform_filter1d(a * a, max(window, 1), mode="nearest")
+    shape = np.sqrt(np.maximum(square, 0.0) / square.max())
+    ends = np.minimum(np.minimum(part, 1.0 - part) / 0.05, 1.0)
+    return np.asarray(np.maximum(shape, QUIETEST) * ends)
 
 
 def _envelope(part: np.ndarray) -> np.ndarray:

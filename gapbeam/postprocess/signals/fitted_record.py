@@ -171,7 +171,7 @@ def _recorded(start: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return times and accelerations of a recorded motion, without its mean.
 
     Raises:
-        UserError: It is none.
+        UserError: There are not as many times as accelerations, times do not ascend, or nothing moves.
     """
     given = [finite(one, "fitted_record: start") for one in start] if isinstance(start, tuple | list) else []
     if len(given) != 2 or given[0].ndim != 1 or given[0].shape != given[1].shape or len(given[0]) < 2:

@@ -18,13 +18,12 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import NO_DAMPER
 from gapbeam.solver.contact.laws.mixed_law import MixedLaw
-from gapbeam.solver.loads.time_function import Harmonic
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import Disc, HalfPlane
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.scene import Scene
-from gapbeam.solver.scene.scene_load import Load, sine
+from gapbeam.solver.scene.scene_load import Load, sine, sine_of
 from gapbeam.solver.scene.shipped_laws import HuntCrossley, KelvinVoigt
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.system.dense_operators import DenseOperators
@@ -112,11 +111,9 @@ def _wave(beam: Structure, given: CaseLoad) -> Load:
     factor = given.factor
     if given.static:
         return Load(beam, given.pattern, sine, given.name, mean=float(factor(0.0)), scale=1.0)
-    wave, order = getattr(getattr(factor, "func", None), "__self__", None), getattr(factor, "keywords", {})
-    if isinstance(wave, Harmonic) and not (wave.ramp and order["derivative"]):
-        size = wave.amplitude * (2.0 * np.pi * wave.frequency) ** order["derivative"]
-        own = {"amplitude": size, "frequency": wave.frequency, "phase": wave.phase + 90.0 * order["derivative"]}
-        return Load(beam, given.pattern, sine, given.name, **own, ramp=wave.ramp, scale=1.0)
+    own = sine_of(factor)
+    if own is not None:
+        return Load(beam, given.pattern, sine, given.name, **own, scale=1.0)
     return Load(beam, given.pattern, _Factor(given.factors), given.name, scale=1.0)
 
 

@@ -13,6 +13,7 @@ import scipy.io
 import scipy.sparse as sp
 
 import gapbeam as gb
+from gapbeam.solver.kernel.kernel_data import kernel_data
 from gapbeam.solver.scene_file.scene_reader import ReadScene, read_scene
 from tests.shared.command import PROJECT, called, on_ranks
 from tests.shared.slips import Tables, check_slip, put
@@ -371,3 +372,38 @@ def test_ranks_march_a_file_once(tmp_path: Path) -> None:
     wrong = on_ranks(2, "run", file, "--set", "time.step=3", "--output", tmp_path / "three")
     assert wrong.returncode == 2
     assert wrong.stderr.count("longer than the whole run") == 1
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_loads_of_a_file_are_varied_by_paths(seed: int) -> None:
+    """Amplitude, frequency and scale of each load that a point or a base has, as in a file with other numbers."""
+    random = np.random.default_rng(seed)
+    kind, point = [
+        ({"type": "harmonic_force", "amplitude": 3.0, "frequency": 7.0, "phase": 30.0, "ramp": 0.2}, True),
+        ({"type": "constant_force", "amplitude": 3.0}, True),
+        ({"type": "base_motion", "amplitude": 3e-3, "frequency": 7.0, "quantity": "displacement"}, False),
+        ({"type": "base_motion", "amplitude": 3.0, "frequency": 7.0, "ramp": 0.2}, False),
+        ({"type": "base_motion", "amplitude": 3e-3, "frequency": 7.0, "ramp": 0.2, "quantity": "displacement"}, False),
+        ({"type": "step_force", "amplitude": 3.0, "start": 0.1}, True),
+    ][seed]  # fmt: skip
+    mass = {"type": "mass", "mass": 2.0, "stiffness": 1e4, "motions": 2}
+    structure = {"name": "a", "model": mass, "place": {"axis": [1.0, 0.0, 0.0], "across": [0.0, 0.0, 1.0]}}
+
+    def table(**changes: Any) -> Any:
+        where = {"point": "a.at", "direction": [1.0, 0.0]} if point else {"direction": [0.0, 0.0, 1.0]}
+        load = kind | {"name": "shaker"} | where | changes
+        scene = read_scene({"structure": [structure], "load": [load], "time": {"end": 1.0, "step": 1e-3}}).scene
+        return scene, scene.loads[0].table(times)
+
+    times = np.sort(random.uniform(0.0, 1.0, 50))
+    scene, plain = table()
+    factor = float(random.uniform(0.3, 3.0))
+    assert np.any(plain)
+    many = scene.with_({"shaker.scale": np.array([1.0, factor])}).loads[0].table(times, 2)
+    assert np.allclose(many, plain * [1.0, factor], rtol=1e-14, atol=0.0)
+    if "amplitude" in scene.loads[0].parameters:
+        bigger = factor * scene.loads[0].parameters["amplitude"]
+        assert np.allclose(scene.with_({"shaker.amplitude": bigger}).loads[0].table(times), factor * plain)
+        if kind.get("quantity") != "displacement":
+            assert np.allclose(scene.with_({"shaker.frequency": 9.0}).loads[0].table(times), table(frequency=9.0)[1])
+        kernel_data(scene, 1e-3)

@@ -59,6 +59,20 @@ def sine(
     return scale * (mean + Harmonic(amplitude, frequency, phase, ramp).value(t))
 
 
+def sine_of(value: Callable[[Any], Any]) -> dict[str, Any] | None:
+    """Return the parameters of `sine` that are the value of a harmonic load; None: it is another function of time.
+
+    Args:
+        value: Value of the load, as its `TimeFunction` has it.
+    """
+    wave, order = getattr(getattr(value, "func", None), "__self__", None), getattr(value, "keywords", {})
+    if not isinstance(wave, Harmonic) or (wave.ramp and order["derivative"]):
+        return None
+    size = wave.amplitude * (2.0 * np.pi * wave.frequency) ** order["derivative"]
+    turned = wave.phase + 90.0 * order["derivative"]
+    return {"amplitude": size, "frequency": wave.frequency, "phase": turned, "ramp": wave.ramp}
+
+
 class Load:
     """A pattern of forces on a structure times a value.
 

@@ -21,7 +21,7 @@ from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.contact_pair import Contact
-from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, MovingPoint, moving_force, weight
+from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, MovingPoint, moving_force, sine, sine_of, weight
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene_file.contact_builder import Site
 from gapbeam.solver.scene_file.structure_tables import LumpedMass, ModesOfFile, SpringJoint
@@ -34,29 +34,39 @@ class LoadSignal:
 
     value: Callable[[Any], Any]
 
-    def __call__(self, times: Any) -> Array:
-        """Return the values at these times."""
+    def __call__(self, times: Any, scale: Any = 1.0) -> Array:
+        """Return the values at these times, times a parameter of the load."""
         flat = np.ravel(times)
-        return np.array(np.broadcast_to(self.value(flat), flat.shape), dtype=float).reshape(np.shape(times))
+        found = np.array(np.broadcast_to(self.value(flat), flat.shape), dtype=float).reshape(np.shape(times))
+        return np.asarray(scale * found)
+
+
+def valued(load: AnyLoad) -> tuple[Callable[..., Any], dict[str, Any]]:
+    """Return the value of a load and its parameters, which members of an ensemble may differ in."""
+    value = load.time_function().value
+    own = {"mean": float(value(0.0))} if load.static else sine_of(value)
+    return (LoadSignal(value), {"scale": 1.0}) if own is None else (sine, own | {"scale": 1.0})
 
 
 def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
     """Return the forces of a load; none, with faults, where it fits no place, and where it moves a support."""
     key: Key = ("load", number)
-    name, value, place = str(vars(load)["name"]), LoadSignal(load.time_function().value), point_of(load)
+    name, place = str(vars(load)["name"]), point_of(load)
     wanted = structure_of(load)
     if is_along_beam(load):
         body = site.bodies.get(wanted or "")
         return [] if body is None else _along_beam(site, number, load, body)
     if support_of(load) is not None or opens(load):
         return []
+    value, own = valued(load)
     if place is not None:
         point = site.point((*key, "point"), place, may_move=not load.noise)
         unit = None if point is None else _in_motions(site, number, load, point)
         if isinstance(point, MovingPoint) and unit is not None:
             way = point.track
-            return [*moving_force(way.points, list(way.places), value, way.position, name, unit)]
-        return [] if point is None or unit is None else [Force(point, value, unit, name)]
+            signal = LoadSignal(load.time_function().value)
+            return [*moving_force(way.points, list(way.places), signal, way.position, name, unit)]
+        return [] if point is None or unit is None else [Force(point, value, unit, name, **own)]
     bodies = {one: body for one, body in site.bodies.items() if wanted in (None, one)}
     bare = [one for one, body in bodies.items() if body.inertia is None]
     if bare:
@@ -74,8 +84,7 @@ def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
             site.faults.append(Fault((*key, "direction"), *fault))
             return []
     return [
-        _on_inertia(load, body, value, name if len(bodies) == 1 else f"{name}-{one}", given)
-        for one, body in bodies.items()
+        _on_inertia(load, body, name if len(bodies) == 1 else f"{name}-{one}", given) for one, body in bodies.items()
     ]
 
 
@@ -129,12 +138,13 @@ def _direction_fault(name: str, body: Structure, given: Any, static: bool) -> tu
     return None
 
 
-def _on_inertia(load: AnyLoad, body: Structure, value: LoadSignal, name: str, given: Any) -> Load:
+def _on_inertia(load: AnyLoad, body: Structure, name: str, given: Any) -> Load:
     if load.static:
         downward = load.default_sense if given is None else 1.0
         along = None if not body.is_spatial else (0.0, 0.0, 1.0) if given is None else given
         return weight(body, downward * load.weight_acceleration, along, name)
-    return BaseMotion(body, value, given, name)
+    value, own = valued(load)
+    return BaseMotion(body, value, given, name, **own)
 
 
 def at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructurePoint) -> list[Load]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import scipy.linalg as sla
 from scipy.integrate import solve_ivp
+from scipy.optimize import nnls
 
 import gapbeam as gb
 from gapbeam.solver.scene_file.scene_reader import read_scene
@@ -265,18 +268,16 @@ def test_faces_of_two_meshes_bear_a_weight(tmp_path: Path) -> None:
     assert abs(found.last.balance) < 1e-9 * found.last.energy["loads"]
 
 
-def moved(restitution: float = 0.5, motions: int = 1, scheme: Any = None, seated: bool = False, **given: Any) -> None:
-    """Make the contact of a mass with these values, and seat or march it."""
+def moved(restitution: float = 0.5, motions: int = 1, scheme: Any = None, **given: Any) -> None:
+    """Make the contact of a mass with these values, and march it."""
     ball, law = gb.mass(1.0, motions=motions, name="ball"), gb.Unilateral(restitution=restitution)
     stop = gb.Contact(ball["at"], law=law, **{"region": gb.HalfPlane(1e-3), "name": "stop", **given})
     scene = gb.Scene(ball, contacts=[stop])
-    if seated:
-        gb.seat(scene)
     gb.history(scene, 1e-3, 1e-2, scheme=scheme or gb.midpoint())
 
 
 def test_what_impulses_cannot_do_is_refused_by_name() -> None:
-    """Restitutions beyond 1, friction, corners, schemes that have other velocities, and seats."""
+    """Restitutions beyond 1, friction, corners, and schemes that have other velocities."""
     square = gb.Polygon([(-1e-3, -1e-3), (1e-3, -1e-3), (1e-3, 1e-3), (-1e-3, 1e-3)])
     wrong: list[tuple[str, dict[str, Any]]] = [
         ("restitution.*0 to 1", {"restitution": 1.2}),
@@ -285,7 +286,6 @@ def test_what_impulses_cannot_do_is_refused_by_name() -> None:
         ("HalfPlane, Slot or Disc", {"motions": 2, "region": square}),
         ("stop.*midpoint", {"scheme": gb.newmark()}),
         ("stop.*midpoint", {"scheme": gb.midpoint(exact_frequencies=True)}),
-        ("seat.*stop", {"seated": True}),
     ]
     for words, given in wrong:
         with pytest.raises(gb.UserError, match=words):
@@ -358,3 +358,80 @@ def test_means_that_an_impulse_leaves_do_not_follow_the_step(tmp_path: Path) -> 
     with pytest.raises(gb.UserError, match="impulses"):
         gb.ensemble(scene, {"touch.restitution": np.array([0.1, 0.9])}, step=1e-3, end=0.04,
                     figures=[gb.figure("own", "contact_force", "touch")])  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_seat_is_the_least_energy_that_walls_allow(seed: int) -> None:
+    """Drawn structures on springs against drawn stops: forces of a nonnegative least-squares problem, by SciPy."""
+    rng = np.random.default_rng(seed)
+    sizes = rng.integers(2, 6, 2)
+    bodies = []
+    for name, n in zip("ab", sizes, strict=True):
+        root, spring = rng.standard_normal((2, n, n))
+        M, K = root @ root.T + np.eye(n), 10.0 ** rng.uniform(2.0, 6.0) * (spring @ spring.T + 0.1 * np.eye(n))
+        bodies.append(gb.Structure(M, K, points={f"p{i}": i for i in range(n)}, name=name))
+    a, b = bodies
+    scale = 50.0 / max(np.abs(one.K).max() for one in bodies)
+    gaps, law = scale * rng.uniform(-0.2, 1.0, 4), gb.Unilateral(rng.uniform(0.0, 1.0))
+    ends = [a["p0"], b["p0"], (a["p1"], b["p1"]), (b["p1"], a["p0"])]
+    contacts = [gb.Contact(end, gb.HalfPlane(gap), law) for end, gap in zip(ends, gaps, strict=True)]
+    f = 50.0 * rng.standard_normal(sum(sizes))
+    loads = [gb.Load(a, f[: sizes[0]], 1.0), gb.Load(b, f[sizes[0] :], 1.0)]
+    scene = gb.Scene(a, b, contacts=contacts, loads=loads)
+    rest = gb.seat(scene)
+    N = np.zeros((4, sum(sizes)))
+    N[0, 0] = N[1, sizes[0]] = N[2, 1] = N[3, sizes[0] + 1] = 1.0
+    N[2, sizes[0] + 1] = N[3, 0] = -1.0
+    K = sla.block_diag(a.K, b.K)
+    L = np.linalg.cholesky(N @ np.linalg.solve(K, N.T))
+    forces, _ = nnls(L.T, np.linalg.solve(L, N @ np.linalg.solve(K, f) - gaps))
+    assert np.count_nonzero(forces) > 0
+    assert -rest.F[:, 0] == pytest.approx(forces, abs=1e-7 * max(np.abs(forces).max(), 1.0))
+    y = scene.places(rest.q, 0.0)[:, 0]
+    assert np.all(y - gaps <= 1e-9 * np.abs(y).max())
+
+
+def test_a_seat_in_slots_and_holes_stays_at_rest_when_it_is_marched() -> None:
+    """A beam in slots, a stack of masses and a mass in a hole: closed forms, and motions of round-off at any step."""
+    section, steel = gb.section("rectangle", 0.012, 0.02), gb.material(2.1e11, 7850.0)
+    beam = gb.beam(0.5, section, steel, {"a": 0.0, "b": 0.06, "c": 0.3, "tip": 0.5}, modes=12, name="beam")
+    law = gb.Unilateral(0.4)
+    slots = [gb.Contact(beam[name], gb.Slot(1e-4), law, name=name) for name in "abc"]
+    rod = gb.Scene(beam, contacts=slots, loads=[gb.weight(beam, -9.81), gb.Force(beam["tip"], -3.0)])
+    stack = [gb.mass(value, name=f"m{value:g}") for value in (2.0, 3.0, 5.0)]
+    floor = gb.Contact(stack[0]["at"], gb.HalfPlane(1e-3, -1), law)
+    pile = [gb.Contact((one["at"], two["at"]), gb.HalfPlane(2e-3), law) for one, two in pairwise(stack)]
+    tower = gb.Scene(*stack, contacts=[floor, *pile], loads=[gb.weight(one, -9.81) for one in stack])
+    ball = gb.mass(2.0, 2, 100.0)
+    hole = gb.Contact(ball["at"], gb.Disc(1e-3), law)
+    round_hole = gb.Scene(ball, contacts=[hole], loads=[gb.Force(ball["at"], 5.0, [0.6, 0.8])])
+    total = 9.81 * 7850.0 * section.area * 0.5 + 3.0
+    rests = [gb.seat(scene) for scene in (rod, tower, round_hole)]
+    assert rests[0].F.sum() == pytest.approx(total, rel=1e-9)
+    assert rests[1].F[:, 0] == pytest.approx([98.1, -78.48, -49.05], rel=1e-9)
+    assert np.linalg.norm(rests[2].F) == pytest.approx(5.0 - 100.0 * 1e-3, rel=1e-9)
+    for scene, rest in zip((rod, tower, round_hole), rests, strict=True):
+        for step in (1e-3, 1e-5):
+            found = gb.history(scene, step, 100 * step, start=rest)
+            for one in found.displacement.values():
+                assert np.abs(one - one[0]).max() < 1e-9 * np.abs(one).max()
+            forces = np.concatenate([one.reshape(len(found.t), -1) for one in found.force.values()], axis=1)
+            assert np.abs(forces - rest.F[:, 0]).max() < 1e-6 * np.abs(rest.F).max()
+    pulled = gb.Scene(*stack[:1], contacts=[floor], loads=[gb.Force(stack[0]["at"], 1.0)])
+    with pytest.raises(gb.NoSeat):
+        gb.seat(pulled)
+
+
+def test_a_file_with_exact_contact_begins_at_its_seat(tmp_path: Path) -> None:
+    """Without another load, the run stays there: the impulse is the weight times the time."""
+    given = {
+        "structure": [{"name": "box", "model": {"type": "mass", "mass": 2.0}}],
+        "pair": [{"name": "floor", "between": ["box.at"], "law": {"type": "unilateral", "restitution": 0.5},
+                  "region": {"type": "half-plane", "clearance": 1e-3, "normal": -1}}],
+        "load": [{"type": "gravity"}],
+        "start": {"state": "seat"},
+        "time": {"step": 1e-3, "end": 0.1},
+    }  # fmt: skip
+    outcome = gb.run(given, output=tmp_path / "run")
+    assert outcome.exit_status == 0, outcome.message
+    assert float(outcome.history.impulse[-1, 0]) == pytest.approx(2.0 * 9.81 * 0.1, rel=1e-9)

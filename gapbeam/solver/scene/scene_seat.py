@@ -12,7 +12,7 @@ with the shifted K_s = K + s M factored once and the shift taken out by iteratio
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,9 +22,9 @@ from gapbeam.solver.contact.solve.unopposed_motion import unopposed_motion
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.contact_pair import refuse_impulses
 from gapbeam.solver.scene.linear_scheme import Slabs, rest
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.shipped_laws import KelvinVoigt
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array
@@ -35,6 +35,10 @@ SHIFT = 1e-3  # of the first elastic square
 MOST_RIGID = 6
 STATIC_BASIS_ROUND_OFF = 1e-13
 PASSES = 30
+MOST_PASSES = 200
+"""Passes in which contacts of impulses lose their penetration."""
+TOUCHING = 1e-10
+"""Penetration that the largest force of impulses keeps, over the places: a march sees that its contact is closed."""
 
 
 class Statics(NamedTuple):
@@ -146,8 +150,9 @@ class NoSeat(UserError):  # noqa: N818 - the field's word
 def seat(scene: Scene, t: float = 0.0) -> SceneState:
     """Return the static equilibrium under the loads at a time, by a proximal Newton method on the convex energy.
 
-    Contacts act without friction. Joints and other springs of the feedback act, with its states at rest. A large
-    structure is factored once: its rigid motions and static responses hold the equilibrium of all of its DOFs.
+    Contacts act without friction; those of impulses do not penetrate. Joints and other springs of the feedback act,
+    with its states at rest. A large structure is factored once: its rigid motions and static responses hold the
+    equilibrium of all of its DOFs.
 
     Args:
         scene: The scene.
@@ -162,7 +167,6 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
     """
     if scene.is_moving and t != 0.0:
         raise UserError(f"seat: found t = {t:g} s where points move, expected 0, at which their rows are known")
-    refuse_impulses(scene.contacts, "seat", "a stiff spring; or march until it rests")
     values = [load.table(np.array([t]))[0, 0] for load in scene.loads] or [0.0]
     at = statics_of(scene)
     f = at.rows(scene.load_columns.T).T @ np.array(values)
@@ -177,15 +181,51 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
             "seat: the feedback pushes farther than the structures hold without contact (divergence): there may be "
             "several seats or none; march from rest instead"
         )
-    B, slabs = at.rows(scene.contact_rows), scene.slabs(rough=False)
+    B = at.rows(scene.contact_rows)
     slips = slips_of(scene, at, K, f, B)
     f = f - slips @ (slips.T @ f)
-    q, offset = np.zeros(len(K)), scene.places(np.zeros((scene.size, 1)), t)[:, 0]
+    q: Array = np.zeros(len(K))
+    offset = scene.places(np.zeros((scene.size, 1)), t)[:, 0]
     stiff = float(np.abs(K).max()) or 1.0
     K = K + stiff * slips @ slips.T
+    held, hard = _with_springs(scene, B, stiff)
+    slabs = held.slabs(rough=False)
     size = max(float(np.abs(f).max(initial=0.0)), float(np.abs(B.T @ static(slabs, offset)[0]).max(initial=0.0)))
-    F, residual = static(slabs, offset)[0], f
-    for outer in range(200):  # proximal points: each inner problem is strictly convex
+    beyond: Array = np.zeros(len(B))
+    for _ in range(MOST_PASSES):
+        q, F, residual = _balanced(RestProblem(K, f, B, slabs, offset + beyond, stiff, size), q)
+        reach = np.abs(B @ q + offset).max(initial=0.0)
+        touching = reach * TOUCHING / max(float(np.abs(F[hard > 0.0]).max(initial=0.0)), 1e-300)
+        before, beyond = beyond, np.where(hard > 0.0, -F / np.where(hard > 0.0, hard, 1.0) + F * touching, 0.0)
+        if np.abs(beyond - before).max(initial=0.0) <= ROUND_OFF * reach:
+            break
+    if not np.abs(residual).max(initial=0.0) <= ACCEPTED * size:
+        raise NotConverged(
+            f"seat: forces of {np.abs(residual).max():.3g} remain of {size:.3g} (modal); laws that pull or soften may "
+            "have several seats or none: march with damping until it rests"
+        )
+    whole = at.whole(q)[:, None]
+    states = [np.zeros((0, 1)), *(one.resting @ scene.rows([one.sense]) @ whole for one in scene.feedbacks)]
+    return SceneState(t, whole, np.zeros((scene.size, 1)), np.vstack(states), F[:, None])
+
+
+class RestProblem(NamedTuple):
+    """Springs of structures and contacts: K, loads f, rows B, touches, places at rest, and sizes of K and of forces."""
+
+    K: Array
+    f: Array
+    B: Array
+    slabs: Slabs
+    offset: Array
+    stiff: float
+    size: float
+
+
+def _balanced(springs: RestProblem, q: Array) -> tuple[Array, Array, Array]:
+    """Return coordinates, contact forces and the forces that remain, by proximal points from q on."""
+    K, f, B, slabs, offset, stiff, size = springs
+    F, residual = static(slabs, B @ q + offset)[0], f
+    for outer in range(200):  # each inner problem is strictly convex
         base, shift = q.copy(), stiff * 10.0 ** -(9 + min(outer, 5))
         for _ in range(100):
             F, J = static(slabs, B @ q + offset)
@@ -207,14 +247,21 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
         moved = np.abs(q - base).max()
         if np.abs(residual).max(initial=0.0) <= BALANCED * size and moved <= 10 * TOLERANCE * np.abs(q).max():
             break
-    if not np.abs(residual).max(initial=0.0) <= ACCEPTED * size:
-        raise NotConverged(
-            f"seat: forces of {np.abs(residual).max():.3g} remain of {size:.3g} (modal); laws that pull or soften may "
-            "have several seats or none: march with damping until it rests"
-        )
-    whole = at.whole(q)[:, None]
-    states = [np.zeros((0, 1)), *(one.resting @ scene.rows([one.sense]) @ whole for one in scene.feedbacks)]
-    return SceneState(t, whole, np.zeros((scene.size, 1)), np.vstack(states), F[:, None])
+    return q, F, residual
+
+
+def _with_springs(scene: Scene, B: Array, stiff: float) -> tuple[Scene, Array]:
+    """Return the scene with springs for laws of impulses, and their stiffness by motion, 0 of other contacts.
+
+    The next pass moves such a contact by F / k farther out, until nothing penetrates (augmented Lagrangian).
+    """
+    hard, contacts = np.zeros(len(B)), list(scene.contacts)
+    for i, (one, at) in enumerate(zip(scene.contacts, scene.first, strict=False)):
+        square = float((B[at : at + one.motions] ** 2).sum(axis=1).max())
+        if one.is_impulsive and square > 0.0:
+            hard[at : at + one.motions] = stiff / square
+            contacts[i] = replace(one, law=KelvinVoigt(stiffness=stiff / square))
+    return (scene.with_parts(contacts, scene.loads) if hard.any() else scene), hard
 
 
 def static(slabs: Slabs, y: Array) -> tuple[Array, Array]:

@@ -74,13 +74,14 @@ class StoredPiece(_Stored):
 Kind = TypeVar("Kind", bound=_Stored)
 
 
-def checked(found: Any, kind: type[Kind], path: Path) -> dict[str, Any]:
+def checked(found: Any, kind: type[Kind], path: Path, remedy: str = REMEDY) -> dict[str, Any]:
     """Return a record as it was read, after making sure that it is one.
 
     Args:
         found: Contents of the file.
         kind: Type of record that it must be.
         path: The file, for the message.
+        remedy: Advice where it is none.
 
     Raises:
         ResultsError: Something is missing, or is not what it must be: the first five of all such places.
@@ -90,7 +91,7 @@ def checked(found: Any, kind: type[Kind], path: Path) -> dict[str, Any]:
     except ValidationError as error:
         faults = error.errors(include_url=False, include_input=False, include_context=False)
         text = [f"{printable('.'.join(map(str, fault['loc'])) or 'the whole')}: {fault['msg']}" for fault in faults]
-        raise ResultsError(path, "; ".join(text[:5]), "a record as gapbeam writes it", REMEDY) from error
+        raise ResultsError(path, "; ".join(text[:5]), "a record as gapbeam writes it", remedy) from error
     record: dict[str, Any] = found
     return record
 

@@ -357,10 +357,10 @@ def sweep(tmp_path: Path) -> tuple[Sweep, list[Subject], Path]:
         ("plan.json", "{", "not JSON"),
         ("plan.json", "[" * 100_000, "not JSON"),
         ("plan.json", "{}", "holds another sweep"),
-        ("points/000000.json", "", "not JSON"),
+        ("points/000000.json", "", "remove this file, and its response is computed again"),
         ("points/000001.json", json.dumps(RESPONSE), "the response at {'support.clearance': '2e-4'}"),
         ("points/000007.json", json.dumps(RESPONSE), "at most 2 responses"),
-        ("points/000000.json", json.dumps({"values": 1}), "a record as gapbeam writes it"),
+        ("points/000000.json", json.dumps({"values": 1}), "a record as gapbeam writes it. To try: remove this file"),
     ],
 )
 def test_sweeps_that_are_not_gone_on_with(
@@ -373,6 +373,9 @@ def test_sweeps_that_are_not_gone_on_with(
     (folder / name).write_text(content, encoding="utf-8")
     with pytest.raises((ResultsError, UserError), match=re.escape(message)):
         prepare(wanted, folder, subjects, False)
+    if "remove this file" in message:
+        (folder / name).unlink()
+        assert prepare(wanted, folder, subjects, False) == 1
 
 
 @pytest.mark.parametrize("instead", ["folder", "pipe", "device"])

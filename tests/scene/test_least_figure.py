@@ -59,3 +59,27 @@ def test_the_least_motion_with_forces_below_a_limit_is_that_of_a_fine_grid() -> 
         gb.optimize(scene, "at.rms", over, limits={"stop.peak_force": 0.1}, passes=2, **kept)
     with pytest.raises(gb.UserError, match=r"expected \(lowest, first, highest\) by path"):
         gb.optimize(scene, "at.rms", {"stop.clearance": (1.0, 0.5, 2.0)}, **kept)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_search_that_fails_says_what_came_nearest(seed: int) -> None:
+    """Of a linear mass the stiffest spring moves least; a limit below that is kept nowhere, and that is said."""
+    random = np.random.default_rng(seed)
+    period, steps, soft = 2.0 * pi / 0.8, 100, float(random.uniform(2.0, 3.0))
+    stiff = soft * float(random.uniform(1.5, 3.0))
+
+    def make(p: dict[str, float]) -> gb.Scene:
+        body = gb.mass(1.0, stiffness=1.0, damping=0.4, name="body")
+        joint = gb.Joint((body["at"],), stiffness=p["k"])
+        return gb.Scene(body, joints=[joint], loads=[gb.Force(body["at"], lambda t: np.cos(0.8 * t))])
+
+    start = gb.periodic(make({"k": soft}), period, steps).state
+    scene = make({"k": stiff})
+    one = gb.history(scene, period / steps, period, gb.periodic(scene, period, steps).state)
+    least = float(np.abs(one.displacement["at"]).max())
+    asked = {"period": period, "steps": steps, "start": start, "limits": {"at.peak": 0.5 * least}}
+    with pytest.raises(gb.NotConverged, match=r"none of \d+ responses kept the limits at.peak = ") as caught:
+        gb.optimize(make, "at.rms", {"k": (soft, soft, stiff)}, **asked)
+    words = str(caught.value).rpartition("the nearest was k = ")[2]
+    assert float(words.partition(",")[0]) == pytest.approx(stiff, rel=1e-4)
+    assert float(words.rpartition("at.peak = ")[2]) == pytest.approx(least, rel=1e-3)

@@ -205,9 +205,11 @@ def test_library_is_read_back_and_continued(tmp_path: Path) -> None:
     )
     with pytest.raises(gb.UserError, match="another"):
         gb.library(scene, ranges, **{**given, "settle": 2})
-    (tmp_path / "a" / "library.npz").write_bytes(b"none")
-    with pytest.raises(gb.UserError, match="damaged"):
-        gb.read_library(tmp_path / "a")
+    whole = (tmp_path / "a" / "library.npz").read_bytes()
+    for damaged in (b"none", b"", whole[:300], whole[: len(whole) // 2], whole[:80] + b"x" * 80 + whole[160:]):
+        (tmp_path / "a" / "library.npz").write_bytes(damaged)
+        with pytest.raises(gb.UserError, match="damaged"):
+            gb.read_library(tmp_path / "a")
     with pytest.raises(gb.UserError, match="expected the folder of a library"):
         gb.read_library(tmp_path)
     for wrong, says in (

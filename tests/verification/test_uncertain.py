@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -176,6 +177,14 @@ def test_responses_are_those_of_exact_flights(tmp_path: Path) -> None:
         gb.uncertain(scene, given, **(asked | {"steps": 200}))
 
 
+CUT: list[Callable[[bytes], bytes]] = [
+    lambda whole: whole[:0],
+    lambda whole: whole[: len(whole) // 2],
+    lambda whole: whole[:200] + b"x" * 60 + whole[260:],
+]
+"""Damage of a file of arrays: empty, cut, and overwritten."""
+
+
 def test_a_study_that_was_killed_continues(tmp_path: Path) -> None:
     """Blocks that are done are not computed again; members that fail are said."""
     seen: list[int] = []
@@ -194,6 +203,11 @@ def test_a_study_that_was_killed_continues(tmp_path: Path) -> None:
     assert len(seen) == 2
     found = gb.uncertain(square, {"a": stats.norm()}, **asked)
     assert len(seen) == 4
+    for number, (path, content) in enumerate(zip((tmp_path / "x" / "kept").glob("*.npz"), CUT, strict=False)):
+        path.write_bytes(content(path.read_bytes()))
+        again = gb.uncertain(square, {"a": stats.norm()}, **asked)
+        assert len(seen) == 5 + number
+        assert np.array_equal(again.figures["y"], found.figures["y"], equal_nan=True)
     assert found.exit_status == 5
     assert found.unknown == pytest.approx(stats.norm.sf(3.0), abs=2e-4)
     exact = 2 * stats.norm.sf(1.0)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -130,6 +131,22 @@ SAMPLES = 50
 """Times at which loads and walls are compared with those of the blocks that are there."""
 
 
+LOG = logging.getLogger("gapbeam")
+
+
+def arrays_in(path: Path) -> dict[str, Any]:
+    """Return the arrays of a file.
+
+    Raises:
+        ValueError: The file cannot be read, was cut or overwritten, or is none of arrays.
+    """
+    try:
+        with np.load(path) as arrays:
+            return dict(arrays)
+    except Exception as error:  # numpy, zipfile, zlib and tokenize have no error in common
+        raise ValueError(str(error)) from error
+
+
 class EnsembleFolder:
     """Blocks of members as files, each written whole or not at all.
 
@@ -175,11 +192,19 @@ class EnsembleFolder:
 
     def block(self, number: int, scene: Scene) -> Members | None:
         """Return a finished block, or None."""
-        path = self.path / f"block_{number:06d}.npz"
+        arrays = self.read(f"block_{number:06d}.npz")
+        return None if arrays is None else filled(arrays, [one.name or i for i, one in enumerate(scene.contacts)])
+
+    def read(self, name: str) -> dict[str, Any] | None:
+        """Return the arrays of a finished file; None where it is missing, or damaged, so that it is computed again."""
+        path = self.path / name
         if not path.exists():
             return None
-        with np.load(path) as arrays:
-            return filled(dict(arrays), [one.name or i for i, one in enumerate(scene.contacts)])
+        try:
+            return arrays_in(path)
+        except ValueError as error:
+            LOG.warning("%s is damaged (%s): its members march again", path, error)
+            return None
 
     def keep(self, number: int, members: Members) -> None:
         """Write a block."""

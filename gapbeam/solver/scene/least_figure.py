@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from gapbeam.solver.messages.errors import NotConverged, UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.limit_cycle import periodic, state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
@@ -154,17 +155,38 @@ def optimize(
     def narrowing(s: Array) -> Array:
         return np.array([-slopes(s, name) / limit for name, limit in bounds.items()])
 
-    answer = scipy.optimize.minimize(
-        lambda s: at(s).values[figure] / scale, (first - lowest) / span, jac=lambda s: slopes(s, figure) / scale,
-        bounds=[(0.0, 1.0)] * len(table), method="SLSQP", options={"maxiter": passes, "ftol": 1e-12},
-        constraints=[{"type": "ineq", "fun": room, "jac": narrowing}] if bounds else (),
-    )  # fmt: skip
+    try:
+        answer = scipy.optimize.minimize(
+            lambda s: at(s).values[figure] / scale, (first - lowest) / span, jac=lambda s: slopes(s, figure) / scale,
+            bounds=[(0.0, 1.0)] * len(table), method="SLSQP", options={"maxiter": passes, "ftol": 1e-12},
+            constraints=[{"type": "ineq", "fun": room, "jac": narrowing}] if bounds else (),
+        )  # fmt: skip
+    except NotConverged as error:
+        raise NotConverged(f"{error}; {_nearest(followed.orbits, figure, bounds)}") from None
     found, values = at(answer.x), followed.values(followed.u)
     beyond = [name for name, limit in bounds.items() if not found.values[name] <= (1.0 + WITHIN) * limit]
     if not answer.success or beyond:
         there = ", ".join(f"{name} = {value:.6g}" for name, value in [*values.items(), *found.values.items()])
         raise NotConverged(
             f"optimize: the search ended after {answer.nit} passes at {there}, beyond the limit of "
-            f"{', '.join(beyond) or 'none'}: {answer.message}; peaks have kinks where another step is the largest"
+            f"{', '.join(beyond) or 'none'}: {answer.message}; peaks have kinks where another step is the largest; "
+            f"{_nearest(followed.orbits, figure, bounds)}"
         )
     return Optimum(values, make(values), found, followed.orbits)
+
+
+def _nearest(
+    orbits: list[tuple[dict[str, float], dict[str, float]]], figure: str, bounds: Mapping[str, float]
+) -> str:  # fmt: skip
+    """Return in words the best response of a search that failed: the least one, or the nearest to the limits."""
+
+    def excess(figures: Mapping[str, float]) -> float:
+        return max((figures[name] / limit - 1.0 for name, limit in bounds.items()), default=0.0)
+
+    kept = [one for one in orbits if excess(one[1]) <= WITHIN]
+    values, figures = min(kept or orbits, key=lambda one: one[1][figure] if kept else excess(one[1]))
+    there = ", ".join(f"{name} = {value:.6g}" for name, value in [*values.items(), *figures.items()])
+    if kept:
+        return f"the best of {counted(len(orbits), 'response')} was {there}: start there, or give other ends"
+    limits = ", ".join(f"{name} = {limit:.6g}" for name, limit in bounds.items())
+    return f"none of {counted(len(orbits), 'response')} kept the limits {limits}; the nearest was {there}"

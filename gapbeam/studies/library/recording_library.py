@@ -18,7 +18,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.scene.argument_checks import checked, positive
-from gapbeam.solver.scene.ensemble_members import ensemble_key, response_figure_faults
+from gapbeam.solver.scene.ensemble_members import arrays_in, ensemble_key, response_figure_faults
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -336,8 +336,8 @@ def read_library(folder: str | Path) -> Library:
         raise UserError(f"{path}: expected the folder of a library, with {NOTE}{hint}")
     try:
         note = json.loads((path / NOTE).read_text())
-        with np.load(path / ARRAYS) as arrays:
-            grid, parts = arrays["grid"], {name: arrays[name] for name in arrays.files if name != "grid"}
+        parts = arrays_in(path / ARRAYS)
+        grid = parts.pop("grid")
         kind = FeatureKind(note["periods"], note["harmonics"], note["noise"])
         return Library(
             tuple(note["paths"]), grid, note["point"], note["quantity"], note["period"], kind, note["members"],

@@ -22,6 +22,7 @@ from gapbeam.studies.trials.subject import Subject, read_subject
 PLAN_FILE = "plan.json"
 POINTS = "points"
 FORMAT = 1
+AGAIN = "remove this file, and its response is computed again; the others stay"
 _NUMBERED = re.compile(r"\d{6}\.json")
 
 
@@ -197,7 +198,9 @@ def finished(folder: Path) -> dict[int, dict[str, Any]]:
         ResultsError: A record cannot be read, or is none.
     """
     paths = sorted(path for path in (folder / POINTS).glob("*.json") if _NUMBERED.fullmatch(path.name))
-    return {int(path.stem): checked(read_object(path, remedy=REMEDY), StoredResponse, path) for path in paths}
+    return {
+        int(path.stem): checked(read_object(path, remedy=AGAIN), StoredResponse, path, remedy=AGAIN) for path in paths
+    }
 
 
 def written_responses(folder: Path) -> int:

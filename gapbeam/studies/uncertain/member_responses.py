@@ -323,11 +323,10 @@ class KeptAnswers:
         for value in values.values():
             digest.update(np.ascontiguousarray(value).tobytes())
         name = f"{digest.hexdigest()[:24]}.npz"
-        path = self.folder.path / name
-        if path.exists():
-            with np.load(path) as arrays:
-                figures = {key[2:]: arrays[key] for key in arrays.files if key.startswith("f/")}
-                return Answers(arrays["response"].astype(object), figures)
+        kept = self.folder.read(name)
+        if kept is not None:
+            figures = {key[2:]: value for key, value in kept.items() if key.startswith("f/")}
+            return Answers(kept["response"].astype(object), figures)
         found = self.model(values)
         arrays_: dict[str, Any] = {f"f/{key}": value for key, value in found.figures.items()}
         self.folder.write(name, lambda file: np.savez(file, response=found.response.astype(str), **arrays_))

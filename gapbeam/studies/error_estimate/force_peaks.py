@@ -347,12 +347,18 @@ def force_peaks(run: MotionRecord, spans: Iterable[Span]) -> ForcePeaks:
     return found
 
 
-def doubtful_peaks(found: Mapping[str, Mapping[str, Mapping[str, float]]], interval: float) -> Iterator[str]:
+SMALLER_STEP = ", or a smaller time.step"
+
+
+def doubtful_peaks(
+    found: Mapping[str, Mapping[str, Mapping[str, float]]], interval: float, instead: str = SMALLER_STEP
+) -> Iterator[str]:
     """Yield a sentence where the largest forces belong to contacts that records do not resolve; of faces the worst.
 
     Args:
         found: As `force_peaks` returns them.
         interval: Interval between records, s.
+        instead: Another remedy, after the use of mean forces.
     """
     worst: dict[str, Mapping[str, float]] = {}
     for faces in found.values():
@@ -369,7 +375,7 @@ def doubtful_peaks(found: Mapping[str, Mapping[str, Mapping[str, float]]], inter
         f"the {LARGEST_FORCE} on {face}{others}, {largest:.4g} N, is {largest / mean:.2g} times the {MEAN_FORCE}, "
         f"{mean:.4g} N: a contact of {counted(count, 'record')} is not resolved, and its {LARGEST_FORCE} depends on "
         "the step; "
-        f"use the {MEAN_FORCE}, or a smaller time.step"
+        f"use the {MEAN_FORCE}{instead}"
     )
 
 

@@ -42,6 +42,7 @@ from gapbeam.studies.error_estimate.figure_errors import (
 from gapbeam.studies.error_estimate.force_peaks import (
     FEWEST_RECORDS,
     SETTLED,
+    SMALLER_STEP,
     WHOLE_RUN,
     Averages,
     Span,
@@ -53,6 +54,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
     spans_of,
 )
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, impact_rates
+from gapbeam.studies.error_estimate.stiff_supports import doubts_about_forces, own_stiffness_advice
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -171,12 +173,14 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
         if len(run.times) < FEWEST_RECORDS:
             raise EstimateError(f"there are {counted(len(run.times), 'record')}, and {FEWEST_RECORDS} are the fewest")
         errors["force_peaks"] = force_peaks(run, _whole_spans(case, run))
-        warnings += doubtful_peaks(errors["force_peaks"], run.interval)
+        computed = {default["key"]: default["value"] for default in summary["defaults"]}
+        advice = own_stiffness_advice(case, computed)
+        warnings += doubtful_peaks(errors["force_peaks"], run.interval, "" if advice else SMALLER_STEP)
         found, beyond, noisy = estimate(case, run, summary, outcome.body), beyond_resolution(summary), eaten(summary)
         found = without_errors(found, "" if noisy else ACCELERATION) if beyond or noisy else found
         found = with_bending(found, summary["model"].get("bending", {}).get("off", 0.0))
         errors |= describe(found)
-        warnings += [*doubts(found, run.end), *beyond, *noisy]
+        warnings += [*doubts(found, run.end), *beyond, *noisy, *doubts_about_forces(found.figures, advice)]
         summary["closing"] = closing_table(
             found.figures, found.reached, found.whole, summary.get("statistics")
         ).as_data()

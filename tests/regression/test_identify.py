@@ -6,9 +6,11 @@ import json
 import math
 import subprocess
 import tomllib
+from math import pi
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -17,6 +19,7 @@ from gapbeam.postprocess.report.blocks import ComparisonBlock, TableBlock
 from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.signals.steady_figures import steady
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.overrides import unit_of_key
 from gapbeam.solver.messages.errors import CaseError
@@ -25,7 +28,9 @@ from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.identification.evaluations import Evaluations, prepare
 from gapbeam.studies.identification.identification_file import read_identification
+from gapbeam.studies.identification.identification_tables import FrequencyFigure
 from gapbeam.studies.identification.misfit import difference_places
+from gapbeam.studies.identification.run_figures import natural_frequency
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import KeptBody, seated, span
 from tests.shared.command import PROJECT, alone, called_in_turn
@@ -385,3 +390,37 @@ def test_units_are_those_of_the_case_models() -> None:
     assert unit_of_key("no.such.key", case) == ""
     boom = read_case(PROJECT / "cases" / "boom.toml").model_dump(mode="json")
     assert unit_of_key("support.front.clearance", boom) == "m"
+
+
+HOLDS = {
+    "free": ([], (4.730041, 7.853205)),
+    "clamped": ([("clamped", 0.0)], (1.875104, 4.694091)),
+    "pinned": ([("pinned", 0.0)], (3.926602, 7.068583)),
+    "pinned twice": ([("pinned", 0.0), ("pinned", 1.0)], (pi, 2.0 * pi)),
+    "clamped and pinned": ([("clamped", 0.0), ("pinned", 1.0)], (3.926602, 7.068583)),
+}
+"""Joints at parts of the length, and beta L of the first two bending modes of Euler and Bernoulli."""
+
+
+@pytest.mark.parametrize("joints", HOLDS)
+@pytest.mark.parametrize("model", ["beam", "reduced"])
+def test_natural_frequencies_leave_out_rigid_motions_alone(joints: str, model: str) -> None:
+    """A clamped beam has no rigid motion that its first modes could be taken for, a pinned one has one."""
+    random = np.random.default_rng(len(joints))
+    length = float(random.uniform(0.8, 2.0))
+    thickness, modulus = 0.008 * length, float(random.uniform(0.5e11, 2.5e11))
+    held, roots = HOLDS[joints]
+    stop = {"name": "stop", "from": 0.45 * length, "to": 0.55 * length, "clearance": 1e-3}
+    tables: dict[str, Any] = {
+        "beam": {"length": length, "thickness": thickness, "width": 0.02},
+        "material": {"young_modulus": modulus, "poisson_ratio": 0.3, "density": 7800.0},
+        "support": [stop], "load": [{"type": "gravity"}], "probe": [{"name": "tip", "point": length}],
+        "time": {"end": 0.1, "step": 1e-4}, "model": {"type": model},
+        "joint": [{"name": f"j{i}", "type": kind, "point": part * length} for i, (kind, part) in enumerate(held)],
+    }  # fmt: skip
+    case = Case.model_validate(tables)
+    built = KeptBody().model(case)
+    for mode, root in enumerate(roots, 1):
+        figure = FrequencyFigure(name="f", type="frequency", held="free", mode=mode)
+        exact = (root / length) ** 2 * thickness * np.sqrt(modulus / 12.0 / 7800.0) / (2.0 * pi)
+        assert natural_frequency(figure, built).mean == pytest.approx(exact, rel=0.01)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from itertools import combinations
 from pathlib import Path
 
@@ -13,8 +14,9 @@ from PIL import Image
 import gapbeam.studies
 from gapbeam.postprocess.figures.figure_style import panels, write_figure
 from gapbeam.postprocess.study_figures.study_axis import axis_of, cell_edges, is_logarithmic
-from gapbeam.postprocess.study_figures.sweep_branches import Branch, SweepPoint, draw_branches, draw_map
+from gapbeam.postprocess.study_figures.sweep_branches import Branch, SweepPoint, census, draw_branches, draw_map
 from gapbeam.solver.scene_file.scene_reader import scene_file
+from gapbeam.studies.sweep.sweep_tables import write_tables
 
 FIGURES = {"tip smoothed acceleration": {"mean": 30.0, "scatter": 1.0, "unit": "m/s^2"}}
 LONG = "load.shaker.amplitude"
@@ -137,3 +139,17 @@ def test_keys_of_structures_have_units(key: str, unit: str) -> None:
         "time": {"end": 1.0},
     }
     assert scene_file(tables).unit_of(key) == unit
+
+
+@pytest.mark.parametrize(("windows", "own", "known"), [(1, False, False), (3, False, True), (3, True, False)])
+def test_one_window_has_no_scatter(windows: int, own: bool, known: bool, tmp_path: Path) -> None:
+    """A standard deviation of one number, or of a figure over the whole record, is unknown and not 0."""
+    figure = {"mean": 1.0, "scatter": 0.0, "unit": "m"} | ({"own": True} if own else {})
+    record = {
+        "values": {"support.clearance": "1e-4"}, "direction": "", "start": "seat", "verdict": "passed", "message": "",
+        "notes": [], "response": "period 1", "windows": windows, "figures": {"tip displacement": figure},
+    }  # fmt: skip
+    write_tables(tmp_path, [record], census([record], 0.02))
+    [row] = csv.DictReader((tmp_path / "sweep.csv").open(encoding="utf-8"))
+    assert row["tip displacement (m)"] == "1.0"
+    assert row["tip displacement scatter (m)"] == ("0.0" if known else "")

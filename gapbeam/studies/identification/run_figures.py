@@ -25,11 +25,12 @@ from gapbeam.postprocess.signals.signal import face_signal, probe_signal
 from gapbeam.postprocess.signals.spectra import smooth
 from gapbeam.postprocess.signals.steady_figures import WindowFigure, Windows
 from gapbeam.solver.case.analysis_table import Periodic
+from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.periodic.periodic_response import SteadyModel, steady
 from gapbeam.solver.periodic.shooting import relative_change, shoot
-from gapbeam.solver.seat.contact_modes import FREE, RIGID, held_modes
+from gapbeam.solver.seat.contact_modes import RIGID, held_modes
 from gapbeam.solver.system.modal_coordinates import modal_system
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State
@@ -111,16 +112,21 @@ def read_figure(figure: MotionFigure | ForceFigure, history: xr.Dataset, windows
     return WindowFigure(unit_of(figure), _values(figure, history, windows))
 
 
+STILL = 1.0e-3
+"""Frequency of a rigid motion at most, over the one of the overhang. A clamp leaves no rigid motion, a pin one."""
+
+
 def natural_frequency(figure: FrequencyFigure, model: Model) -> WindowFigure:
     """Return a natural frequency of a model.
 
     Raises:
         RunError: No seat was found, or the model has not so many modes.
     """
-    rigid = RIGID if figure.held == FREE else 0
-    for held in held_modes(model, figure.mode):
+    for held in held_modes(model, figure.mode, figure.mode + RIGID):
         if held.name == figure.held:
-            return WindowFigure("Hz", held.bending()[0][rigid + figure.mode - 1 :][:1])
+            found = held.bending()[0]
+            elastic = found[found > STILL * overhang_frequency(model.case)]
+            return WindowFigure("Hz", elastic[figure.mode - 1 :][:1])
     raise AssertionError(figure.held)
 
 

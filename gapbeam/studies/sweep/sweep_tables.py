@@ -156,13 +156,14 @@ def write_tables(folder: Path, records: Sequence[Mapping[str, Any]], points: Seq
 
 
 def _row(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a record as one flat row; accelerations in g too."""
+    """Return a record as one flat row; accelerations in g too. One window alone says nothing on scatter."""
     row: dict[str, Any] = dict(record["values"])
     row |= {name: record.get(name) for name in PLAIN + FIGURES}
     row |= {f"{name} (s)": value for name, value in (record.get("seconds") or {}).items()}
     for name, figure in (record.get("figures") or {}).items():
         row[f"{name} ({figure['unit']})"] = figure["mean"]
-        row[f"{name} scatter ({figure['unit']})"] = figure["scatter"]
+        seen = record.get("windows", 1) > 1 and not figure.get("own")
+        row[f"{name} scatter ({figure['unit']})"] = figure["scatter"] if seen or figure["scatter"] else None
         if "low" in figure:
             row |= {f"{name} {end} ({figure['unit']})": figure[end] for end in ("low", "high")}
         if "mean_in_g" in figure:

@@ -139,7 +139,7 @@ def test_a_rigid_body_tips_about_the_edge_of_its_support() -> None:
     """Its axis moves lengthwise by half its thickness times the angle, as the lower edge stays: it tips."""
     thick = {"length": LENGTH, "thickness": 0.05 * LENGTH, "width": WIDTH}
     simulation = gapbeam.model(gapbeam.read_case(strip(stop(0.0, 0.7), model="rigid", beam=thick)))
-    with pytest.raises(gapbeam.NotConverged, match=r"tips it about x = 0\.6\d* m, with its end at x = 2 m down"):
+    with pytest.raises(gapbeam.NotConverged, match=r"tips it about x = 0\.7 m, with its end at x = 2 m down"):
         simulation.seat()
 
 

@@ -12,7 +12,8 @@ tilts touches first, and n of them integrate polynomials of degree 2 n - 3. Forc
 along the support follow from three. One or two stations are those of the Gauss rule, as two at the edges would have
 three times the couple.
 
-Sources: Golub and Welsch (1969) for the rule from the recurrence of the polynomials; Davis and Rabinowitz (1984),
+Sources: Golub and Welsch (1969) for the rule from the recurrence of the polynomials; Golub (1973), SIAM Review 15,
+318-334, for a node at an edge; Davis and Rabinowitz (1984),
 Methods of Numerical Integration, section 2.7, for nodes at the ends.
 """
 
@@ -61,13 +62,14 @@ class GaussRule:
         return np.asarray((wanted @ np.linalg.solve(own, self.at_nodes.T)).T)
 
 
-def gauss_rule(y: Array, weights: Array, count: int) -> GaussRule:
-    """Return the Gauss rule of a discrete measure.
+def gauss_rule(y: Array, weights: Array, count: int, edge: float | None = None) -> GaussRule:
+    """Return the Gauss rule of a discrete measure, or the Gauss-Radau rule with a node at an edge.
 
     Args:
         y: Places of the points, (points,), m.
         weights: Weights of the points, (points,).
         count: Number of nodes; fewer where points lie at fewer places.
+        edge: Place of one node, m, no point beyond it; polynomials are integrated up to degree 2 k - 2.
     """
     total = float(weights.sum())
     polynomials = [np.full(len(y), 1.0 / np.sqrt(total))]
@@ -86,6 +88,11 @@ def gauss_rule(y: Array, weights: Array, count: int) -> GaussRule:
         betas.append(norm)
         polynomials.append(following / norm)
         alphas.append(float(weights @ (y * polynomials[-1] ** 2)))
+    if edge is not None:  # the polynomial of degree k vanishes there
+        at_edge = [1.0, 0.0]
+        for alpha, beta, last in zip(alphas[:-1], betas, [0.0, *betas], strict=False):
+            at_edge = [((edge - alpha) * at_edge[0] - last * at_edge[1]) / beta, at_edge[0]]
+        alphas[-1] = edge - (betas[-1] if betas else 0.0) * at_edge[1] / at_edge[0]
     _, vectors = np.linalg.eigh(np.diag(alphas) + np.diag(betas, 1) + np.diag(betas, -1))
     # pi_a(y_i) = vectors[a, i] / sqrt(A_i), and A_i = total vectors[0, i]^2, the vectors turned such that pi_0 > 0
     areas = total * vectors[0] ** 2

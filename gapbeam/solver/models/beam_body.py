@@ -45,7 +45,7 @@ from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, Suppor
 from gapbeam.solver.models.body import TURNED, Body, MeshedBeam, gathered, point_rule
 from gapbeam.solver.models.contact_setting import met_along_lines
 from gapbeam.solver.models.elastic_rod import ElasticRod
-from gapbeam.solver.models.reduction.contact_lines import gathered_points, points_around
+from gapbeam.solver.models.reduction.contact_lines import along_elements, gathered_points, points_around, support_parts
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.models.reduction.projection import (
     DenseRow,
@@ -367,6 +367,10 @@ def _on_parts(
     contact, patch = gathered(case, _on_beam(contact, beam))
     if stations is None:
         contact = gathered_points(case, contact, symmetric, 1, meshed.facet_length)
+        if case.contact.points is None:
+            bending, parts = beam.parts[0], support_parts(case)
+            nodes = bending.beam.places if isinstance(bending, BendingPart) else parts
+            contact = along_elements(contact, case.layout.face_spans, np.union1d(parts, nodes))
     else:
         contact = _at_stations(contact, beam, case.layout.face_spans, stations)
     if case.follows_faces:

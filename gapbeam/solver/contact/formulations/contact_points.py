@@ -104,6 +104,11 @@ class ResultantOperator(ContactOperator):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ElementOperator(ResultantOperator):
+    """G, w and g0 at a few points of each element, whose motion follows from that at its points of the mesh."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class StationOperator(ContactOperator):
     """G, w and g0 at points around sections that keep their shape: a rule along supports that is coarser than a mesh.
 

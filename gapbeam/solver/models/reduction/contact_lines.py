@@ -28,6 +28,7 @@ it is seated: the deepest points of each face have to be as deep, or the beam re
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isclose
 from typing import Literal
@@ -39,7 +40,8 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.assembly.gauss_rule import gauss_rule
 from gapbeam.solver.case.case import Beam, Case
 from gapbeam.solver.case.model_choice import line_radii
-from gapbeam.solver.contact.formulations.contact_points import ResultantOperator, mean_tangents
+from gapbeam.solver.case.solution_tables import ELEMENTS_IN_SUPPORT
+from gapbeam.solver.contact.formulations.contact_points import ElementOperator, ResultantOperator, mean_tangents
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import apart
 from gapbeam.solver.models.reduction.modal_basis import Basis
@@ -93,6 +95,17 @@ def across_lines(
                 rows.append((line, row))
                 areas.append(area)
                 owners.append(face)
+    return _at_means(contact, rows, areas, owners)
+
+
+def _at_means(
+    contact: ContactOperator,
+    rows: list[tuple[Indices, Array]],
+    areas: list[float],
+    owners: list[int],
+    kind: type[ResultantOperator] = ResultantOperator,
+) -> ContactOperator:
+    """Return the operator at means over points, whose shares are `rows`; the same where these are no fewer."""
     if len(rows) >= contact.size:
         return contact
     shares = csr_matrix(
@@ -103,7 +116,7 @@ def across_lines(
         ),
         (len(rows), contact.size),
     )
-    return ResultantOperator(
+    return kind(
         interface=contact.interface,
         gap_matrix=csr_matrix(shares @ contact.gap_matrix),
         weights=np.array(areas),
@@ -116,6 +129,58 @@ def across_lines(
         distributed=contact,
         shares=shares,
     )
+
+
+ALONG = 4  # points on a line along an element, whose motion is a cubic
+
+
+def support_parts(case: Case, parts: int = 0) -> Array:
+    """Return x of equal parts of each support, so many or two for each graded element there, (k,), m."""
+    count = max(parts, 2 * ELEMENTS_IN_SUPPORT)
+    return np.asarray(np.unique(np.concatenate([np.linspace(*span, count + 1) for span in case.layout.face_spans])))
+
+
+def along_elements(contact: ContactOperator, spans: Sequence[tuple[float, float]], nodes: Array) -> ContactOperator:
+    """Return the operator with few points on each line along an element of a beam; the same where lines have no more.
+
+    Lines begin and end at the edges of supports, which a beam that tilts meets first. They keep their points around a
+    beam, and where their initial gaps are no polynomial of the rule.
+
+    Args:
+        contact: Operator at points whose motion is a polynomial of degree ALONG - 1 in each element.
+        spans: First and last x of each face, m.
+        nodes: x of the ends of elements, (k,), m.
+    """
+    rows, areas, owners = list[tuple[Indices, Array]](), list[float](), list[int]()
+    length = float(np.ptp(contact.positions[:, 0]))
+    for face, met in enumerate(contact.support.faces):
+        here = contact.points_of_faces[face]
+        for line in here[:, None] if met.around else _along(contact, here, nodes):
+            x, gaps = contact.positions[line, 0], contact.initial_gap[line]
+            shares, sizes = np.identity(len(line)), contact.weights[line]
+            if len(line) > ALONG:
+                element = int(np.searchsorted(nodes, x[0], "right"))
+                ends = nodes[element - 1 : element + 1]
+                edges = [edge for edge in spans[face] if np.abs(ends - edge).min() <= SAME_PLACE * length]
+                rule = gauss_rule(x, sizes, ALONG, next(iter(edges), None))
+                fitted = (rule.moments @ gaps) @ rule.values(x, x)
+                if np.abs(fitted - gaps).max() <= EVEN * length:
+                    shares, sizes = rule.rows, rule.areas
+            rows += [(line, row) for row in shares]
+            areas += list(sizes)
+            owners += [face] * len(sizes)
+    return _at_means(contact, rows, areas, owners, ElementOperator)
+
+
+def _along(contact: ContactOperator, points: Indices, nodes: Array) -> list[Indices]:
+    """Return the points of a face by the lines along the beam, and on these by elements, each in the order along it."""
+    across = np.ptp(contact.positions, axis=0)
+    same = SAME_PLACE * max(across[1], across[2], SAME_PLACE * across[0])
+    x, y, z = contact.positions[points].T
+    keys = [np.searchsorted(nodes, x, "right"), np.round(y / same), np.round(z / same)]
+    order = np.lexsort([x, *keys])
+    breaks = np.flatnonzero(np.any([np.diff(key[order]) != 0 for key in keys], axis=0)) + 1
+    return np.split(points[order], breaks)
 
 
 def _lines(contact: ContactOperator, points: Indices, count: int, spacing: float) -> list[Indices]:
@@ -400,6 +465,8 @@ def refuse_other_faces(case: Case, contact: ContactOperator, interface_values: A
         UserError: The deepest points of a face differ by more than a tenth of the clearance, 1e-4 of the thickness and
             a twentieth of their depth together.
     """
+    if isinstance(contact, ElementOperator):
+        contact = contact.distributed
     if not isinstance(contact, ResultantOperator) or case.contact.points is not None:
         return
     own, mesh = contact.depth(interface_values), contact.distributed.depth(interface_values)

@@ -44,18 +44,20 @@ from gapbeam.solver.assembly.contact_assembly import RingRows, ring_rows
 from gapbeam.solver.case.beam_motions import is_symmetric
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.solution_tables import ReducedModel
-from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
+from gapbeam.solver.contact.formulations.contact_points import ElementOperator, ResultantOperator
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.body import Body, point_rule
 from gapbeam.solver.models.kept_files import kept_or_found
 from gapbeam.solver.models.reduction.contact_lines import (
     REACH,
+    along_elements,
     face_shapes,
     flexibilities,
     gathered_points,
     neglected_shares,
     points_around,
     random_pressures,
+    support_parts,
     within_reach,
 )
 from gapbeam.solver.models.reduction.modal_basis import Basis, modal_basis
@@ -325,9 +327,12 @@ class DeformableSections:
 
     @cached_property
     def points(self) -> ContactOperator:
-        """Contact points of the mesh, or fewer across the width."""
-        case, across = self.body.case, self.settings.points_across
-        return gathered_points(case, self.body.contact, is_symmetric(case), across, self.body.meshed.facet_length)
+        """Contact points of the mesh, or fewer across the width, and along the faces as hats ask for."""
+        case, settings, length = self.body.case, self.settings, self.body.meshed.facet_length
+        lines = gathered_points(case, self.body.contact, is_symmetric(case), settings.points_across, length)
+        if "all" in (settings.contact, settings.points_across) or case.contact.points is not None:
+            return lines
+        return along_elements(lines, case.layout.face_spans, support_parts(case, settings.shapes - 1))
 
     @property
     def inputs(self) -> tuple[Any, ...]:
@@ -435,7 +440,8 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     kept: Kept = np.ones(len(basis.squares), dtype=bool)
     if is_symmetric(case):
         mirrored = gathered_points(case, points, True, ACROSS, body.meshed.facet_length)
-        kept = moved(body, mirrored if contact.points is points else contact.points, basis)
+        lines = contact.points.distributed if isinstance(contact.points, ElementOperator) else contact.points
+        kept = moved(body, mirrored if lines is points else lines, basis)
     report = BasisReport(
         modes=found.modes,
         highest_mode=found.highest_mode,

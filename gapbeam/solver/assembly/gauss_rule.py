@@ -13,8 +13,8 @@ along the support follow from three. One or two stations are those of the Gauss 
 three times the couple.
 
 Sources: Golub and Welsch (1969) for the rule from the recurrence of the polynomials; Golub (1973), SIAM Review 15,
-318-334, for a node at an edge; Davis and Rabinowitz (1984),
-Methods of Numerical Integration, section 2.7, for nodes at the ends.
+318-334, for a node at an edge; Davis and Rabinowitz (1984), Methods of Numerical Integration, section 2.7, for nodes at
+the ends.
 """
 
 from __future__ import annotations

@@ -156,14 +156,15 @@ def along_elements(contact: ContactOperator, spans: Sequence[tuple[float, float]
     for face, met in enumerate(contact.support.faces):
         here = contact.points_of_faces[face]
         for line in here[:, None] if met.around else _along(contact, here, nodes):
-            x, gaps = contact.positions[line, 0], contact.initial_gap[line]
-            shares, sizes = np.identity(len(line)), contact.weights[line]
+            x, sizes, shares = contact.positions[line, 0], contact.weights[line], np.identity(len(line))
             if len(line) > ALONG:
                 element = int(np.searchsorted(nodes, x[0], "right"))
-                ends = nodes[element - 1 : element + 1]
-                edges = [edge for edge in spans[face] if np.abs(ends - edge).min() <= SAME_PLACE * length]
-                rule = gauss_rule(x, sizes, ALONG, next(iter(edges), None))
-                fitted = (rule.moments @ gaps) @ rule.values(x, x)
+                start, end = nodes[element - 1 : element + 1]
+                along = (x - start) / (end - start)
+                edges = (np.array(spans[face]) - start) / (end - start)
+                edge = next((round(one) for one in edges if abs(one * (1.0 - one)) <= SAME_PLACE), None)
+                rule, gaps = gauss_rule(along, sizes, ALONG, edge), contact.initial_gap[line]
+                fitted = (rule.moments @ gaps) @ rule.values(along, along)
                 if np.abs(fitted - gaps).max() <= EVEN * length:
                     shares, sizes = rule.rows, rule.areas
             rows += [(line, row) for row in shares]

@@ -18,6 +18,7 @@ CLAMPED = Path(__file__).parents[2] / "cases" / "clamped.toml"
 def test_an_interference_fit_on_many_soft_points_is_found_and_carries_the_weight():
     settings = {
         "model.type": "reduced",
+        "model.points_across": "all",
         "contact.stiffness": 4.56e10,
         "mesh.support_size": 1.25e-3,
         "mesh.edge_size": 1.25e-3,

@@ -141,7 +141,7 @@ def support_parts(case: Case, parts: int = 0) -> Array:
 
 
 def along_elements(contact: ContactOperator, spans: Sequence[tuple[float, float]], nodes: Array) -> ContactOperator:
-    """Return the operator with few points on each line along an element of a beam; the same where lines have no more.
+    """Return the operator with few points on each line along an element; the same where they are no less than half.
 
     Lines begin and end at the edges of supports, which a beam that tilts meets first. They keep their points around a
     beam, and where their initial gaps are no polynomial of the rule.
@@ -170,7 +170,7 @@ def along_elements(contact: ContactOperator, spans: Sequence[tuple[float, float]
             rows += [(line, row) for row in shares]
             areas += list(sizes)
             owners += [face] * len(sizes)
-    return _at_means(contact, rows, areas, owners, ElementOperator)
+    return contact if 2 * len(rows) > contact.size else _at_means(contact, rows, areas, owners, ElementOperator)
 
 
 def _along(contact: ContactOperator, points: Indices, nodes: Array) -> list[Indices]:

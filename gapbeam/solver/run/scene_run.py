@@ -44,10 +44,10 @@ from gapbeam.solver.scene.argument_checks import check_fields
 from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecords
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
+from gapbeam.solver.scene.recorded_places import struck_places
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
-from gapbeam.solver.scene.unilateral_law import struck_places
-from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE
+from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, OF_ROTATIONS, SUMMARY_FILE
 from gapbeam.solver.schema.table import faults_in
 
 LOG = logging.getLogger("gapbeam")
@@ -222,6 +222,9 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
                 march.describe(summary)
                 if asked.figures:
                     summary["figures"] = recorded_figures(asked.figures, folder, march.records.labels)
+                    for one in asked.figures:
+                        if one.place in summary["scene"]["turning"]:
+                            summary["figures"][one.name]["unit"] = OF_ROTATIONS.get(one.unit, one.unit)
                 summary["wall_time"]["total"] = time.perf_counter() - signals.started
                 _close(folder, summary)
     return Outcome(folder, summary["exit_status"], summary["message"], summary)
@@ -455,6 +458,8 @@ class SceneMarch:
         if self.statistics is not None:
             summary["random_loads"], summary["statistics"] = list(self.asked.random_loads), self.statistics.describe()
             LOG.info("%s", in_words(summary["statistics"]))
+        if summary["scene"]["turning"]:
+            LOG.info("%s: rotations and moments; read m as rad, N as N m", ", ".join(summary["scene"]["turning"]))
         findings = findings_of(accounts)
         summary["assumptions"] = [one.as_data() for one in findings]
         remarks = remarks_of(accounts, findings)

@@ -20,6 +20,7 @@ from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import Flow, fit_doubts
 from gapbeam.solver.scene.linear_scheme import LinearScheme
+from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
 
@@ -52,6 +53,7 @@ def describe_scene(scene: Scene, step: float, end: float, scheme: LinearScheme) 
         "scheme": scheme._asdict(),
         "keeps_energy": promises_balance(scheme),
         "geometry": False,
+        "turning": turning_places(scene),
     }  # fmt: skip
 
 

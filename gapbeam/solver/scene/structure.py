@@ -38,6 +38,8 @@ from gapbeam.solver.system.operators import Array
 LARGE = 600
 """Degrees of freedom beyond which a structure is marched with its sparse matrices, not with all of its modes."""
 SYMMETRY = 1e-8  # of the largest entry: what exports leave as round-off
+TURNS = 1e-9
+"""Motion of a point with a unit motion of the frame below which it is round-off, no unit."""
 NEGATIVE = 1e-9  # of the largest square of a frequency: what round-off leaves of rigid motions
 
 
@@ -59,6 +61,12 @@ class StructurePoint:
     def is_moving(self) -> bool:
         """True where it moves along the structure: of `moving_point`, for contacts only."""
         return False
+
+    @property
+    def turns(self) -> bool:
+        """True of a rotation of a structure in space, rad: it does not move where the frame moves along x, y and z."""
+        moved = self.structure.frame.get(self.name) if self.structure.is_spatial else None
+        return moved is not None and bool(np.abs(moved).max() < TURNS) and bool(np.any(self.rows))
 
     def refuse_moving(self, where: str, instead: str) -> None:
         """Refuse a point that moves along its structure.

@@ -17,13 +17,10 @@ Source: Jean (1999), Comput. Methods Appl. Mech. Eng. 177, 235; Acary and Brogli
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.force_law import SPEEDS, ForceLaw, LawKind, inlined
-
-if TYPE_CHECKING:
-    from gapbeam.solver.scene.scene import Scene
 
 SHARE = 1e-5
 """Stiffness that decides whether a face holds, as soft as the bodies in a step, over the one that holds it."""
@@ -66,12 +63,3 @@ def Unilateral(restitution: Any) -> ForceLaw:  # noqa: N802
         UserError: The restitution is out of that range.
     """
     return _UNILATERAL(restitution=restitution)
-
-
-def struck_places(scene: Scene) -> tuple[str, ...]:
-    """Return the contacts of impulses, and the recorded points of their structures, whose velocities jump."""
-    hard = [(one, name) for one, name in zip(scene.contacts, scene.contact_names, strict=True) if one.is_impulsive]
-    bodies = {scene.place_of(point.structure, name) for one, name in hard for point in one.points}
-    points = [name for name, one in scene.point_names.items() if scene.place_of(one.structure, name) in bodies]
-    probes = [one for one in scene.probe_names if one in points or one.rpartition(" ")[0] in points]
-    return (*(name for _, name in hard), *probes)

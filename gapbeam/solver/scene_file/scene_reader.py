@@ -35,9 +35,9 @@ from gapbeam.solver.messages.errors import CaseError, Fault, UserError
 from gapbeam.solver.messages.wording import near
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.flow_force import FlowSpan
+from gapbeam.solver.scene.recorded_places import struck_places
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import seat
-from gapbeam.solver.scene.unilateral_law import struck_places
 from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocities
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_checks import FILES, scene_faults

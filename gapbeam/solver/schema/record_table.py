@@ -74,6 +74,9 @@ class HistoryVariable:
     meaning: str
 
 
+OF_ROTATIONS = {"m": "rad", "m/s": "rad/s", "m/s^2": "rad/s^2", "N": "N m", "N s": "N m s"}
+"""Units of rotations and moments in records of displacements and forces."""
+
 _PROBE = ("time", "probe", "component")
 _FROM_SUPPORTS = ("time", "moved_probe", "component")
 _GAUGE = ("time", "gauge")

@@ -230,7 +230,7 @@ def figure_errors(
                 parts,
                 figure.uncertainty,
                 averages.width_of(name),
-                rests=figure.unit == "m" and _rests(abs(figure.mean), error, farthest),
+                rests=figure.unit in ("m", "rad") and _rests(abs(figure.mean), error, farthest),
                 own=isinstance(span, FigureSpan),
             )
         )

@@ -106,7 +106,7 @@ class FigureSpan(Span):
         found = self.figure.value(motion.times, motion.own[:, self.number]).value
         if found is None or not np.isfinite(found):
             return {}
-        return {self.figure.name: WindowFigure(self.figure.unit, np.array([found]))}
+        return {self.figure.name: WindowFigure(motion.unit(self.figure.place, self.figure.unit), np.array([found]))}
 
 
 def spans_of(case: Case, end: float, interval: float, horizon: float | None, repeats: bool = False) -> list[Span]:
@@ -429,21 +429,22 @@ def _figures(motion: MotionRecord, frequency: float | None, averages: Averages) 
     ranges = np.ptp(motion.displacement, axis=0)
     gains = np.ptp(window_means(motion.velocity_gained, motion.interval, averages.acceleration), axis=0)
     for number, probe in enumerate(motion.probes):
-        yield f"{probe} {DISPLACEMENT}", "m", float(ranges[number])
-        yield f"{probe} {SMOOTHED_ACCELERATION}", "m/s^2", float(gains[number])
+        yield f"{probe} {DISPLACEMENT}", motion.unit(probe, "m"), float(ranges[number])
+        yield f"{probe} {SMOOTHED_ACCELERATION}", motion.unit(probe, "m/s^2"), float(gains[number])
         if frequency is not None:
             amplitudes = _harmonics(motion.times, motion.displacement[:, number], frequency)
             for order, amplitude in enumerate(amplitudes, 1):
-                yield f"{probe}{HARMONIC}{order}", "m", float(amplitude)
+                yield f"{probe}{HARMONIC}{order}", motion.unit(probe, "m"), float(amplitude)
     for number, gauge in enumerate(motion.gauges):
         yield f"{gauge} {AXIAL_STRESS}", "Pa", float(np.ptp(motion.stress[:, 0, number]))
         yield f"{gauge} {VON_MISES_STRESS}", "Pa", float(motion.stress[:, 1, number].max())
     windows = [averages.force.get(face) for face in motion.faces]
     peaks = peak_forces(motion, windows)
     for number, (face, width) in enumerate(zip(motion.faces, windows, strict=True)):
+        force, impulse = motion.unit(face, "N"), motion.unit(face, "N s")
         if face not in motion.impulsive:
-            yield f"{face} {LARGEST_FORCE if width is None else MEAN_FORCE}", "N", float(peaks[number])
-        yield f"{face} {IMPULSE}", "N s", float(motion.impulse[-1, number] - motion.impulse[0, number])
+            yield f"{face} {LARGEST_FORCE if width is None else MEAN_FORCE}", force, float(peaks[number])
+        yield f"{face} {IMPULSE}", impulse, float(motion.impulse[-1, number] - motion.impulse[0, number])
 
 
 def _harmonics(times: Array, values: Array, frequency: float) -> Array:

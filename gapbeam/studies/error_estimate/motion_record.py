@@ -10,6 +10,7 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.schema.record_table import OF_ROTATIONS
 from gapbeam.solver.system.operators import Array
 
 STRESSES = ("axial_stress", "von_mises_stress")
@@ -36,6 +37,7 @@ class MotionRecord:
         figures: Figures of one's own.
         own: Quantities of those figures, (n, figures), SI; not a number where the motion has no such record.
         impulsive: Faces whose law is impulses: they have no force, whose peak depends on the step.
+        turning: Probes that are rotations, rad, and faces between them, whose forces are moments.
     """
 
     times: Array
@@ -54,6 +56,11 @@ class MotionRecord:
     figures: tuple[Figure, ...] = ()
     own: Array = field(default_factory=lambda: np.zeros((0, 0)))
     impulsive: tuple[str, ...] = ()
+    turning: tuple[str, ...] = ()
+
+    def unit(self, place: str | None, unit: str) -> str:
+        """Return the unit of a probe or face for one of displacements and forces: it may be a rotation or a moment."""
+        return OF_ROTATIONS.get(unit, unit) if place in self.turning else unit
 
     @property
     def pressed(self) -> tuple[tuple[int, str], ...]:

@@ -30,6 +30,7 @@ from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun
+from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene_march import marcher_of, steps_to
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table
@@ -139,7 +140,8 @@ def _motion(records: Mapping[str, Array], labels: Mapping[str, Sequence[str]], a
     begin, in_space = float(records["time"][0]), len(labels.get("component", ())) > 1
     moved = {**records, "time": records["time"] - begin}
     found = MotionRecord.of_records(moved, labels, in_space, [one.earlier(begin) for one in asked.figures])
-    return replace(found, impulsive=tuple(one.name for one in asked.scene.contacts if one.is_impulsive))
+    impulsive = tuple(one.name for one in asked.scene.contacts if one.is_impulsive)
+    return replace(found, impulsive=impulsive, turning=turning_places(asked.scene))
 
 
 def _errors(

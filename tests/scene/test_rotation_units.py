@@ -1,0 +1,66 @@
+"""Units of rotations and moments in figures of runs: read back as angles, they agree with the lever arm."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gapbeam as gb
+
+STEEL = {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}
+
+
+def hinged(about: Any = None, direction: Any = None) -> dict[str, Any]:
+    """Return the tables of a bar hinged at x = 0, with play there about an axis or along a direction at its end."""
+    way = {"direction": direction} if about is None else {"about": about}
+    return {
+        "structure": [{"name": "bar", "reduce": {"modes": 8}, "ratio": 0.01,
+                       "model": {"type": "frame", "route": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], "thickness": 0.05,
+                                 "material": STEEL}}],
+        "joint": [{"type": "pinned", "structure": "bar", "at": 0.0}]
+        + [{"type": "elastic", "between": [f"bar.{name}"], "stiffness": 1e6} for name in ("twist", "yaw")],
+        "point": [
+            {"name": "hinge", "structure": "bar", "at": 0.0 if direction is None else 1.0, **way},
+            {"name": "tip", "structure": "bar", "at": 1.0, "direction": [0.0, 0.0, 1.0]},
+            {"name": "twist", "structure": "bar", "at": 0.0, "about": [1.0, 0.0, 0.0]},
+            {"name": "yaw", "structure": "bar", "at": 0.0, "about": [0.0, 0.0, 1.0]},
+        ],
+        "contact": {"law": {"type": "kelvin-voigt", "stiffness": 1e4, "damping": 1.0}},
+        "pair": [{"name": "play", "between": ["bar.hinge"], "region": {"type": "slot", "clearance": 2e-3}}],
+        "load": [{"type": "harmonic_force", "name": "push", "point": "bar.tip", "amplitude": 0.5, "frequency": 2.0}],
+        "figure": [{"name": "own", "quantity": "contact_force", "place": "play", "magnitude": True},
+                   {"name": "turn", "quantity": "displacement", "place": "hinge", "magnitude": True}],
+        "time": {"step": 5e-4, "end": 0.5},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("given", "units"),
+    [
+        ({"about": [0.0, 1.0, 0.0]}, ("rad", "rad/s^2", "N m", "N m s")),
+        ({"about": [0.0, 3.0, 0.1]}, ("rad", "rad/s^2", "N m", "N m s")),
+        ({"direction": [0.0, 0.0, 1.0]}, ("m", "m/s^2", "N", "N s")),
+    ],
+)
+def test_rotations_have_radians_and_moments_newton_meters(
+    given: Any, units: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the point about an axis and the pair there, also as own figures; not of points that move."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "companions")
+    outcome = gb.run(hinged(**given), output=tmp_path / "run")
+    found = {one["name"]: one["unit"] for one in outcome.figures}
+    names = ("peak-to-peak displacement", "peak-to-peak smoothed acceleration")
+    assert tuple(found[f"hinge {name}"] for name in names) == units[:2]
+    assert {unit for name, unit in found.items() if name.startswith("play") and name.endswith("force")} == {units[2]}
+    assert found["play impulse"] == units[3]
+    assert found["tip peak-to-peak displacement"] == "m"
+    assert found["yaw peak-to-peak displacement"] == "rad"
+    own = outcome.summary["figures"]
+    assert [own[name]["unit"] for name in ("own", "turn")] == [units[2], units[0]]
+    turning = outcome.summary["scene"]["turning"]
+    assert ("hinge" in turning) is ("play" in turning) is ("about" in given)
+    if "about" in given:  # a stiff bar: its tip moves by the angle times 1 m
+        ratio = abs(outcome.history.displacement.sel(probe="tip").values).max() / own["turn"]["value"]
+        assert ratio == pytest.approx(1.0, rel=0.02)

@@ -39,6 +39,7 @@ from gapbeam.studies.error_estimate.figure_errors import (
     MODEL,
     RIGID_FACTOR,
     FigureError,
+    _rests,
     figure_errors,
     figure_spans,
     horizon_of,
@@ -303,6 +304,15 @@ def test_no_error_is_more_than_all_of_its_figure(value: float, error: float) -> 
         assert row.interval.endswith(" %")
         rough = "rough" if error <= 0.5 * abs(value) else "do not use"
         assert row.verdict == ("good" if error <= 0.1 * abs(value) else rough)
+
+
+@given(st.floats(-12.0, 0.0), st.floats(-3.0, 3.0), st.integers(-20, 20))
+def test_a_motion_without_a_right_digit_is_none(size: float, error: float, power: int) -> None:
+    """What moves less than 1e-5 of the rest, by an error that is larger, rests; what has a digit is a figure."""
+    farthest = 2.0**power
+    moved = 10.0**size * farthest
+    assert _rests(moved, 10.0**error * moved, farthest) == (size <= -9.0 or (size <= -5.0 and error > 0.0))
+    assert not _rests(2.0e-9 * farthest, None, farthest)
 
 
 @pytest.mark.parametrize(("moved", "rests"), [(0.0, True), (1e-15, True), (1e-12, True), (1e-8, False), (1e-3, False)])

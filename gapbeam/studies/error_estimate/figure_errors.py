@@ -90,6 +90,7 @@ CONFIDENCE = 0.95
 SAME_VARIANCE = 0.75  # of the ratios of two estimates of one variance lie below what is pooled
 FIRST_ORDER, SLOWEST = 0.5, 0.9  # ratios of differences of finer meshes
 RESTS = 1.0e-9  # of the largest displacement: a range that is smaller is round-off and the residue of the seat
+BARELY = 1.0e-5  # likewise, where none of its digits is right: the asymmetry of a mesh moves a beam so far sideways
 ROUND_OFF = 1.0e-12  # of a figure: a plane one that is smaller is no scale
 
 
@@ -306,7 +307,7 @@ def _probe_of(name: str, probes: Iterable[str]) -> str:
 
 def _rests(moved: float, error: float | None, farthest: float) -> bool:
     """Return whether a displacement is none: round-off, or the residue of the seat, without a digit that is right."""
-    return moved <= RESTS * farthest or (moved <= STILL * farthest and error is not None and error > moved)
+    return moved <= RESTS * farthest or (moved <= BARELY * farthest and error is not None and error > moved)
 
 
 def _lost_of(name: str, faces: Iterable[str], lost: Mapping[str, float], span: Span) -> float:

@@ -34,6 +34,7 @@ from gapbeam.solver.case.solution_tables import FullModel
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.march.stepwise_march import March
+from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.messages.errors import Interrupted, RunError
 from gapbeam.solver.models.energy_creation import refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model, model_of
@@ -273,6 +274,7 @@ class _Trials:
 
 LARGEST = 300_000  # DOFs of a model that is tried out
 TRIED = (20_000, 60_000)  # DOFs, about, of those tried out in its place
+STEEPEST = 2.0  # power of DOFs with which a factor of a solid grows
 CELLS = 4  # through the thickness and across the width, by default
 
 
@@ -304,11 +306,15 @@ def predict_large(case: Case, dofs: int, comm: MPI.Comm) -> Prediction:
         del model
         gc.collect()
     small, large = tried
+
+    def needed(size: float) -> float:
+        return sum(memory_of(case, size).values())  # as what refuses a run counts: peaks of two trials have no power
+
     ratio, growth = log(sizes[1] / sizes[0]), dofs / sizes[1]
 
     def scaled(first: float, second: float) -> float:
-        power = log(second / first) / ratio if min(first, second) > 0.0 else 0.0
-        return float(second * growth ** max(power, 0.0))
+        power = log(second / first) / ratio if min(first, second) > 0.0 and ratio > 0.0 else 0.0
+        return float(second * growth ** min(max(power, 0.0), STEEPEST))
 
     return replace(
         large,
@@ -317,7 +323,7 @@ def predict_large(case: Case, dofs: int, comm: MPI.Comm) -> Prediction:
         back_substitution=scaled(small.back_substitution, large.back_substitution),
         per_field=scaled(small.per_field, large.per_field),
         errors=scaled(small.errors, large.errors),
-        memory=idle + scaled(small.memory - idle, large.memory - idle),
+        memory=idle + (large.memory - idle) * needed(dofs) / needed(sizes[1]),
         basis=f"scaled from coarser meshes of {sizes[0]} and {sizes[1]} DOFs, which were tried out: "
         f"more than {LARGEST} DOFs are too many for that",
         scaled=True,

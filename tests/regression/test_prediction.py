@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from mpi4py import MPI
 import gapbeam
 from benchmarks.predictions import both
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.models.model import build_model
 from gapbeam.studies import case_description, trial_prediction
 from gapbeam.studies.case_description import describe_case
@@ -144,6 +146,39 @@ def test_large_models_are_scaled_from_coarser_ones(monkeypatch: pytest.MonkeyPat
         if 1.0 / FACTOR <= ratios[-1] <= FACTOR:
             return
     raise AssertionError(f"scaled over tried out: {ratios}")
+
+
+@given(st.floats(1.1, 4.0), st.floats(0.5, 5.0), st.floats(0.5, 5.0), st.floats(5.0, 8.0), st.sampled_from([2, 3]))
+def test_memory_is_scaled_as_it_is_checked(
+    apart: float, first: float, second: float, size: float, dimension: int
+) -> None:
+    """Peaks of two trials of nearly one size, in GB, gave 26 GB for 7, beside a check that had found enough."""
+    case = beam_case(
+        {"mesh": {"dimension": dimension, "size": 0.02, "support_size": 0.0125}, "model": {"type": "full"}}
+    )
+    dofs = round(10.0**size)
+    tries = iter(((20_000, first * 1e9), (round(20_000 * apart), second * 1e9)))
+
+    def predicted(*_: object) -> trial_prediction.Prediction:
+        return trial_prediction.Prediction({"model": 1.0}, 0.0, 10, 1e-3, 0.0, 1, 1e-3, held[1], "")
+
+    held = (0, 0.0)
+
+    def made(*_: object) -> SimpleNamespace:
+        nonlocal held
+        held = next(tries)
+        return SimpleNamespace(mesh_dofs=held[0])
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trial_prediction, "build_model", made)
+        patch.setattr(trial_prediction, "refuse_energy_creators", lambda _: None)
+        patch.setattr(trial_prediction, "predict", predicted)
+        patch.setattr(trial_prediction, "peak_memory", lambda _: [0.0])
+        found = trial_prediction.predict_large(case, dofs, MPI.COMM_SELF)
+    share = found.memory / (second * 1e9)
+    asked, tried_out = (sum(memory_of(case, float(one)).values()) for one in (dofs, held[0]))
+    assert share == pytest.approx(asked / tried_out)
+    assert found.per_step >= 1e-3
 
 
 def test_coarser_meshes_have_about_the_unknowns_asked_for() -> None:

@@ -138,5 +138,21 @@ def test_pairs_of_one_motion_have_no_life(tmp_path: Path) -> None:
     for words in ("motions = 2, ", ", normal = [1.0, 0.0]", "direction = [1.0, 0.0]", "direction = [0.0, 1.0]"):
         one = one.replace(words, "")
     path.write_text(one)
-    with pytest.raises(UserError, match="do not slide"):
+    with pytest.raises(UserError, match="no pair of two motions"):
         gb.life(path, output=tmp_path / "life")
+
+
+def test_a_hole_that_opens_wears_as_one_of_that_clearance(tmp_path: Path) -> None:
+    """Rates of a pin in a hole at two depths: a clearance that does not change, by a table, is the clearance."""
+    hole = RUB.replace('"half-plane", clearance = 0.0, normal = [1.0, 0.0]', '"disc", clearance = 1e-4')
+    closure = '[[load]]\ntype = "clearance_change"\nname = "heat"\nsupport = "wall"\n'
+    closure += "times = [0.0, 1.0]\nchanges = [0.0, 0.0]\n"
+    rates = []
+    for name, text in (("plain", hole), ("opened", hole.replace("[start]", closure + "\n[start]"))):
+        path = tmp_path / f"{name}.toml"
+        path.write_text(text)
+        found = SceneRates(SceneSubject(scene_file(path, {"time.end": 2.0})))
+        assert found.names == ["wall"]
+        rates.append([found(np.array([depth]), 0).values[0] for depth in (0.0, 5e-5)])
+    assert rates[0][0] > 0.0
+    assert rates[1] == pytest.approx(rates[0], rel=1e-6)

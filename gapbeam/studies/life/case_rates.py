@@ -314,7 +314,7 @@ class SceneRates:
 
     def __init__(self, subject: SceneSubject) -> None:
         self.subject, self.scene = subject, subject.scene
-        self.mine = [i for i, one in enumerate(self.scene.contacts) if one.motions == 2]
+        self.mine = [i for i, one in enumerate(self.scene.contacts) if one.region.motions == 2]
         every = self.scene.contact_names
         self.names = [every[i] for i in self.mine]
 
@@ -338,7 +338,7 @@ class SceneRates:
                 "area = 1e-5 (m^2) and depth_limit = 0.2e-3 (m)"
             )
         if not self.mine:
-            raise UserError("wear: found pairs of one motion, which do not slide; expected one of two (motions = 2)")
+            raise UserError("wear: found no pair of two motions, whose sliding wears; expected one (motions = 2)")
         assert wear is not None
         limits = np.full(len(self.mine), wear.depth_limit or 0.0)
         self.worn(limits)

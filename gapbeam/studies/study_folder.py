@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
 
 from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.messages.wording import printable
 from gapbeam.solver.run.output.results_folder import by_one, check_place, locked, write_beside
@@ -125,12 +126,14 @@ def refuse_links(*folders: Path, places: Sequence[Path] = ()) -> None:
 def differing(before: dict[str, Any], now: dict[str, Any], words: Mapping[str, str] | None = None) -> str:
     """Return in words in which keys two plans differ, the first five of them; "" where they are the same.
 
+    Keys of tables in a plan, as the case of a life, count each for itself.
+
     Args:
         before: One plan.
         now: The other.
         words: Names of keys in messages, where that is not their name.
     """
-    words = words or {}
+    words, before, now = words or {}, flat(before), flat(now)
     keys = [key for key in {**before, **now} if before.get(key) != now.get(key)]
     text = "; ".join(
         f"{words.get(key, printable(key))}: {printable(repr(before.get(key)))} there, "

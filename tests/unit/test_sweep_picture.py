@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import csv
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
+import gapbeam as gb
 import gapbeam.studies
 from gapbeam.postprocess.figures.figure_style import panels, write_figure
 from gapbeam.postprocess.study_figures.study_axis import axis_of, cell_edges, is_logarithmic
 from gapbeam.postprocess.study_figures.sweep_branches import Branch, SweepPoint, census, draw_branches, draw_map
 from gapbeam.solver.scene_file.scene_reader import scene_file
+from gapbeam.studies.atlas.run_atlas import give_units
 from gapbeam.studies.sweep.sweep_tables import write_tables
 
 FIGURES = {"tip smoothed acceleration": {"mean": 30.0, "scatter": 1.0, "unit": "m/s^2"}}
@@ -153,3 +156,42 @@ def test_one_window_has_no_scatter(windows: int, own: bool, known: bool, tmp_pat
     [row] = csv.DictReader((tmp_path / "sweep.csv").open(encoding="utf-8"))
     assert row["tip displacement (m)"] == "1.0"
     assert row["tip displacement scatter (m)"] == ("0.0" if known else "")
+
+
+def panel_heights(figure: Figure) -> list[float]:
+    """Return the heights of the panels as they are drawn, over the height of the figure."""
+    figure.draw_without_rendering()
+    return [panel.get_position().height for panel in figure.axes]
+
+
+@pytest.mark.parametrize("values", [[0.5], [-2.0], [0.0], [0.5, 0.6]])
+def test_an_atlas_at_any_number_of_values_is_drawn(values: list[float]) -> None:
+    """A single value has a band of its own; without it the panels had no height. Starts at one place are dots."""
+    body = gb.mass(1.0, stiffness=1.0, damping=0.4, name="body")
+    stop = gb.Contact(body["at"], gb.HalfPlane(4.0), gb.KelvinVoigt(stiffness=3.0), name="stop")
+    push = gb.Force(body["at"], lambda t, size: np.cos(2.6 * t) + size, name="push", size=0.0)
+    scene = gb.Scene(body, contacts=[stop], loads=[push])
+    starts = gb.drawn_starts(scene, 5, velocity={"at": (-1.0, 1.0)})
+    asked: dict[str, Any] = {"period": 2.0 * np.pi / 2.6, "starts": starts, "steps": 60, "settle": 20}
+    found = gb.atlas(scene, over={"push.size": np.array(values)}, **asked)
+    assert min(panel_heights(gb.draw_responses(found, "at"))) > 0.3
+    [panel] = gb.draw_basins(found, ("at", "velocity"), ("at", "displacement"), scene).axes
+    assert len(panel.collections[0].get_offsets()) == 5
+    assert panel.get_xlabel() == "at: velocity at the start (m/s)"
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e6])
+def test_names_of_ticks_of_a_map_are_apart(size: float) -> None:
+    body = gb.mass(1.0, stiffness=1.0, damping=0.4, name="body")
+    load = {"size": 0.0, "more": 0.0}
+    push = gb.Force(body["at"], lambda t, size, more: np.cos(2.6 * t) + 0.0 * (size + more), name="push", **load)
+    over = {"push.size": size * np.array([0.5, 1.0, 1.5]), "push.more": size * np.array([0.5, 0.75, 1.25])}
+    scene = gb.Scene(body, loads=[push])
+    found = gb.atlas(scene, over=over, period=2.0 * np.pi / 2.6, starts=scene.state(), steps=40, settle=20)
+    figure = gb.draw_responses(found, "at")
+    give_units(figure, over, {"push.size": "N"})
+    figure.draw_without_rendering()
+    for panel in figure.axes[:2]:
+        assert (panel.get_xlabel(), panel.get_ylabel()) == ("push.size (N)", "push.more")
+        boxes = [label.get_window_extent() for label in panel.get_xticklabels() if label.get_text()]
+        assert not any(one.overlaps(other) for one, other in pairwise(boxes))

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels
 from gapbeam.solver.messages.errors import UserError
@@ -16,6 +17,11 @@ from gapbeam.studies.atlas.response_atlas import Atlas
 from gapbeam.studies.atlas.response_search import CHAOTIC, NEVER
 
 OPEN = "#F0E442"  # yellow: not settled, or failed
+ALONE = 0.05
+"""Half width of the band of a single value, over the value."""
+MANY = 300
+"""Starts that are drawn as small dots."""
+UNITS = {"displacement": "m", "velocity": "m/s"}
 
 
 @journal_style()
@@ -42,7 +48,9 @@ def draw_responses(found: Atlas, point: str) -> Figure:
         chaos = np.array([one.chaotic for one in found.points]).reshape(counts.shape)
         for axes, table, label in ((grid[0][0], counts, "stable responses"), (grid[0][1], chaos, "chaotic share")):
             shown = axes.pcolormesh(axes_of[0], axes_of[1], table.T, shading="nearest", cmap="Greys", vmin=0)
-            figure.colorbar(shown, ax=axes, label=label)
+            ticks = MaxNLocator(integer=True) if table is counts else None
+            figure.colorbar(shown, ax=axes, label=label, ticks=ticks)
+            axes.xaxis.set_major_locator(MaxNLocator(3))
             axes.set_xlabel(paths[0])
             axes.set_ylabel(paths[1])
         return figure
@@ -51,8 +59,7 @@ def draw_responses(found: Atlas, point: str) -> Figure:
     for kind, color in ((CHAOTIC, GRAY), (CHAOTIC - 1, OPEN), (0, BLACK)):
         mine = found.which >= 0 if kind == 0 else (found.which == kind)
         where = np.broadcast_to(over[:, None, None], x.shape)[mine]
-        strobes.plot(where.ravel(), x[mine].ravel(), ".", color=color, ms=2.5, mew=0.0, rasterized=True,
-                     clip_on=False)  # fmt: skip
+        strobes.plot(where.ravel(), x[mine].ravel(), ".", color=color, ms=2.5, mew=0.0, rasterized=True)
     strobes.set_ylabel(f"{point}, each period (m)")
     shares = grid[1][0]
     orders = sorted({one.order for each in found.points for one in each.responses})
@@ -77,6 +84,9 @@ def _named(order: int) -> str:
 
 
 def _band(axes: Axes, over: Array, low: Array, high: Array, color: str, label: str) -> None:
+    if len(over) == 1:
+        room = ALONE * abs(float(over[0])) or ALONE
+        over, low, high = over[0] + room * np.array([-1.0, 1.0]), np.repeat(low, 2), np.repeat(high, 2)
     axes.fill_between(over, low, high, step="mid", color=color, alpha=0.8, lw=0.0, label=label)
 
 
@@ -114,7 +124,7 @@ def draw_basins(found: Atlas, x: tuple[str, str], y: tuple[str, str], scene: Any
     columns, lines = np.unique(right.round(12)), np.unique(up.round(12))
     kind = np.where(which >= 0, which, np.where(which == CHAOTIC, len(names), len(names) + 1))
     palette = [*colors, GRAY, OPEN]
-    if len(columns) * len(lines) == len(right):
+    if len(columns) * len(lines) == len(right) and min(len(columns), len(lines)) > 1:
         table = np.zeros((len(lines), len(columns)))
         table[np.searchsorted(lines, up.round(12)), np.searchsorted(columns, right.round(12))] = kind
         axes.pcolormesh(
@@ -122,13 +132,13 @@ def draw_basins(found: Atlas, x: tuple[str, str], y: tuple[str, str], scene: Any
             rasterized=True,
         )  # fmt: skip
     else:
-        axes.scatter(right, up, s=4.0, c=[palette[k] for k in kind], lw=0.0)
+        axes.scatter(right, up, s=4.0 if len(right) > MANY else 16.0, c=[palette[k] for k in kind], lw=0.0)
     for number, name in enumerate([*names, "chaotic", "not settled"]):
         if np.any(kind == number):
             axes.plot([], [], "s", color=palette[number], label=name)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
-    axes.set_xlabel(f"{x[0]}: {x[1]} at the start")
-    axes.set_ylabel(f"{y[0]}: {y[1]} at the start")
+    axes.set_xlabel(f"{x[0]}: {x[1]} at the start ({UNITS[x[1]]})")
+    axes.set_ylabel(f"{y[0]}: {y[1]} at the start ({UNITS[y[1]]})")
     return figure
 
 

@@ -224,7 +224,7 @@ def run_atlas(
         with study_written(paths[2]):
             assert scene is not None
             picture = draw_cycles(whole.points, over) if cycles else _picture(whole, scene)
-            _measured(picture, over, units or {})
+            give_units(picture, over, units or {})
             write_figure(picture, paths[2])
         branches = _followed(whole, scene_at) if follow and not cycles else []
         if branches:
@@ -385,14 +385,15 @@ def _picture(found: Atlas, scene: Scene) -> Any:
     return draw_basins(found, (names[-1], "velocity"), up, scene)
 
 
-def _measured(picture: Any, over: dict[str, Any], units: Units) -> None:
+def give_units(picture: Any, over: dict[str, Any], units: Units) -> None:
     """Give axes over a key its unit, and a logarithmic scale where its values are spread so."""
     for key, values in over.items():
         for axes in picture.axes:
             for axis in (axes.xaxis, axes.yaxis):
                 if axis.get_label_text() == key:
                     axis.set_label_text(si_key(key, units))
-                    axes.set(**{f"{axis.axis_name}scale": "log" if is_logarithmic(values) else "linear"})
+                    if is_logarithmic(values):
+                        axes.set(**{f"{axis.axis_name}scale": "log"})
 
 
 def _single(found: Atlas) -> Iterator[str]:

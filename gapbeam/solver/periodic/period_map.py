@@ -299,6 +299,13 @@ class ModalMap:
         still = np.zeros(system.contact.size)
         return State(0.0, imaged(system.operators, u), imaged(system.operators, v), depth, still)
 
+    def begun(self, x: Array) -> State:
+        """Return x, (2n,), of a periodic response as a state at t = 0, with the pressure at the end of the period."""
+        start = self.state(x)
+        for block in self._loop.blocks(start, self.steps):
+            last = block.end.pressure
+        return replace(start, pressure=last)
+
     def coordinates(self, state: State) -> Array:
         """Return a state as x, (2n,)."""
         return np.concatenate([self.modal.coordinates(part[VALUE]) for part in (state.u, state.v)])

@@ -332,7 +332,7 @@ def _shot(
     held: SteadyModel, period_map: ModalMap, begin: State, analysis: Periodic, pause: Callable[[], None]
 ) -> PeriodicResponse:
     orbit = shoot(period_map, period_map.coordinates(begin), analysis.tolerance, analysis.max_iterations, pause)
-    start = period_map.state(orbit.x)
+    start = period_map.begun(orbit.x)
     judgment = with_error(orbit.stability, 0.0)
     figures = {
         "residual": orbit.residual,

@@ -178,7 +178,7 @@ class Results:
                 path,
                 found=f"no such file{alone}, in the folder: {there}{reason}",
                 expected="the results folder of a run",
-                remedy="give the folder that `gapbeam run` named, or run the case first; a study is for `gapbeam report`",
+                remedy="give the folder that `gapbeam run` named, or run the case first; studies have `gapbeam report`",
             )
         return path
 

@@ -142,6 +142,16 @@ CONTRADICTIONS = {
     "direction in 3D": (
         "amplitude = 20.0",
         "amplitude = 20.0\ndirection = [0, 0, 1]",
+        ['(name "shaker") direction', "3 components with dimension = 2", "direction = [0.0, 1.0]"],
+    ),
+    "slanted direction in 3D": (
+        "amplitude = 20.0",
+        "amplitude = 20.0\ndirection = [-1, 0, 0.5]",
+        ['(name "shaker") direction', "3 components with dimension = 2", "direction = [-1.0, 0.5]"],
+    ),
+    "sideways direction": (
+        "amplitude = 20.0",
+        "amplitude = 20.0\ndirection = [0, 1, 0]",
         ['(name "shaker") direction', "3 components with dimension = 2", "[0.0, 1.0] is upward"],
     ),
     "no direction": (

@@ -172,11 +172,14 @@ def directions_point_somewhere(mesh: Mesh, load: Loads) -> Iterator[Fault]:
             continue
         up = "[0.0, 1.0]" if mesh.dimension == 2 else "[0.0, 0.0, 1.0]"
         if len(entry.direction) != mesh.dimension:
+            along, *aside, across = map(float, entry.direction)
+            same = [along, across] if mesh.dimension == 2 else [along, 0.0, across]
+            meant = not any(aside) and any(same)
             yield Fault(
                 key,
                 f"{counted(len(entry.direction), 'component')} with dimension = {mesh.dimension}",
                 f"{mesh.dimension} components",
-                f"direction = {up} is upward",
+                f"direction = {same}" if meant else f"direction = {up} is upward",
                 (("mesh", "dimension"),),
             )
         elif not any(entry.direction):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -12,8 +14,9 @@ import gapbeam
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.reading.case_reader import read_case_text
+from gapbeam.solver.case.reading.file_units import slips
 from gapbeam.solver.case.reading.known_keys import tables
-from gapbeam.solver.case.reading.overrides import UNITS, factor_of
+from gapbeam.solver.case.reading.overrides import UNITS, convert, factor_of, override, size_of
 from gapbeam.solver.messages.errors import CaseError
 
 PROJECT = Path(__file__).parents[2]
@@ -275,3 +278,29 @@ def test_shipped_cases_do_not_look_like_millimeters() -> None:
 def test_the_step_is_chosen_where_none_is_given() -> None:
     """Nobody has to guess."""
     assert read_case_text(IN_SI).time.step == "auto"
+
+
+LIKELY = {
+    "support.clearance": 1e-4,
+    "beam.length": 0.51,
+    "material.young_modulus": 2.1e11,
+    "contact.stiffness": 1.0e13,
+    "load.shaker.point": 0.3,
+    "load.floor.amplitude": 1.0e-3,
+    "mass.tip.polar_inertia": 3.0e-5,
+}
+
+
+@given(st.sampled_from(sorted(LIKELY)), st.floats(0.2, 5.0), st.booleans())
+def test_an_override_in_the_units_of_the_file_is_asked_about(key: str, factor: float, slipped: bool) -> None:
+    """Overrides are SI: 0.1 for 0.1 mm is 100 mm, and was taken without a word."""
+    before = tomllib.loads('units = "mm-t-s"' + IN_MM)
+    assert convert(before) == []
+    after = copy.deepcopy(before)
+    place = next(iter(override(after, {key: 1.0})[0]))
+    size = size_of(place, before, "mm-t-s")
+    assert size is not None
+    typed, _ = override(after, {key: LIKELY[key] * factor / (size if slipped else 1.0)})
+    found = list(slips(before, after, typed, "mm-t-s"))
+    assert len(found) == slipped
+    assert all(f"in the units of the file is {LIKELY[key] * factor:g} " in words for words in found)

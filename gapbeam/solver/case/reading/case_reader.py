@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import copy
+import logging
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeGuard, TypeVar
 
@@ -17,7 +20,7 @@ from gapbeam.solver.case.checks.all_checks import contradictions
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.json_schema import schema
 from gapbeam.solver.case.model_choice import chosen_case
-from gapbeam.solver.case.reading.file_units import in_file_units
+from gapbeam.solver.case.reading.file_units import in_file_units, slips
 from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, candidates, check_types, incomplete, label
 from gapbeam.solver.case.reading.overrides import Overrides, convert, looks_like_millimeters, override
 from gapbeam.solver.case.reading.toml_text import beyond_bounds, key_lines, line_of, parse, read_text
@@ -25,6 +28,7 @@ from gapbeam.solver.messages.errors import CaseError, Fault, Key
 from gapbeam.solver.messages.wording import printable
 from gapbeam.solver.sections.section_table import RectangularSection, SectionTable
 
+LOG = logging.getLogger("gapbeam")
 PROPER = 1.0  # m: a width that has no fault, where the thickness has one or is missing
 
 
@@ -150,7 +154,10 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
     refuse_scene(data, path)
     _refuse_endless(data, path)
     units, unclear = data.get("units"), convert(data)
+    before = copy.deepcopy(data)
     typed, faults = override(data, overrides)
+    for words in slips(before, data, typed, units):
+        _say_once(words)
     _refuse_endless(data, path)
     _find_files(data, path)
     imply(data)
@@ -169,6 +176,12 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
     if faults:
         raise CaseError(str(path), faults[:MOST_FAULTS])
     return with_checksums(case or chosen_case(Case.model_validate(data)))
+
+
+@cache
+def _say_once(words: str) -> None:
+    """Warn: a command reads its case more than once."""
+    LOG.warning(words)
 
 
 def refuse_scene(data: Mapping[str, Any], path: Path) -> None:

@@ -6,12 +6,17 @@ The checks know SI alone. What they found in a file in mm is said as the file ha
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from gapbeam.solver.case.reading.overrides import SI, UNITS, size_of
+import numpy as np
+
+from gapbeam.solver.case.reading.known_keys import value_at
+from gapbeam.solver.case.reading.overrides import SI, UNITS, size_of, unit_of
 from gapbeam.solver.messages.errors import Fault, Key
+
+FAR_APART = 2.0  # powers of ten between the units of a file and SI
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
 _NUMBERS = re.compile(rf"(?<![\w.]){_NUMBER}")
@@ -37,6 +42,30 @@ def in_file_units(faults: list[Fault], units: object, data: dict[str, Any], type
     if not isinstance(units, str) or units not in UNITS or UNITS[units] == UNITS[SI]:
         return faults
     return [fault if fault.key in typed else _restated(fault, units, data) for fault in faults]
+
+
+def slips(before: dict[str, Any], data: dict[str, Any], typed: Mapping[Key, str], units: object) -> Iterator[str]:
+    """Yield overrides, which are SI, whose numbers are about as large as those that the file has in its own units.
+
+    Args:
+        before: The case file as read, in SI.
+        data: The same with overrides.
+        typed: The keys that overrides have replaced, with how they were typed.
+        units: The key `units` of the file.
+    """
+    if not isinstance(units, str) or units not in UNITS:
+        return
+    for key, name in typed.items():
+        old, new, factor = value_at(key, before), value_at(key, data), size_of(key, before, units) or 1.0
+        if not all(isinstance(one, int | float) and one for one in (old, new)):
+            continue
+        apart = abs(np.log10(factor))
+        if apart >= FAR_APART and abs(np.log10(abs(new / old * factor))) < 0.5 * apart:
+            unit = unit_of(key, before)
+            yield (
+                f"{name} = {new:g} is {new:g} {unit}, {abs(new / old):.3g} times the {old:g} {unit} of the file, which "
+                f'has units = "{units}": overrides are SI. {new:g} in the units of the file is {new * factor:g} {unit}'
+            )
 
 
 def _restated(fault: Fault, units: str, data: dict[str, Any]) -> Fault:

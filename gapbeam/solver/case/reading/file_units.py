@@ -57,7 +57,7 @@ def slips(before: dict[str, Any], data: dict[str, Any], typed: Mapping[Key, str]
         return
     for key, name in typed.items():
         old, new, factor = value_at(key, before), value_at(key, data), size_of(key, before, units) or 1.0
-        if not all(isinstance(one, int | float) and one for one in (old, new)):
+        if not (isinstance(old, int | float) and isinstance(new, int | float) and old and new):
             continue
         apart = abs(np.log10(factor))
         if apart >= FAR_APART and abs(np.log10(abs(new / old * factor))) < 0.5 * apart:

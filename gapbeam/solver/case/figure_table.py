@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import scipy
@@ -143,6 +143,10 @@ LATE = 1.0e-9  # of the end of the records, by which a time may lie after it
 
 class Figure(Table):
     """A result of one's own: a statistic of a recorded quantity at a place, over a part of the run."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("probe", "point", "face", "support", "pair", "contact", "joint", "load"), "the key `place` has its name"
+    )
 
     name: Name = Field(description="unique name, in results", examples=["knock"])
     quantity: str = Field(

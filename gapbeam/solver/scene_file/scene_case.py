@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -114,6 +115,12 @@ class SceneOutput(Table):
 
 class SceneCase(Table):
     """A whole file: structures, contacts and loads."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "probe": "leave [[probe]] out: the motions of all points are recorded, and a [[point]] adds one",
+        "support": "a contact with the frame is a [[pair]] between one point",
+        "analysis": "`gapbeam atlas` finds the responses that repeat",
+    }
 
     title: str = Field("", max_length=200, description="one line that says what the case shows")
     structure: tuple[BodyTable, ...] = Field(min_length=1, description="linear bodies")

@@ -137,7 +137,7 @@ def test_studies_of_a_dict(tmp_path: Path) -> None:
     swept = gapbeam.sweep(case, {"support.clearance": [0.0, 1e-4]}, output=tmp_path / "sweep", workers=1)
     assert [record["values"]["support.clearance"] for record in swept.records] == ["0.0", "0.0001"]
     assert f"{2 - len(swept.failed)} of 2 responses passed" in repr(swept)
-    assert "support.clearance" in swept._repr_html_()
+    assert "clearance (m)" in swept._repr_html_()
     with pytest.raises(gapbeam.UserError, match="`overwrite=True`") as caught:
         gapbeam.sweep(case, {"support.clearance": [0.0, 1e-4]}, seed=1, output=tmp_path / "sweep")
     assert "`seed=`: 0 there, 1 now" in str(caught.value)

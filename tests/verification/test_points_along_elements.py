@@ -95,15 +95,14 @@ def test_a_wedge_of_depths_has_force_and_couple_of_the_integral(
     assert forces @ along == pytest.approx(force * b / 3.0, rel=1.0e-2)
 
 
-@pytest.mark.parametrize("length_in_bed", [0.8, 1.5, 2.5])
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(("length_in_bed", "dimension"), [(0.8, 2), (1.5, 3), (2.5, 2)])
 def test_a_beam_on_an_elastic_bed_sinks_as_in_closed_form(length_in_bed: float, dimension: int) -> None:
     """The middle and the ends, under a force in the middle."""
     force, inertia = 2.0, WIDTH * THICKNESS**3 / 12.0
     q = length_in_bed / LENGTH
     bed = 4.0 * YOUNG * inertia * q**4
     simulation = beam(
-        "beam", dimension, 400,
+        "beam", dimension, 200,
         support=[{"name": "bed", "from": 0.0, "to": LENGTH, "clearance": 0.0, "region": {"type": "stop"}}],
         contact={"stiffness": bed / WIDTH},
         load=[{

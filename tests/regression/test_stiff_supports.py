@@ -66,7 +66,7 @@ def test_the_advised_stiffness_narrows_the_force(scale: float, tmp_path: Path, m
 @given(st.floats(1e-3, 1e3), st.sampled_from(["beam", "reduced", "full"]), st.booleans())
 @settings(max_examples=20, deadline=None)
 def test_the_advice_follows_the_scene(scale: float, model: str, own: bool) -> None:
-    """Stiffness goes with the size of a scene; none is advised where all supports bring theirs, or it was given."""
+    """The advised stiffness scales with the scene; supports that have a stiffness of their own get no advice."""
     computed = {"contact.stiffness": 1.0e13 / scale}
     stiffer = {"support_stiffness": 1.0e5} if own else {}
     case = gapbeam.read_case(reed(scale, model, **stiffer))

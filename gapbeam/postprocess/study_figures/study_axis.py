@@ -86,10 +86,11 @@ def is_logarithmic(values: Sequence[float] | Array) -> bool:
 
 def cell_edges(values: Array) -> Array:
     """Return the ends of cells around ascending values, (n + 1,), halfway between them on their axis."""
-    places = np.log(values) if is_logarithmic(values) else values
+    logarithmic = is_logarithmic(values)
+    places = np.log(values) if logarithmic else values
     middle = 0.5 * (places[1:] + places[:-1])
     edges: Array = np.concatenate([2.0 * places[:1] - middle[:1], middle, 2.0 * places[-1:] - middle[-1:]])
-    return np.asarray(np.exp(edges) if is_logarithmic(values) else edges)
+    return np.asarray(np.exp(edges) if logarithmic else edges)
 
 
 @dataclass(frozen=True)

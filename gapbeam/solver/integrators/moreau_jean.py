@@ -53,22 +53,24 @@ class MoreauJean(TimeScheme):
     impulses: ClassVar[bool] = True
 
     @property
-    def largest_theta(self) -> float:
-        """Largest theta with which no impact makes energy, 1 / (1 + e)."""
-        return 1.0 / (1.0 + self.restitution)
+    def excess(self) -> tuple[str, str, str] | None:
+        """A theta above 1 / (1 + e): vt then leaves the stop at an impact, and the impulse does work on the body."""
+        largest = 1.0 / (1.0 + self.restitution)
+        if self.theta <= (1.0 + ROUNDED) * largest:
+            return None
+        found = f"theta = {self.theta:g} with restitution = {self.restitution:g}"
+        return found, f"theta of at most 1 / (1 + restitution) = {largest:.6g}", f"theta = {largest:.6g}"
 
     @property
     def creates_energy(self) -> bool:
-        """True for theta > 1 / (1 + e): vt then leaves the stop at an impact, and the impulse does work on the body."""
-        return self.theta > (1.0 + ROUNDED) * self.largest_theta
+        """True for theta > 1 / (1 + e)."""
+        return self.excess is not None
 
     def warnings(self) -> Iterator[str]:
         """Yield a warning of created energy."""
-        if self.creates_energy:
-            yield (
-                f"theta = {self.theta:g} with restitution = {self.restitution:g} makes energy at impacts; theta of at "
-                f"most 1 / (1 + restitution) = {self.largest_theta:.6g} makes none"
-            )
+        if self.excess is not None:
+            found, expected, _ = self.excess
+            yield f"{found} makes energy at impacts; {expected} makes none"
 
     def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
         """Return (c_m, c_k, c_d) of the effective operator."""

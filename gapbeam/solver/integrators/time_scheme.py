@@ -208,6 +208,11 @@ class TimeScheme(Table, ABC):
     def creates_energy(self) -> bool:
         """True where the scheme may create energy at impacts on stiff contact."""
 
+    @property
+    def excess(self) -> tuple[str, str, str] | None:
+        """Parameters with which impacts make energy on any contact: found, expected and advice; None: no such ones."""
+        return None
+
     def creates_energy_on(self, massless: bool) -> bool:
         """Return whether the scheme is known to create energy on contact nodes with or without mass."""
         return self.creates_energy or (self.needs_massless_contact and not massless)

@@ -7,7 +7,6 @@ import numpy as np
 from gapbeam.solver.case.case import law_at
 from gapbeam.solver.case.computed_defaults import contact_modulus, slowest_touch, stiffness_unit
 from gapbeam.solver.case.model_choice import nominal_area, own_stiffness
-from gapbeam.solver.integrators.moreau_jean import MoreauJean
 from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.messages.errors import Fault, UserError
 from gapbeam.solver.models.model import Model
@@ -31,13 +30,10 @@ def energy_creator(model: Model) -> Fault | None:
     massless = case.contact.mass == "redistributed"
     if not scheme.creates_energy_on(massless):
         return None
-    if isinstance(scheme, MoreauJean):
-        return Fault(
-            ("time", "scheme"),
-            f"theta = {scheme.theta:g} with restitution = {scheme.restitution:g}: known to make energy at impacts",
-            f"theta of at most 1 / (1 + restitution) = {scheme.largest_theta:.6g}",
-            f"theta = {scheme.largest_theta:.6g}; gates.accept_energy_growth = true runs it anyway",
-        )
+    if scheme.excess is not None:
+        found, expected, advice = scheme.excess
+        runs = "gates.accept_energy_growth = true runs it anyway"
+        return Fault(("time", "scheme"), f"{found}: known to make energy at impacts", expected, f"{advice}; {runs}")
     if scheme.explicit and (fault := _damped_by_touch(model)) is not None:
         return fault
     stiffest = scheme.contact_range_on(massless).stiffest

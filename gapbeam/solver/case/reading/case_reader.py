@@ -154,7 +154,7 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
     refuse_scene(data, path)
     _refuse_endless(data, path)
     units, unclear = data.get("units"), convert(data)
-    before = copy.deepcopy(data)
+    before = copy.deepcopy(data) if units else data
     typed, faults = override(data, overrides)
     for words in slips(before, data, typed, units):
         _say_once(words)

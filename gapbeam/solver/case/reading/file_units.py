@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.case.reading.known_keys import value_at
-from gapbeam.solver.case.reading.overrides import SI, UNITS, size_of, unit_of
+from gapbeam.solver.case.reading.overrides import SI, UNITS, factor_of, size_of, unit_of
 from gapbeam.solver.messages.errors import Fault, Key
 
 FAR_APART = 2.0  # powers of ten between the units of a file and SI
@@ -56,12 +56,12 @@ def slips(before: dict[str, Any], data: dict[str, Any], typed: Mapping[Key, str]
     if not isinstance(units, str) or units not in UNITS:
         return
     for key, name in typed.items():
-        old, new, factor = value_at(key, before), value_at(key, data), size_of(key, before, units) or 1.0
-        if not (isinstance(old, int | float) and isinstance(new, int | float) and old and new):
+        old, new, unit = value_at(key, before), value_at(key, data), unit_of(key, before)
+        if not (unit and isinstance(old, int | float) and isinstance(new, int | float) and old and new):
             continue
+        factor = factor_of(unit, units) or 1.0
         apart = abs(np.log10(factor))
         if apart >= FAR_APART and abs(np.log10(abs(new / old * factor))) < 0.5 * apart:
-            unit = unit_of(key, before)
             yield (
                 f"{name} = {new:g} is {new:g} {unit}, {abs(new / old):.3g} times the {old:g} {unit} of the file, which "
                 f'has units = "{units}": overrides are SI. {new:g} in the units of the file is {new * factor:g} {unit}'

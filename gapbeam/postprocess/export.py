@@ -14,6 +14,7 @@ from scipy.io import savemat
 from gapbeam.postprocess.results.columns_of_run import HISTORY_TABLE, Column, chosen_records, columns_of_table
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError
+from gapbeam.postprocess.signals.signal import unit_at
 
 FILE = "history.csv"
 SUFFIXES = (".csv", ".mat", ".parquet")
@@ -80,7 +81,7 @@ def columns_of(history: xr.Dataset) -> list[Column]:
         labels = [[str(label) for label in record[dim].values] for dim in record.dims[1:]]
         values = record.values.reshape(record.shape[0], -1)
         for number, words in enumerate(product(*labels)):
-            found.append(Column((str(name), *words), str(record.attrs.get("units", "1")), values[:, number]))
+            found.append(Column((str(name), *words), unit_at(history, str(name), words), values[:, number]))
     return found
 
 

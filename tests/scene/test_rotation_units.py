@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 
 import gapbeam as gb
+from gapbeam.postprocess.figures.motion_figures import draw_contact
+from gapbeam.postprocess.report.sections.statistics_section import peak_rows
 
 STEEL = {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}
 
@@ -64,3 +66,33 @@ def test_rotations_have_radians_and_moments_newton_meters(
     if "about" in given:  # a stiff bar: its tip moves by the angle times 1 m
         ratio = abs(outcome.history.displacement.sel(probe="tip").values).max() / own["turn"]["value"]
         assert ratio == pytest.approx(1.0, rel=0.02)
+
+
+MOVED = {"displacement": "m", "velocity": "m/s", "contact_force": "N", "impulse": "N s", "penetration": "m"}
+TURNED = {"displacement": "rad", "velocity": "rad/s", "contact_force": "N m", "impulse": "N m s", "penetration": "rad"}
+
+
+@pytest.mark.parametrize("given", [{"about": [0.0, 1.0, 0.0]}, {"direction": [0.0, 0.0, 1.0]}])
+@pytest.mark.parametrize("records", [(), tuple(MOVED)])
+def test_columns_and_pictures_have_the_units_of_their_places(
+    given: Any, records: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also beside a stop and points that move."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "none")
+    stop = {"name": "stop", "between": ["bar.tip"], "region": {"type": "half-plane", "clearance": 1.5e-3}}
+    tables = hinged(**given)
+    outcome = gb.run(tables | {"pair": [*tables["pair"], stop]}, output=tmp_path / "run")
+    heads = gb.export(outcome, tmp_path / "history.csv", records=records).read_text().splitlines()[0].split(",")
+    turning = {"twist", "yaw", *(("hinge", "play") if "about" in given else ())}
+    for place in ("hinge", "tip", "twist", "yaw", "play", "stop"):
+        units = TURNED if place in turning else MOVED
+        for record in list(units)[2:] if place in ("play", "stop") else list(units)[:2]:
+            assert f"{record} {place}{'' if place in ('play', 'stop') else ' y'} ({units[record]})" in heads
+    gb.plot(outcome, psd=["displacement"], rainflow=["contact_force"])
+    force = "N m or N" if "play" in turning else "N"
+    assert (tmp_path / "run/figures/cycles_contact_force.csv").read_text().startswith(f"column,range ({force})")
+    labels = [panel.get_ylabel() for panel in draw_contact(outcome.history, 2.0).axes]
+    assert f"contact force ({force})" in labels
+    assert ("penetration (µrad or µm)" in labels) is ("play" in turning)
+    peaks = {words.removeprefix("largest displacement of "): unit for words, _, unit in peak_rows(outcome.history)}
+    assert {place: peaks[place] for place in ("tip", "yaw")} == {"tip": "mm", "yaw": "rad"}

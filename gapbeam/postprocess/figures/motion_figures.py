@@ -33,7 +33,7 @@ from gapbeam.postprocess.figures.figure_style import (
     spread,
 )
 from gapbeam.postprocess.results.columns_of_run import PointMap, RunFace, RunSupport, wall_motion_series
-from gapbeam.postprocess.signals.signal import SignalError, enlarged_span, face_signal, unit_of_time
+from gapbeam.postprocess.signals.signal import SignalError, enlarged_span, face_signal, unit_of_time, units_of
 
 BEYOND = 3.0  # an open polygon is cut off at this many times the farthest wall
 MARGIN = 1.2  # or at this many times the largest motion
@@ -193,19 +193,20 @@ def draw_contact(history: xr.Dataset, forcing_frequency: float | None, zoom: int
     """
     time = np.asarray(history["time"].values, dtype=float)
     faces = [str(name) for name in history["face"].values]
-    forces = [face_signal(history, "contact_force", face).values for face in faces]
-    start, stop = enlarged_span(time, np.sum(forces, axis=0), forcing_frequency, zoom)
+    records = "contact_force", "penetration"
+    forces, depths = ([face_signal(history, record, face) for face in faces] for record in records)
+    start, stop = enlarged_span(time, np.sum([one.values for one in forces], axis=0), forcing_frequency, zoom)
     unit, in_unit = unit_of_time((start, stop))
     figure, axes = panels(3, 2, height=1.35, sharey="row", sharex="col", width_ratios=[1.5, 1.0])
-    for face, force in zip(faces, forces, strict=True):
-        depth = _MICRO * face_signal(history, "penetration", face).values
-        style = face_style(face, faces)
-        rows = (force, np.maximum(-depth, 0.0), np.maximum(depth, 0.0))
+    for face, force, deep in zip(faces, forces, depths, strict=True):
+        depth, style = _MICRO * deep.values, face_style(face, faces)
+        rows = (force.values, np.maximum(-depth, 0.0), np.maximum(depth, 0.0))
         for values, (whole, end) in zip(rows, axes, strict=True):
             whole.plot(time, values, **{**style, "linewidth": 0.5, "linestyle": "-"})
             keep = (time >= start) & (time <= stop)
             end.plot(in_unit * time[keep], values[keep], label=face, **style)
-    labels = ("contact force (N)", "smallest gap (µm)", "penetration (µm)")
+    small = units_of(depths, "µ")
+    labels = (f"contact force ({units_of(forces)})", f"smallest gap ({small})", f"penetration ({small})")
     for label, (whole, _) in zip(labels, axes, strict=True):
         whole.set_ylabel(label)
         whole.axvspan(start, stop, color=GRAY, alpha=0.25, lw=0)

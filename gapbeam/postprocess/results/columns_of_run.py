@@ -350,7 +350,7 @@ def chosen_records(
             f"a span of time from {begin:g} to {end:g} s; expected an end behind the begin; try from {end:g} to "
             f"{begin:g} s"
         )
-    chosen = history[list(records)] if records else history
+    chosen = history[list(records)].assign_coords(history.coords) if records else history
     kept = chosen.sel(time=slice(begin, end))
     if kept.sizes["time"] == 0:
         times = history["time"].values

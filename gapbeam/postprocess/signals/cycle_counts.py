@@ -20,7 +20,7 @@ import numpy as np
 from rainflow import extract_cycles
 
 from gapbeam.postprocess.results_errors import OptionError
-from gapbeam.postprocess.signals.signal import record_columns
+from gapbeam.postprocess.signals.signal import record_columns, units_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,7 +100,7 @@ def cycle_counts(history: xr.Dataset, record: str, curve: SNCurve | None = None)
     columns = record_columns(history, record)
     found = {label: cycles_of(one.values) for label, one in columns.items()}
     time = next(iter(columns.values())).time
-    return CycleCounts(record, unit, float(time[-1] - time[0]), found, curve)
+    return CycleCounts(record, units_of(columns.values()), float(time[-1] - time[0]), found, curve)
 
 
 def cycles_of(values: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ import numpy as np
 import scipy
 
 from gapbeam.postprocess.results_errors import OptionError
-from gapbeam.postprocess.signals.signal import INTERVAL_MEANS, SignalError, record_columns
+from gapbeam.postprocess.signals.signal import INTERVAL_MEANS, SignalError, record_columns, units_of
 from gapbeam.solver.messages.wording import counted
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def shock_spectrum(history: xr.Dataset, record: str, damping: float = DAMPING) -
         for kind in KINDS[unit]
         for label, one in columns.items()
     }
-    return ShockSpectrum(record, unit, damping, frequency, responses)
+    return ShockSpectrum(record, units_of(columns.values()), damping, frequency, responses)
 
 
 def largest_response(values: np.ndarray, interval: float, frequency: float, damping: float, kind: str) -> float:
@@ -203,7 +203,7 @@ def power_density(history: xr.Dataset, record: str, resolution: float | None = N
     if record in INTERVAL_MEANS:
         notes.append(f"{record} is the mean over a record interval h: it takes (sin(pi f h) / (pi f h))^2 of its power")
     first = next(iter(columns.values()))
-    time, unit = first.time, first.unit
+    time, unit = first.time, units_of(columns.values())
     interval = first.interval
     size = _window_size(record, time.size, interval, resolution)
     moving = {label: one.values for label, one in columns.items() if np.ptp(one.values) > 0.0}

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gapbeam.solver.schema.record_table import HISTORY
+from gapbeam.solver.schema.record_table import HISTORY, OF_ROTATIONS, TURNING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -109,6 +110,24 @@ class Signal:
         return replace(self, time=self.time[keep], values=self.values[keep])
 
 
+def unit_at(history: xr.Dataset, record: str, labels: Iterable[str]) -> str:
+    """Return the SI unit of a record at a probe or face: of one that rotates rad and N m in place of m and N.
+
+    Args:
+        history: History that holds the record.
+        record: Its name.
+        labels: Names along its dimensions.
+    """
+    unit = str(history[record].attrs.get("units", "1"))
+    turns = TURNING in history.coords and not set(labels).isdisjoint(history[TURNING].values.tolist())
+    return OF_ROTATIONS.get(unit, unit) if turns else unit
+
+
+def units_of(signals: Iterable[Signal], prefix: str = "") -> str:
+    """Return the unit of signals, with a prefix: "N", or "N or N m" where they differ."""
+    return " or ".join(dict.fromkeys(prefix + one.unit for one in signals))
+
+
 def probe_signal(history: xr.Dataset, quantity: str, probe: str | None = None, component: str | None = None) -> Signal:
     """Pick one component of the motion of one probe.
 
@@ -133,14 +152,14 @@ def probe_signal(history: xr.Dataset, quantity: str, probe: str | None = None, c
     values = np.asarray(variable.values, dtype=float)
     if time.size > 2 and abs(time[-1] - 2 * time[-2] + time[-3]) > _UNEVEN * (time[-2] - time[-3]):
         time, values = time[:-1], values[:-1]
-    name = quantity.split("_", maxsplit=1)[0]
+    name, unit = quantity.split("_", maxsplit=1)[0], unit_at(history, quantity, [probe])
     if quantity not in INTERVAL_MEANS:
-        return Signal(time, values, str(variable.attrs.get("units", "")), name)
+        return Signal(time, values, unit, name)
     if time.size < 2:
         raise SignalError(f"{quantity}: a mean over intervals needs two records, there is one")
     width = float(time[-1] - time[0]) / (time.size - 1)
     middle = 0.5 * (time[1:] + time[:-1])
-    return Signal(middle, values[1:], str(variable.attrs.get("units", "")), name, width)
+    return Signal(middle, values[1:], unit, name, width)
 
 
 def face_signal(history: xr.Dataset, quantity: str, face: str) -> Signal:
@@ -158,7 +177,7 @@ def face_signal(history: xr.Dataset, quantity: str, face: str) -> Signal:
     return Signal(
         np.asarray(history["time"].values, dtype=float),
         np.asarray(variable.values, dtype=float),
-        str(variable.attrs.get("units", "")),
+        unit_at(history, quantity, [face]),
         f"{quantity} at the {face}",
     )
 
@@ -310,11 +329,10 @@ def record_columns(history: xr.Dataset, record: str) -> dict[str, Signal]:
         time, values = time[:-1], values[:-1]
     if record in INTERVAL_MEANS:
         time, values = time[1:], values[1:]
-    unit = str(variable.attrs.get("units", "1"))
-    labels = [" ".join(words) for words in product(*(map(str, variable[dim].values) for dim in variable.dims[1:]))]
+    labels = product(*(map(str, variable[dim].values) for dim in variable.dims[1:]))
     return {
-        label: Signal(time, np.asarray(column, dtype=float), unit, f"{record} {label}".strip())
-        for label, column in zip(labels, values.T, strict=True)
+        " ".join(words): Signal(time, column, unit_at(history, record, words), " ".join([record, *words]))
+        for words, column in zip(labels, np.asarray(values.T, dtype=float), strict=True)
     }
 
 

@@ -323,17 +323,18 @@ def figures_over(
     span = Windows(frequency, periods, count, float(history["time"].values[-1]))
     for probe in probes:
         displacement = probe_signal(history, "displacement", probe)
-        quantities[f"{probe} {DISPLACEMENT}"] = WindowFigure("m", span.ranges(displacement))
+        quantities[f"{probe} {DISPLACEMENT}"] = WindowFigure(displacement.unit, span.ranges(displacement))
         for name, acceleration in _accelerations(history, probe, window, notes):
-            quantities[name] = WindowFigure("m/s^2", span.ranges(acceleration))
+            quantities[name] = WindowFigure(acceleration.unit, span.ranges(acceleration))
         amplitudes[probe] = span.harmonics(displacement, HARMONICS)
         for order in range(1, HARMONICS + 1):
-            quantities[f"{probe} harmonic {order}"] = WindowFigure("m", np.abs(amplitudes[probe][:, order - 1]))
+            quantities[f"{probe} harmonic {order}"] = WindowFigure(
+                displacement.unit, np.abs(amplitudes[probe][:, order - 1])
+            )
     for face in (str(name) for name in history["face"].values) if "face" in history.coords else ():
-        quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure(
-            "N", span.largest(face_signal(history, "contact_force", face))
-        )
-        quantities[f"{face} impulse"] = WindowFigure("N s", span.increments(face_signal(history, "impulse", face)))
+        force, pushed = (face_signal(history, name, face) for name in ("contact_force", "impulse"))
+        quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure(force.unit, span.largest(force))
+        quantities[f"{face} impulse"] = WindowFigure(pushed.unit, span.increments(pushed))
     return quantities, amplitudes, notes
 
 
@@ -363,9 +364,10 @@ def figures_of_record(history: xr.Dataset, after: float | None = None) -> tuple[
         for name, acceleration in _accelerations(history, probe, window_of(history, None), notes):
             quantities[name] = _range(acceleration, after)
     for face in (str(name) for name in history["face"].values) if "face" in history.coords else ():
-        force, impulse = (_later(face_signal(history, name, face), after) for name in ("contact_force", "impulse"))
-        quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure("N", np.array([force.max()]))
-        quantities[f"{face} whole impulse"] = WindowFigure("N s", np.array([impulse[-1] - impulse[0]]))
+        force, pushed = (face_signal(history, name, face) for name in ("contact_force", "impulse"))
+        impulse = _later(pushed, after)
+        quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure(force.unit, np.array([_later(force, after).max()]))
+        quantities[f"{face} whole impulse"] = WindowFigure(pushed.unit, np.array([impulse[-1] - impulse[0]]))
     return quantities, list(dict.fromkeys(notes))
 
 

@@ -23,10 +23,11 @@ from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.flow_margin import eigenvalues
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
 from gapbeam.solver.scene.marcher import TOLERANCE, Marcher
+from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
 from gapbeam.solver.scene.step_kernel import DAMPED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
-from gapbeam.solver.schema.record_table import HISTORY
+from gapbeam.solver.schema.record_table import HISTORY, TURNING
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.slip_modes import closed_part
 
@@ -341,6 +342,7 @@ class SceneRecords:
             "tangent": ("across",) if rough else (),
             "worn_face": scene.contact_names if any(one.region.motions > 1 for one in scene.contacts) else (),
             "load": (*self.loaded, *(name for name, _ in self.fed), *self.walled),
+            TURNING: turning_places(scene),
         }
         unknown = {"contact_moment", "contact_area", "iterations"} | ({ABSOLUTE} if self.frame is None else set())
         self.variables = {record.name for record in HISTORY} - unknown

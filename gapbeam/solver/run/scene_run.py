@@ -459,7 +459,7 @@ class SceneMarch:
             summary["random_loads"], summary["statistics"] = list(self.asked.random_loads), self.statistics.describe()
             LOG.info("%s", in_words(summary["statistics"]))
         if summary["scene"]["turning"]:
-            LOG.info("%s: rotations and moments; read m as rad, N as N m", ", ".join(summary["scene"]["turning"]))
+            LOG.info("%s: rotations and moments, in rad and N m", ", ".join(summary["scene"]["turning"]))
         findings = findings_of(accounts)
         summary["assumptions"] = [one.as_data() for one in findings]
         remarks = remarks_of(accounts, findings)

@@ -74,8 +74,12 @@ class HistoryVariable:
     meaning: str
 
 
-OF_ROTATIONS = {"m": "rad", "m/s": "rad/s", "m/s^2": "rad/s^2", "N": "N m", "N s": "N m s"}
+OF_ROTATIONS = {
+    "m": "rad", "m/s": "rad/s", "m/s^2": "rad/s^2", "N": "N m", "N s": "N m s", "N^2 s": "N^2 m^2 s"
+}  # fmt: skip
 """Units of rotations and moments in records of displacements and forces."""
+TURNING = "turning"
+"""Coordinate of a history with the names of probes that are rotations, and of faces between them."""
 
 _PROBE = ("time", "probe", "component")
 _FROM_SUPPORTS = ("time", "moved_probe", "component")

@@ -12,7 +12,7 @@ from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableB
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
 from gapbeam.postprocess.report.sections.support_section import IMPULSES_ONLY, ZOOM, chart_along, end_words, is_long
 from gapbeam.postprocess.results.columns_of_run import WearMap
-from gapbeam.postprocess.signals.signal import Signal, enlarged_span, face_signal
+from gapbeam.postprocess.signals.signal import Signal, enlarged_span, face_signal, units_of
 from gapbeam.solver.messages.wording import counted
 
 HEADER = ("face", "rate", "value", "unit", "95 % interval", "judged")
@@ -149,6 +149,7 @@ def contact_section(
     faces = [str(name) for name in history["face"].values]
     force = {face: face_signal(history, "contact_force", face) for face in faces}
     depth = {face: face_signal(history, "penetration", face) for face in faces}
+    pushed = {face: face_signal(history, "impulse", face) for face in faces if "impulse" in history}
     time = np.asarray(history["time"].values, dtype=float)
     end = end_words(frequency) if is_long(time, frequency) else "the whole record"
     size = max(one.time.size for one in force.values())
@@ -159,7 +160,7 @@ def contact_section(
     rows = []
     for face in faces:
         pressed = force[face].values > 0.0
-        impulses = face_signal(history, "impulse", face).values if "impulse" in history else None
+        impulses = pushed[face].values if pushed else None
         rows.append(
             (
                 face, None if face in impulsive else float(force[face].values.max()),
@@ -168,18 +169,20 @@ def contact_section(
                 None if impulses is None else float(impulses[-1] - impulses[0]),
             )
         )  # fmt: skip
-    heads = ("face", "largest recorded force (N)", "mean force (N)", "in contact (% of the records)",
-             "largest penetration (µm)", "largest gap (µm)", "impulse (N s)")  # fmt: skip
+    unit, small = units_of(force.values()), units_of(depth.values(), "µ")
+    heads = ("face", f"largest recorded force ({unit})", f"mean force ({unit})", "in contact (% of the records)",
+             f"largest penetration ({small})", f"largest gap ({small})",
+             f"impulse ({units_of(pushed.values()) or 'N s'})")  # fmt: skip
     notes = [f"No largest force of {' and '.join(impulsive)}: {IMPULSES_ONLY}"] if impulsive else []
     blocks: list[Block] = []
     if is_long(time, frequency):
         words = f"Normal force on the beam, the whole record.{thinning_words(size)}"
-        blocks.append(Chart(words, "time (s)", "contact force (N)", whole, command))
+        blocks.append(Chart(words, "time (s)", f"contact force ({unit})", whole, command))
     blocks += [
-        Chart(f"Normal force on the beam, {end}.", "time (ms)", "contact force (N)", last, command),
+        Chart(f"Normal force on the beam, {end}.", "time (ms)", f"contact force ({unit})", last, command),
         Chart(
             f"Smallest gap of each face, {end}; below zero the largest penetration.",
-            "time (ms)", "gap (µm)", gaps, command,
+            "time (ms)", f"gap ({small})", gaps, command,
         ),
         TableBlock("The faces over the whole record, at the recorded instants", heads, rows, notes),
         *_bodies(history),

@@ -14,7 +14,7 @@ from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinn
 from gapbeam.postprocess.report.sections.support_section import chart_along
 from gapbeam.postprocess.results.columns_of_run import PointMap
 from gapbeam.postprocess.signals.cycle_counts import HEADS, QUANTITIES, distributions, rates
-from gapbeam.postprocess.signals.signal import SignalError
+from gapbeam.postprocess.signals.signal import SignalError, unit_at
 from gapbeam.solver.schema.record_table import HISTORY
 
 SMALL = 1.0e-4  # of the largest stored energy: what stays below is not drawn
@@ -180,23 +180,23 @@ def peak_rows(history: xr.Dataset) -> list[Row]:
         if record in history and history.sizes.get(dimension, 0):
             across = history[record].sel(component=[axis for axis in history["component"].values if axis != "x"])
             sizes = np.sqrt((across**2).sum("component"))
-            rows += _largest(sizes, dimension, words, str(history[record].attrs.get("units", "m")))
+            rows += _largest(history, record, sizes, words)
     for record, (dimension, words) in _WORDS.items():
         if record in history and history.sizes.get(dimension, 0) and np.any(history[record].values):
-            rows += _largest(np.abs(history[record]), dimension, words, "Pa")
+            rows += _largest(history, record, np.abs(history[record]), words)
     if "joint_force" in history and history.sizes.get("joint", 0):
         sizes = np.sqrt((history["joint_force"] ** 2).sum("translation"))
-        rows += _largest(sizes, "joint", "largest force of the joint {}", "N")
+        rows += _largest(history, "joint_force", sizes, "largest force of the joint {}")
     return rows
 
 
-def _largest(values: xr.DataArray, dimension: str, words: str, unit: str) -> list[Row]:
-    """Return a row for each entry along a dimension."""
-    written, factor = shown(unit)
-    largest = values.max("time")
+def _largest(history: xr.Dataset, record: str, values: xr.DataArray, words: str) -> list[Row]:
+    """Return a row for each place of a record, from values over time at each."""
+    (place,) = (dim for dim in values.dims if dim != "time")
+    units = [shown(unit_at(history, record, [str(name)])) for name in values[place].values]
     return [
         (words.format(name), factor * float(one), written)
-        for name, one in zip(values[dimension].values, largest.values, strict=True)
+        for name, one, (written, factor) in zip(values[place].values, values.max("time").values, units, strict=True)
         if np.isfinite(one)
     ]
 

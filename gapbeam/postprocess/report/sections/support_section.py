@@ -68,6 +68,9 @@ def support_table(summary: Summary) -> TableBlock | None:
     )
     if any(row[1] == NONE for row in rows):
         notes.append(f"No peak force: {IMPULSES_ONLY} The last column judges the impulse.")
+    turning = set((summary.get("scene") or {}).get("turning") or ())
+    if turned := [face for face in faces if face in turning]:
+        notes.append(f"{', '.join(turned)}: moments of rotations, in N m and N m s; speeds of impacts in rad/s.")
     if any(RANGE in str(row[3]) for row in rows):
         notes.append("†: of the whole run, with the range over it and its comparison runs; light touches count.")
     if any(COUNTED in str(row[3]) for row in rows):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -237,3 +238,44 @@ def test_nonsense_is_refused(asked: dict[str, Any], says: str) -> None:
         asked = {"members": 3}
     with pytest.raises(gb.UserError, match=says):
         gb.ensemble(scene, {"shaker.size": [1.0, 2.0]}, **({"step": 1e-3, "end": 0.1} | asked))
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.6, 1.0])
+def test_impulses_have_no_peak_force(restitution: float) -> None:
+    """An impulse over the step is no force: finer steps multiplied it. Impulses stay, and peaks of springs."""
+    a, b = gb.mass(1.0, stiffness=4.0, name="a"), gb.mass(2.0, stiffness=9.0, damping=0.1, name="b")
+    hard = gb.Contact((a["at"], b["at"]), gb.HalfPlane(0.02), gb.Unilateral(restitution=restitution), name="hard")
+    soft = gb.Contact(b["at"], gb.HalfPlane(0.02), gb.KelvinVoigt(stiffness=50.0), name="soft")
+    scene = gb.Scene(a, b, contacts=[hard, soft])
+    start = scene.state(velocity={a: 0.3})
+    coarse, fine = (
+        gb.ensemble(scene, {"soft.clearance": np.linspace(0.01, 0.03, 10)}, step=h, end=2.0, start=start)
+        for h in (2e-3, 1e-3)
+    )
+    for many in (coarse, fine):
+        assert np.isnan(many.peak_force["hard"]).all()
+        assert not many.failed.any()
+    assert fine.peak_force["soft"] == pytest.approx(coarse.peak_force["soft"], rel=0.02)
+    assert fine.impulse["hard"] == pytest.approx(coarse.impulse["hard"], rel=0.02)
+
+
+@pytest.mark.parametrize("members", [1, 7, 300])
+@pytest.mark.parametrize("supports", [1, 9])
+def test_results_print_short(members: int, supports: int) -> None:
+    """A line for each attribute, with the true range of its numbers, however many members, contacts or steps."""
+    scene = tube("kelvin-voigt", supports)
+    values, start = drawn(scene, members, seed=3)
+    many = gb.ensemble(
+        scene, values, step=PERIOD / 100, end=2 * PERIOD, start=start, period=PERIOD, harmonics=1, every=9
+    )
+    whole = gb.history(scene, step=PERIOD / 100, end=2 * PERIOD)
+    for one, line in ((many, f"peak: p0 ({members})"), (whole, "velocity: p0 (200)"), (whole.last.state, "q: (8, 1)")):
+        words = repr(one)
+        assert line in words
+        assert len(words.splitlines()) == 1 + len(fields(one))
+        assert max(map(len, words.splitlines())) < 400
+    low, high = (f"{size(many.peak['p0']):.6g}" for size in (np.min, np.max))
+    assert f"peak: p0 ({members}) {low}" in repr(many)
+    assert members <= 4 or f"{low} to {high}" in repr(many)
+    many.q[0, 0] = np.nan
+    assert members == 1 or ", 1 not finite" in repr(many)

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 import gapbeam as gb
 from benchmarks.stiff_marches import march
+from gapbeam.solver.scene import structure
 from gapbeam.solver.scene.marcher import Marcher
 
 SQUARE = np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
@@ -48,7 +49,7 @@ def test_a_bilinear_oscillator_follows_event_driven_integration() -> None:
     assert exact[0] == pytest.approx(-1.15731593, abs=1e-8)
     for steps in (8000, 16000, 32000):
         found = gb.history(scene, 40.0 / steps, 40.0)
-        ends.append([found.displacement["at"][-1], found.last["at"].velocity])
+        ends.append([found.displacement["at"][-1], found.velocity["at"][-1]])
         assert abs(found.last.balance) < 1e-11
     error = np.abs(np.array(ends) - exact)
     assert error[-1].max() < 3e-5
@@ -299,3 +300,42 @@ def test_a_march_continues_from_its_state() -> None:
     rest.advance(1000)
     assert np.array_equal(rest.q, whole.q)
     assert np.array_equal(rest.v, whole.v)
+
+
+def disc_and_bar(monkeypatch: pytest.MonkeyPatch, kind: str) -> gb.Scene:
+    """Return a ball of two motions in a hole beside a beam, in modes, with sparse matrices, or under a moving mass."""
+    ball = gb.mass(0.5, motions=2, stiffness=2e3, damping=2.0, name="ball")
+    hole = gb.Contact(ball["at"], gb.Disc(3e-4), gb.KelvinVoigt(1e6, 10.0), friction=0.2, sliding=1e-3, name="hole")
+    push = gb.Force(ball["at"], lambda t: 3.0 * np.sin(2 * pi * 30.0 * t), [0.8, 0.6], name="push")
+    section, steel = gb.section("rectangle", thickness=0.01, width=0.02), gb.material(2.1e11, 7850.0)
+    way = {f"p{k}": 0.1 * k for k in range(1, 8)}
+    beam = gb.beam(1.0, section, steel, {"tip": 1.0, **way}, pinned=[0.0, 0.8], elements=10, name="beam")
+    shake = gb.Force(beam["tip"], lambda t: 20.0 * np.cos(2 * pi * 25.0 * t), name="shake")
+    bodies, contacts = [ball, beam], [hole]
+    if kind == "sparse":
+        monkeypatch.setattr(structure, "LARGE", 3)
+    if kind == "moving":
+        wheel = gb.mass(1.0, name="wheel")
+        road = gb.moving_point([beam[name] for name in way], list(way.values()), lambda t: 0.1 + 5.0 * t)
+        contacts.append(gb.Contact((wheel["at"], road), gb.HalfPlane(0.0), gb.KelvinVoigt(1e6, 50.0), name="tread"))
+        bodies.append(wheel)
+    return gb.Scene(*bodies, contacts=contacts, loads=[push, shake])
+
+
+@pytest.mark.parametrize(
+    ("kind", "scheme"),
+    [(kind, gb.midpoint()) for kind in ("modes", "sparse", "moving")]
+    + [(kind, gb.generalized_alpha(0.8)) for kind in ("modes", "sparse")],
+)
+def test_histories_have_the_velocities_of_each_step(kind: str, scheme: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of every point and motion, those of a march step by step; and the midpoint rule moves by their means."""
+    scene, h = disc_and_bar(monkeypatch, kind), 2e-4
+    found = gb.history(scene, h, 0.1, scheme=scheme)
+    for k, step in enumerate(gb.march(scene, h, 0.1, scheme=scheme)):
+        for name in scene.point_names:
+            assert found.velocity[name][k] == pytest.approx(step[name].velocity, rel=1e-12, abs=1e-15)
+    assert found.velocity["ball.at" if kind == "moving" else "at"].shape == (500, 2)
+    for name, v in found.velocity.items():
+        if scheme == gb.midpoint():
+            moved = np.diff(found.displacement[name], axis=0) / h
+            assert np.abs(moved - 0.5 * (v[1:] + v[:-1])).max() < 1e-9 * np.abs(v).max()

@@ -26,6 +26,7 @@ from gapbeam.solver.case.figure_table import Figure, part_above
 from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.scene.recorded_places import struck_places
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 
 OF_CONTACTS = ("peak_force", "impulse", "impacts", "closed", "work", "force")
@@ -48,7 +49,7 @@ class Members:
         rms: Root of the mean square of the displacement by point, m.
         harmonics: Complex amplitudes a_j of x = sum_j Re(a_j exp(2 pi i j t / period)) by point, j = 0, 1, ...:
             (harmonics + 1, members), or (harmonics + 1, motions, members), m.
-        peak_force: Largest force in absolute value by contact, (members,), N.
+        peak_force: Largest force in absolute value by contact, (members,), N; NaN of impulses, which have no force.
         impulse: Integral of the absolute value of the force by contact, N s.
         impacts: Number of closings by contact.
         closed: Time in contact of each contact, s.
@@ -63,6 +64,8 @@ class Members:
         untrusted: Members that failed, or whose energy is out of balance by more than 1e-8 of what passed: created, or
             also lost where the scheme keeps the balance.
     """
+
+    __repr__ = result_words
 
     q: Array
     v: Array

@@ -141,6 +141,7 @@ class LaneFeatures:
         """Return features by their name, then by contact; only the lanes of `cut`, which is added."""
         sums, count, work = self.sums, len(cut), np.zeros_like(self.sums.top)
         work[np.searchsorted(self.scene.first[:-1], slabs.motion)] = slabs.spent
+        sums.top[[one.is_impulsive for one in self.scene.contacts]] = np.nan
         tables = {
             "peak_force": sums.top, "impulse": self.h * sums.total, "impacts": sums.closings,
             "closed": self.h * sums.closed, "work": work,

@@ -16,6 +16,7 @@ from gapbeam.solver.scene.limit_cycle import periodic, state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.orbit_tangents import OrbitTangents, tangents
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 
 SHORTEST, BENT = 2.0**-6, 0.5
@@ -34,6 +35,8 @@ class Optimum:
         tangents: Figures there, their derivatives, and the state of the response.
         orbits: Values and figures of each response that was computed, in turn.
     """
+
+    __repr__ = result_words
 
     values: dict[str, float]
     scene: Scene

@@ -25,6 +25,7 @@ from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 
 TOLERANCE = 1e-10
@@ -41,6 +42,8 @@ class PeriodicOrbit:
         residual: Change over a period, over the size of the motion.
         passes: Passes of Newton's method.
     """
+
+    __repr__ = result_words
 
     state: SceneState
     multipliers: Any
@@ -156,6 +159,8 @@ class LimitCycle(PeriodicOrbit):
         along: Multiplier of a shift along the cycle: 1, up to what the step leaves where contacts open and close.
         growth: Largest growth rate of the scene with all contacts idle, 1/s.
     """
+
+    __repr__ = result_words
 
     period: float
     steps: int

@@ -33,6 +33,7 @@ from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.orbit_figures import OrbitFigure, figure_of
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.scene.touch_kernel import WIDTH
 from gapbeam.solver.system.operators import Array
 
@@ -58,6 +59,8 @@ class OrbitTangents:
         multipliers: Multipliers of small disturbances over a period, complex.
         residual: Change over a period, over the range of the motion.
     """
+
+    __repr__ = result_words
 
     values: dict[str, float]
     slopes: dict[str, dict[str, float]]

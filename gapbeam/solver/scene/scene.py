@@ -17,7 +17,7 @@ from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Place, aligned, feedback_loop, joined, motions_once, parts_of
 from gapbeam.solver.scene.linear_scheme import Linear, LinearScheme, Slabs, exact_modes, low_rank_factor
 from gapbeam.solver.scene.scene_load import Load
-from gapbeam.solver.scene.scene_table import scene_html, scene_words
+from gapbeam.solver.scene.scene_table import result_words, scene_html, scene_words
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.scene.touch_kernel import ROWS, STICKING, VALUES, WIDTH
 from gapbeam.solver.system.operators import Array
@@ -38,6 +38,8 @@ class SceneState:
         a: Accelerations, where the scheme needs them.
         memory: Memory of contact laws, such as that a snubber is locked, (values, lanes); default nothing.
     """
+
+    __repr__ = result_words
 
     t: float
     q: Array

@@ -17,6 +17,7 @@ from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.scene.sparse_march import MovingMarcher, SparseMarcher
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.system.operators import Array
@@ -43,6 +44,10 @@ class SceneStep:
 
     def __init__(self, marcher: Marcher) -> None:
         self.marcher = marcher
+
+    def __repr__(self) -> str:
+        """Return the step in one line."""
+        return f"<step at {self.t:.6g} s>"
 
     def __getitem__(self, key: StructurePoint | str) -> PointMotion:
         """Return the motion of a point."""
@@ -148,12 +153,16 @@ class History:
     Attributes:
         t: Times, (steps,), s.
         displacement: Displacement by point, (steps,) for one motion, else (steps, motions), m.
+        velocity: Velocity by point, likewise, m/s.
         force: Force by contact, likewise, N: the mean over the step on the first point.
         last: The last step.
     """
 
+    __repr__ = result_words
+
     t: Array
     displacement: dict[str, Array]
+    velocity: dict[str, Array]
     force: dict[str | int, Array]
     last: SceneStep
 
@@ -162,7 +171,7 @@ class History:
 def history(
     scene: Scene, step: float, end: float, start: SceneState | None = None, scheme: LinearScheme = MIDPOINT
 ) -> History:
-    """March a scene, and return every step: displacements of all points and forces of all contacts.
+    """March a scene, and return every step: displacements and velocities of all points, and forces of all contacts.
 
     Args:
         scene: See `march`.
@@ -178,16 +187,17 @@ def history(
     marcher = marcher_of(scene, step, start, scheme)
     steps = steps_to(end, marcher.t, step)
     scene.check_feedback(marcher.z, end - marcher.t)
-    parts = [marcher.advance(min(BLOCK, steps - done), record=True) for done in range(0, steps, BLOCK)]
-    seen, felt = (np.concatenate([part[i] for part in parts])[..., 0] for i in (0, 1))
-    displacement, at = dict[str, Array](), 0
+    parts = [marcher.advance(min(BLOCK, steps - done), energies=True)[:3] for done in range(0, steps, BLOCK)]
+    seen, felt, speeds = (np.concatenate(some)[..., 0] for some in zip(*parts, strict=True))
+    displacement, velocity, at = dict[str, Array](), dict[str, Array](), 0
     for name, point in scene.point_names.items():
-        displacement[name], at = _squeezed(seen[:, at : at + len(point.rows)]), at + len(point.rows)
+        mine, at = slice(at, at + len(point.rows)), at + len(point.rows)
+        displacement[name], velocity[name] = _squeezed(seen[:, mine]), _squeezed(speeds[:, mine])
     force: dict[str | int, Array] = {}
     for i, (one, first) in enumerate(zip(scene.contacts, scene.first, strict=False)):
         force[one.name or i] = _squeezed(felt[:, first : first + one.region.motions])
     times = marcher.t0 + step * np.arange(1, steps + 1)
-    return History(times, displacement, force, SceneStep(marcher))
+    return History(times, displacement, velocity, force, SceneStep(marcher))
 
 
 def _squeezed(columns: Array) -> Array:

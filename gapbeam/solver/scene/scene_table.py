@@ -1,8 +1,12 @@
-"""Table of a scene for notebooks: structures, contacts, loads; the class of scenes imports this module."""
+"""Scenes and results in a Python session: a table of structures, contacts, loads; shapes and ranges of arrays.
+
+The classes import this module.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -100,3 +104,36 @@ def _number(value: Any) -> str:
         return "given"
     low, high = float(np.min(value)), float(np.max(value))
     return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
+
+
+FEW = 4
+"""Numbers or names up to which all are shown."""
+
+
+def result_words(result: Any) -> str:
+    """Return a dataclass with a line for each attribute; arrays of many numbers as their shape and range."""
+    lines = [f"{one.name}: {_words(getattr(result, one.name))}" for one in fields(result)]
+    return "\n  ".join([f"<{type(result).__name__}", *lines]) + ">"
+
+
+def _words(value: Any) -> str:
+    if isinstance(value, Mapping):
+        parts = [f"{key} {_words(one)}" for key, one in list(value.items())[:FEW]]
+        more = [f"... {len(value)} in all"] if len(value) > FEW else []
+        return ", ".join([*parts, *more]) or "none"
+    if is_dataclass(value) or (isinstance(value, (list, tuple)) and any(map(is_dataclass, value))):
+        return type(value).__name__ if is_dataclass(value) else f"{len(value)} of {type(value[0]).__name__}"
+    array = np.asarray(value)
+    if array.dtype.kind not in "biufc":
+        return repr(value)
+    shape = str(array.shape).replace(",)", ")")
+    if array.size <= FEW:
+        numbers = ", ".join(str(one) if array.dtype.kind == "b" else f"{one:.6g}" for one in array.ravel())
+        return f"{shape} {numbers}".rstrip() if array.ndim else numbers
+    if array.dtype.kind == "b":
+        return f"{shape} {int(array.sum())} of {array.size} true"
+    known = array[np.isfinite(array)]
+    sizes, of = (np.abs(known), "absolute ") if array.dtype.kind == "c" else (known, "")
+    span = f" {of}{sizes.min():.6g} to {sizes.max():.6g}" if known.size else ""
+    lost = f", {array.size - known.size} not finite" if known.size < array.size else ""
+    return f"{shape}{span}{lost}"

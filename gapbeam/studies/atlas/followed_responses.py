@@ -24,6 +24,7 @@ from gapbeam.solver.periodic.floquet import FOLD, GRAZING, PERIOD_DOUBLING, STAB
 from gapbeam.solver.scene.limit_cycle import after_steps, change_of_orbit, repeating_orbit
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene
+from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint
 
@@ -62,6 +63,8 @@ class FollowedResponse:
             "grazing".
         limits: Values below and above at which it is gone, unstable or another one; NaN at the end of the range.
     """
+
+    __repr__ = result_words
 
     order: int
     values: Array

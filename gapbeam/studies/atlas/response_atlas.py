@@ -20,6 +20,7 @@ from gapbeam.solver.scene.ensemble_members import response_figure_faults
 from gapbeam.solver.scene.limit_cycle import state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, ResponseSearch, repeating
 
@@ -45,6 +46,8 @@ class Response:
         figures: Figures of one's own, by name.
         frequencies: Hz, where there are two: under a load its own, and the one beside it, up to a half of it.
     """
+
+    __repr__ = result_words
 
     order: int
     state: SceneState
@@ -75,6 +78,8 @@ class AtlasPoint:
         failed: Share of starts whose contact forces did not converge.
     """
 
+    __repr__ = result_words
+
     values: dict[str, float]
     period: float
     responses: list[Response]
@@ -95,6 +100,8 @@ class Atlas:
         starts: The starts.
         strobes: Displacements by point at the last periods, (points, starts, periods), or (..., motions).
     """
+
+    __repr__ = result_words
 
     over: dict[str, Array]
     points: list[AtlasPoint]

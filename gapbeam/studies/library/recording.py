@@ -27,6 +27,7 @@ from gapbeam.solver.loads.record_file import LARGEST, Column, RecordError, read_
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import either, near, printable
 from gapbeam.solver.scene.argument_checks import positive
+from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 
 MARK, NUMBER, BINARY = "-1", "58", "58b"
@@ -197,6 +198,8 @@ class Recording:
     Raises:
         UserError: Something is not finite, times do not increase, or lengths differ.
     """
+
+    __repr__ = result_words
 
     times: ArrayLike
     values: ArrayLike

@@ -231,14 +231,15 @@ def _sweep_again(seeds: Path, folder: Path, chance: random.Random) -> Work:
         from gapbeam.postprocess.results.bounded_files import as_written
         from gapbeam.postprocess.study_figures.sweep_branches import census
         from gapbeam.solver.messages.errors import CaseError
-        from gapbeam.studies.sweep.sweep_plan import Sweep, finished, prepare, read_points
+        from gapbeam.studies.study_folder import study_folder
+        from gapbeam.studies.sweep.sweep_plan import Sweep, finished, plan_of, prepare, read_points
         from gapbeam.studies.sweep.sweep_tables import write_tables
         from gapbeam.studies.trials.axes import read_axis
 
         sweep = Sweep(STABILITY, QUICK_FIXED, (read_axis("support.clearance=0.05e-3,0.1e-3", "linear", ""),))
         subjects = [entry for entry in read_points(sweep).values() if not isinstance(entry, CaseError)]
-        prepare(sweep, copy, subjects, False)
-        with as_written(copy):
+        with study_folder(copy, plan=plan_of(sweep, subjects, False)), as_written(copy):
+            prepare(sweep, copy)
             records = [record for _, record in sorted(finished(copy).items())]
             write_tables(copy, records, census(records, sweep.tolerance))
         return 0
@@ -252,13 +253,13 @@ def _identify_again(seeds: Path, folder: Path, chance: random.Random) -> Work:
     def work() -> int:
         from gapbeam.studies.engine.study_engine import Engine
         from gapbeam.studies.engine.workers import Workers
-        from gapbeam.studies.identification.evaluations import Evaluations, prepare
+        from gapbeam.studies.identification.evaluations import Evaluations, plan_of
         from gapbeam.studies.identification.identification_file import read_identification
         from gapbeam.studies.identification.misfit import Misfit
+        from gapbeam.studies.study_folder import study_folder
 
         problem = read_identification(seeds / "identify.toml")
-        prepare(problem, copy, False)
-        with Engine(Workers(1)) as engine:
+        with study_folder(copy, plan=plan_of(problem, False)), Engine(Workers(1)) as engine:
             evaluations = Evaluations(problem, copy, engine)
             if len(evaluations.records) >= len(problem.experiments):
                 Misfit(problem, evaluations)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from gapbeam.commands.terminal import CaseArgument, Overrides, StudyCommand, print_study
+from gapbeam.commands.terminal import CaseArgument, Overrides, Overwrite, StudyCommand, print_study
 from gapbeam.process.usage_errors import BadParameter
 
 COUNT = 4
@@ -58,6 +58,7 @@ def modes(
     ] = None,
     accuracy: Annotated[str, typer.Option(help="standard deviation of a frequency, for the intervals")] = "1%",
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-modes")] = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Find the modes of the seated beam and the end springs that reproduce them, or those measured; also under mpirun.
 
@@ -74,7 +75,7 @@ def modes(
     comm = all_ranks()
     read = on_rank_zero(comm, lambda: read_case(case, override or []))
     folder = output if output is not None else Path("results") / f"{case.stem}-modes"
-    result = find_modes(read, folder, comm, count, given, deviation)
+    result = find_modes(read, folder, comm, count, given, deviation, overwrite)
     if comm.rank == 0:
         words = "no end springs reproduce the {} frequencies within twice {}"
         missed = [words.format(name, accuracy) for name in result.not_reproduced]

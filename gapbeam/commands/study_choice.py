@@ -187,6 +187,7 @@ def stability(
     vary: Annotated[list[str] | None, typer.Option(metavar="KEY=VALUES", help="any other key; may be repeated")] = None,
     override: Overrides = None,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-stability")] = None,
+    overwrite: Overwrite = False,
     workers: WorkerCount = None,
     scheduler: SchedulerAddress = None,
     slurm: SlurmOptions = None,
@@ -199,7 +200,8 @@ def stability(
     folder = output if output is not None else Path("results") / f"{case.stem}-stability"
     crew = workers_from(workers, scheduler, slurm)
     with progress_bar("trials") as bar:
-        result = run_stability(case, [read_axis(text) for text in grid], folder, override or [], crew, bar.show)
+        axes = [read_axis(text) for text in grid]
+        result = run_stability(case, axes, folder, override or [], crew, bar.show, overwrite)
     print(*result.summaries(), *result.pictures, sep="\n")
     return 0
 
@@ -221,6 +223,7 @@ def atlas(
     seed: Annotated[int, typer.Option(min=0, help="of the starts")] = 0,
     follow: Annotated[bool, typer.Option("--follow", help="follow responses over the key, to where they end")] = False,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-atlas")] = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Find all stable responses of a case, with the share of starts that come to each, over values of keys.
 
@@ -231,7 +234,7 @@ def atlas(
     from gapbeam.interface.case_atlas import scenes_of
     from gapbeam.studies.atlas.run_atlas import run_atlas
     from gapbeam.studies.trials.axes import read_axis
-    from gapbeam.studies.trials.subject import read_subject
+    from gapbeam.studies.trials.subject import read_subject, shared_inputs
 
     axes = [read_axis(text, "linear", "--vary ") for text in vary or []]
     folder = output if output is not None else Path("results") / f"{case.stem}-atlas"
@@ -239,8 +242,8 @@ def atlas(
     with progress_bar("points") as bar:
         result = run_atlas(
             scenes_of(case, override or []), axes, folder, starts=starts, settle=settle, rounds=rounds, orders=orders,
-            reach=reach, seed=seed, progress=bar.show, inputs=subject.tables | subject.contents, follow=follow,
-            units={axis.key: subject.unit_of(axis.key) for axis in axes},
+            reach=reach, seed=seed, progress=bar.show, inputs=shared_inputs([subject], axes), follow=follow,
+            units={axis.key: subject.unit_of(axis.key) for axis in axes}, overwrite=overwrite,
         )  # fmt: skip
     print_study(result.tables(), [*result.paths, result.headline()])
     return result.exit_status
@@ -309,6 +312,7 @@ def optimize(
     study: Annotated[Path, typer.Argument(metavar="STUDY", help="what becomes least, free values, and limits (TOML)")],
     override: Overrides = None,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<study>")] = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Find the clearances, stiffnesses or loads at which a figure is least, by exact derivatives of one response.
 
@@ -317,13 +321,17 @@ def optimize(
     """
     from gapbeam.interface.case_atlas import repeating_scene
     from gapbeam.studies.optimum.optimum_study import read_optimum_study, run_optimum
+    from gapbeam.studies.study_folder import StudyPlan
+    from gapbeam.studies.trials.subject import read_subject, shared_inputs
     from gapbeam.studies.uncertain.uncertain_file import settings_of_study
 
     read = read_optimum_study(study)
     folder = output if output is not None else Path("results") / study.stem
+    case, settings = study.parent / read.case, settings_of_study(study, read.set, override or [])
     with progress_bar("responses"):
-        one = repeating_scene(study.parent / read.case, settings_of_study(study, read.set, override or []))
-        result = run_optimum(read, one, folder)
+        search = read.model_dump(mode="json", exclude={"title", "case", "set"})
+        plan = StudyPlan(shared_inputs([read_subject(case, settings)]) | search, overwrite)
+        result = run_optimum(read, repeating_scene(case, settings), folder, plan)
     print_study(result.tables(), [*result.paths, result.headline()])
     return result.exit_status
 

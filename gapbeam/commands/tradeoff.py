@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.terminal import CaseArgument, Overrides, StudyCommand, print_study, shipped_kind
+from gapbeam.commands.terminal import CaseArgument, Overrides, Overwrite, StudyCommand, print_study, shipped_kind
 
 if TYPE_CHECKING:
     from gapbeam.solver.run.outcome import Outcome
@@ -22,6 +22,7 @@ def tradeoff(
     minutes: Annotated[float, typer.Option(min=0.1, help="wall time that the study may take")] = MINUTES,
     override: Overrides = None,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-tradeoff")] = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Measure time, memory and error of models, meshes, steps and schemes of a case; name the cheapest that will do.
 
@@ -33,7 +34,8 @@ def tradeoff(
     from gapbeam.studies.tradeoff.tradeoff_study import overrides_as_mapping
 
     folder = output if output is not None else tradeoff_folder(case)
-    result = run_tradeoff(case, folder, overrides_as_mapping(override or []), fraction(tolerance), minutes)
+    fixed = overrides_as_mapping(override or [])
+    result = run_tradeoff(case, folder, fixed, fraction(tolerance), minutes, overwrite=overwrite)
     study = result.study
     lines = ["(in brackets: below the uncertainty of the reference; *: the one to take)"]
     if study.full_check is not None:

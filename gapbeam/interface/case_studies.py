@@ -106,6 +106,7 @@ def stability(
     *,
     output: str | PathLike[str] | None = None,
     workers: int | Workers | None = None,
+    overwrite: bool = False,
     progress: Progress | None = None,
 ) -> StabilityResult:
     """Run a case over a grid of stiffness, step and scheme, and draw where it can be trusted.
@@ -121,11 +122,12 @@ def stability(
         overrides: Keys to replace at every point.
         output: Folder; by default results/<case>-stability.
         workers: A number of them, or `gapbeam.Workers`; by default one a core of this machine.
+        overwrite: Begin anew.
         progress: Called with the number of trials that are done, and of all.
 
     Raises:
         CaseError: The case has faults at every point.
-        UserError: The grid is too large, or the folder cannot be written.
+        UserError: The grid is too large, or the folder cannot be written or holds a study of other inputs.
     """
     refuse_ranks("stability")
     crew = as_workers(workers)
@@ -134,7 +136,7 @@ def stability(
     grid = {"contact.stiffness": stiffness, "time.step": step, "time.scheme": scheme, **(vary or {})}
     axes = [axis_of(key, one, "log") for key, one in grid.items()]
     folder = folder_from(output, f"{name_of(case)}-stability")
-    return run_stability(case_file(case, folder), axes, folder, override_texts(overrides), crew, progress)
+    return run_stability(case_file(case, folder), axes, folder, override_texts(overrides), crew, progress, overwrite)
 
 
 def tradeoff(
@@ -144,6 +146,7 @@ def tradeoff(
     tolerance: float = 0.02,
     minutes: float = 12.0,
     output: str | PathLike[str] | None = None,
+    overwrite: bool = False,
     progress: Callable[[str], None] = LOG.info,
 ) -> TradeoffResult:
     """Measure time, memory and error of models, meshes, steps and schemes of a case; name the cheapest that will do.
@@ -156,6 +159,7 @@ def tradeoff(
         tolerance: Largest error of a figure that will do, as a fraction.
         minutes: Wall time that the study may take.
         output: Folder; by default results/<case>-tradeoff.
+        overwrite: Begin anew.
         progress: Called with what is known beforehand and with what each level gave.
 
     Returns:
@@ -163,7 +167,8 @@ def tradeoff(
 
     Raises:
         CaseError: The case has faults.
-        UserError: The forcing has no single frequency, the mesh cannot be refined, or the reference fails.
+        UserError: The forcing has no single frequency, the mesh cannot be refined, the reference fails, or the
+            folder holds a trade-off of other inputs.
     """
     refuse_ranks("tradeoff")
     from gapbeam.studies.tradeoff.run_tradeoff import run_tradeoff
@@ -173,7 +178,7 @@ def tradeoff(
     check_range("minutes", minutes, 0.1)
     folder = folder_from(output, f"{name_of(case)}-tradeoff")
     fixed = dict(overrides) if isinstance(overrides, Mapping) else overrides_as_mapping(override_texts(overrides))
-    return run_tradeoff(case_file(case, folder), folder, fixed, tolerance, minutes, progress)
+    return run_tradeoff(case_file(case, folder), folder, fixed, tolerance, minutes, progress, overwrite)
 
 
 def identify(

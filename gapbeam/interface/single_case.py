@@ -234,6 +234,7 @@ def modes(
     measured: Mapping[int, float] | None = None,
     accuracy: float = 0.01,
     output: str | PathLike[str] | None = None,
+    overwrite: bool = False,
 ) -> ModesResult:
     """Find the bending modes of the seated beam, and the end springs that reproduce them or measured frequencies.
 
@@ -244,12 +245,13 @@ def modes(
         measured: Measured frequencies by mode, {1: 43.2, 2: 268.0}, Hz; at least two.
         accuracy: Standard deviation of a frequency, as a fraction, for the intervals.
         output: Folder; by default results/<case>-modes.
+        overwrite: Begin anew.
 
     Raises:
         CaseError: The case has faults.
         MeshError: The mesh file does not fit the case.
         UserError: Measured frequencies that are none, more modes than the mesh carries, or a folder that cannot be
-            written.
+            written or holds modes of other inputs.
         NotConverged: The beam finds no seat.
 
     Collective.
@@ -262,7 +264,7 @@ def modes(
     from gapbeam.studies.modes.find_modes import find_modes
 
     folder = folder_from(output, f"{name_of(case)}-modes")
-    return find_modes(shared_case(case, overrides, comm), folder, comm, count, given, accuracy)
+    return find_modes(shared_case(case, overrides, comm), folder, comm, count, given, accuracy, overwrite)
 
 
 def _check_measured(measured: Mapping[int, float], count: int) -> None:

@@ -14,9 +14,11 @@ from gapbeam.postprocess.study_figures.stability_map import QUANTITIES, draw_sta
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder
+from gapbeam.studies.study_folder import StudyPlan, study_folder
 from gapbeam.studies.trials.axes import Axis
-from gapbeam.studies.trials.response import run_grid, table
+from gapbeam.studies.trials.response import run_grid, sound_cases, table
+from gapbeam.studies.trials.scene_subject import CaseSubject
+from gapbeam.studies.trials.subject import shared_inputs
 
 SCHEME = "time.scheme"
 JOURNAL = "trials.jsonl"  # while the study is under way
@@ -65,6 +67,7 @@ def run_stability(
     fixed: Sequence[str] = (),
     workers: Workers | None = None,
     progress: Callable[[int, int], None] | None = None,
+    overwrite: bool = False,
 ) -> StabilityResult:
     """Try a case at every point of a grid, and write tables and maps; resumes where it stopped.
 
@@ -75,13 +78,15 @@ def run_stability(
         fixed: Overrides of every point, KEY=VALUE.
         workers: Workers that compute; by default one a core of this machine.
         progress: Called with the number of trials that are done, and of all.
+        overwrite: Begin anew.
 
     Raises:
         CaseError: The case has faults at every point; those of the first are reported.
-        UserError: The grid is too large, or the folder cannot be written.
+        UserError: The grid is too large, or the folder cannot be written or holds a study of other inputs.
         NotWritten: A trial could not be written.
     """
-    with study_folder(folder):
+    subjects = [CaseSubject(one) for one in sound_cases(case, fixed, axes)]
+    with study_folder(folder, plan=StudyPlan(shared_inputs(subjects, axes), overwrite, (JOURNAL,))):
         records = table(run_grid(case, fixed, axes, workers, progress, folder / JOURNAL), axes)
         write_beside(folder / "stability.json", json.dumps(records, indent=1) + "\n")
         _write_csv(folder / "stability.csv", records)

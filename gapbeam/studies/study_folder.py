@@ -7,13 +7,17 @@ from __future__ import annotations
 
 import csv
 import io
+import json
+import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
 
+from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.messages.errors import NotWritten, UserError
@@ -25,6 +29,7 @@ if TYPE_CHECKING:
 _Number = Annotated[float, Strict(), AllowInfNan(False)]
 _Whole = Annotated[int, Strict()]
 _Text = Annotated[str, Strict()]
+PLAN_FILE = "plan.json"
 REMEDY = "choose another `output=`, or pass `overwrite=True` to begin anew"
 
 
@@ -143,16 +148,55 @@ def differing(before: dict[str, Any], now: dict[str, Any], words: Mapping[str, s
     return text + (f" and {len(keys) - 5} more keys" if len(keys) > 5 else "")
 
 
+@dataclass(frozen=True)
+class StudyPlan:
+    """Inputs that decide the results of a study, which stand in its folder beside them.
+
+    Attributes:
+        inputs: The inputs, by dotted keys or in tables.
+        overwrite: Begin anew, whatever the folder holds.
+        records: Files and folders of finished parts, by name, which go when the study begins anew.
+        words: Names of inputs in messages, where that is not their key.
+    """
+
+    inputs: Mapping[str, Any]
+    overwrite: bool = False
+    records: tuple[str, ...] = ()
+    words: Mapping[str, str] = field(default_factory=dict)
+
+    def keep(self, folder: Path) -> None:
+        """Write the inputs into a folder, unless results of other inputs are there.
+
+        Raises:
+            UserError: The folder holds a study of other inputs: which differ, and how.
+            ResultsError: The inputs there cannot be read.
+            NotWritten: The folder cannot be written.
+        """
+        path, inputs = folder / PLAN_FILE, json.loads(json.dumps(self.inputs, default=str))
+        known = path.exists() and not self.overwrite
+        if known and (text := differing(read_object(path, remedy=REMEDY), inputs, self.words)):
+            raise UserError(f"{folder} holds a study of other inputs: {text}. {REMEDY[0].upper()}{REMEDY[1:]}")
+        if not known:
+            with study_written(path):
+                for old in (folder / name for name in self.records):
+                    shutil.rmtree(old) if old.is_dir() else old.unlink(missing_ok=True)
+                write_beside(path, json.dumps(inputs, indent=1) + "\n")
+
+
 @contextmanager
-def study_folder(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
+def study_folder(folder: Path, comm: MPI.Comm | None = None, plan: StudyPlan | None = None) -> Iterator[None]:
     """Hold the folder of a study, which is made; it goes again where nothing was written into it.
 
     Args:
         folder: Folder for the study.
         comm: The ranks that share the work; None: this process alone, without MPI.
+        plan: Inputs of the study; None: its records know of what they are.
 
     Raises:
-        UserError: Nothing should be written there, it holds links, or another run or study writes it.
+        UserError: Nothing should be written there, it holds links, another run or study writes it, or it holds a study
+            of other inputs.
+        ResultsError: The inputs of the study there cannot be read.
+        NotWritten: The inputs cannot be written.
 
     Collective.
     """
@@ -165,6 +209,8 @@ def study_folder(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
     made = by_one(comm, looked_at)
     try:
         with locked(folder, comm):
+            if plan is not None:
+                by_one(comm, lambda: plan.keep(folder))
             yield
     finally:
         with suppress(OSError):

@@ -46,8 +46,8 @@ from gapbeam.solver.schema.record_table import (
     HISTORY_FILE,
     SUMMARY_FILE,
 )
-from gapbeam.studies.study_folder import StoredPiece, StoredResponse, checked, refuse_links
-from gapbeam.studies.sweep.sweep_plan import Sweep, chains_of, point_file, prepare, read_points
+from gapbeam.studies.study_folder import StoredPiece, StoredResponse, checked, refuse_links, study_folder
+from gapbeam.studies.sweep.sweep_plan import Sweep, chains_of, plan_of, point_file, prepare, read_points
 from gapbeam.studies.tradeoff.run_tradeoff import stored_choice, study_key
 from gapbeam.studies.trials.axes import points_of, read_axis
 from gapbeam.studies.trials.subject import Subject
@@ -337,12 +337,18 @@ def test_stored_records_are_checked(change: dict[str, Any]) -> None:
                 checked(record | change, kind, Path("x"))
 
 
+def kept(sweep: Sweep, folder: Path, subjects: list[Subject]) -> int:
+    """Return the number of responses of a sweep that are on disk."""
+    with study_folder(folder, plan=plan_of(sweep, subjects, False)):
+        return prepare(sweep, folder)
+
+
 @pytest.fixture
 def sweep(tmp_path: Path) -> tuple[Sweep, list[Subject], Path]:
     """Return a sweep of two points, their subjects, and its folder with both responses on disk."""
     sweep = Sweep(DEMO, (), (read_axis("support.clearance=1e-4,2e-4", "linear"),))
     subjects = [one for one in read_points(sweep).values() if not isinstance(one, CaseError)]
-    assert prepare(sweep, tmp_path / "sweep", subjects, False) == 0
+    assert kept(sweep, tmp_path / "sweep", subjects) == 0
     for chain in chains_of(sweep, tmp_path / "sweep"):
         for task in chain.tasks:
             record = RESPONSE | {"values": {"support.clearance": task.values[0]}}
@@ -356,7 +362,7 @@ def sweep(tmp_path: Path) -> tuple[Sweep, list[Subject], Path]:
         ("plan.json", "[]", "JSON object"),
         ("plan.json", "{", "not JSON"),
         ("plan.json", "[" * 100_000, "not JSON"),
-        ("plan.json", "{}", "holds another sweep"),
+        ("plan.json", "{}", "holds a study of other inputs: "),
         ("points/000000.json", "", "remove this file, and its response is computed again"),
         ("points/000001.json", json.dumps(RESPONSE), "the response at {'support.clearance': '2e-4'}"),
         ("points/000007.json", json.dumps(RESPONSE), "at most 2 responses"),
@@ -369,13 +375,13 @@ def test_sweeps_that_are_not_gone_on_with(
     """Another plan, responses at other values, more of them than the sweep has, files cut off."""
     wanted, subjects, folder = sweep
     (folder / "points" / "notes.json").write_text("not a record, and none of ours", encoding="utf-8")
-    assert prepare(wanted, folder, subjects, False) == 2
+    assert kept(wanted, folder, subjects) == 2
     (folder / name).write_text(content, encoding="utf-8")
     with pytest.raises((ResultsError, UserError), match=re.escape(message)):
-        prepare(wanted, folder, subjects, False)
+        kept(wanted, folder, subjects)
     if "remove this file" in message:
         (folder / name).unlink()
-        assert prepare(wanted, folder, subjects, False) == 1
+        assert kept(wanted, folder, subjects) == 1
 
 
 @pytest.mark.parametrize("instead", ["folder", "pipe", "device"])

@@ -26,7 +26,7 @@ from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.schema.record_table import SMOOTHING_WINDOW
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.workers import Workers
-from gapbeam.studies.identification.evaluations import Evaluations, prepare
+from gapbeam.studies.identification.evaluations import Evaluations
 from gapbeam.studies.identification.identification_file import read_identification
 from gapbeam.studies.identification.identification_tables import FrequencyFigure
 from gapbeam.studies.identification.misfit import difference_places
@@ -223,7 +223,7 @@ def test_slopes_are_differences_of_periodic_responses(tmp_path: Path) -> None:
         tmp_path, STIFFNESS, AMPLITUDE, DAMPING, one, quick=SETTLED, search="difference = 1e-3", name="one.toml"
     )
     problem = read_identification(file)
-    prepare(problem, tmp_path / "out", False)
+    (tmp_path / "out").mkdir()
     values = problem.values(problem.start)
     places = difference_places(problem.scaled(values), 1e-3)
     with Engine(Workers(1)) as engine:

@@ -76,7 +76,7 @@ def test_a_life_is_found_written_and_gone_on_with(tmp_path: Path) -> None:
     assert [float(row["base_depth"]) for row in rows] == [state["depths"][0] for state in stored["states"]]
     assert "95 %" in again.headline()
     with pytest.raises(
-        gapbeam.UserError, match=r"holds the life of another case: .*wear\.depth_limit: \S+ there, 0\.0001 now"
+        gapbeam.UserError, match=r"holds a study of other inputs: .*wear\.depth_limit: \S+ there, 0\.0001 now"
     ):
         gapbeam.life(NOISY, {"wear.depth_limit": 1e-4}, output=folder)
     summary, over_time, runs = life_sections(folder, "gapbeam report")

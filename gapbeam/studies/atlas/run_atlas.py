@@ -7,7 +7,6 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from importlib.metadata import version
 from math import ceil, isnan, pi
 from pathlib import Path
 from typing import Any
@@ -32,7 +31,7 @@ from gapbeam.studies.atlas.followed_responses import FollowedResponse, Shaken, f
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, atlas, drawn_starts
 from gapbeam.studies.engine.study_journal import StudyJournal
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder, study_written, write_table
+from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_table
 from gapbeam.studies.trials.axes import Axis, points_of
 
 LOG = logging.getLogger("gapbeam")
@@ -146,7 +145,7 @@ def run_atlas(
     scene_at: Callable[[tuple[str, ...]], PeriodicScene], axes: Sequence[Axis], folder: Path, *, starts: int = 64,
     settle: int = 100, rounds: int = 4, orders: int = 8, reach: float = 2.0, seed: int = 0,
     progress: Callable[[int, int], None] | None = None, inputs: dict[str, Any] | None = None, follow: bool = False,
-    units: Units | None = None,
+    units: Units | None = None, overwrite: bool = False,
 ) -> AtlasResult:  # fmt: skip
     """Find all responses of a case at each combination of values, and write tables and pictures.
 
@@ -164,14 +163,15 @@ def run_atlas(
         reach: Largest velocity of a start, relative to the motion from the seat.
         seed: Seed of the draws.
         progress: Called with the number of points that are done, and of all.
-        inputs: All that decides the scenes: an atlas of the same inputs that was killed resumes after its last point.
-            None: none resumes.
+        inputs: All that decides the scenes, and values of the axes: an atlas of the same inputs that was killed
+            resumes after its last point. None: none resumes.
         follow: Follow responses over the key, to where they end; see `gapbeam.follow`.
         units: SI units of the keys, as far as they are known.
+        overwrite: Begin anew.
 
     Raises:
         UserError: An axis has no numbers, there are three, responses are followed over another number of keys than one,
-            or a scene has no probe, or its loads move none.
+            a scene has no probe, or its loads move none, or the folder holds an atlas of other inputs.
         NotWritten: A file could not be written.
     """
     if len(axes) > 2:
@@ -180,13 +180,13 @@ def run_atlas(
     if follow and (len(axes) != 1 or not np.all(np.diff(over[axes[0].key]) > 0.0)):
         raise UserError("atlas: responses are followed over one key whose values increase; expected one --vary")
     points = points_of(axes) if axes else [()]
-    with study_folder(folder):
+    plan = None
+    if inputs is not None:
+        numbers = {"starts": starts, "settle": settle, "rounds": rounds, "orders": orders, "reach": reach, "seed": seed}
+        plan = StudyPlan({**inputs, **numbers, "follow": follow}, overwrite, (JOURNAL,))
+    with study_folder(folder, plan=plan):
         found: list[Atlas] = []
-        numbers = [starts, settle, rounds, orders, reach, seed]
-        journal, scene = None, None
-        if inputs is not None:
-            plan = {"gapbeam": version("gapbeam"), "axes": [[axis.key, *axis.values] for axis in axes]}
-            journal = StudyJournal(folder / JOURNAL, plan | {"numbers": numbers, "inputs": inputs})
+        journal, scene = None if plan is None else StudyJournal(folder / JOURNAL), None
         for number, values in enumerate(points):
             kept = None if journal is None else journal.kept.get(number)
             if kept is None or number == 0:

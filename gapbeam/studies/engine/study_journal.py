@@ -16,13 +16,12 @@ REMEDY = "delete it, and the study begins anew"
 
 
 class StudyJournal:
-    """A file with a line for the study, then one for each result; it goes when the study is complete.
+    """A file with a line for each result of a study; it goes when the study is complete.
 
-    What another study, or another release, has left there is begun anew; so is what follows a line that was cut off.
+    What follows a line that was cut off is begun anew; see `StudyPlan` for results of other inputs.
 
     Args:
         path: The file.
-        plan: Inputs of the results.
 
     Attributes:
         kept: Results that are there already, by the place of their point.
@@ -31,15 +30,15 @@ class StudyJournal:
         NotWritten: The journal cannot be written.
     """
 
-    def __init__(self, path: Path, plan: dict[str, Any]) -> None:
+    def __init__(self, path: Path) -> None:
         self._path, self.kept = path, dict[int, dict[str, Any]]()
-        head = json.dumps(plan, default=str)
         if path.exists():
             with suppress(ResultsError):
-                lines = read_plain(path, "a file of results", REMEDY).decode("utf-8", "replace").split("\n")
-                self.kept = _records(lines[1:-1]) if lines[0] == head else {}
+                self.kept = _records(
+                    read_plain(path, "a file of results", REMEDY).decode("utf-8", "replace").split("\n")[:-1]
+                )
         with study_written(path):
-            path.write_text(head + "\n", encoding="utf-8")
+            path.write_text("", encoding="utf-8")
         for place, record in self.kept.items():
             self.write(place, record)
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -15,19 +14,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import read_plain
 from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import WindowFigure, settled_windows
-from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.known_keys import flat
-from gapbeam.solver.messages.errors import CaseError, OutOfMemory, RunError, UserError
+from gapbeam.solver.messages.errors import CaseError, OutOfMemory, RunError
 from gapbeam.solver.messages.wording import counted, printable
 from gapbeam.solver.models.model import Model, body_key
-from gapbeam.solver.run.output.results_folder import finite, write_beside
+from gapbeam.solver.run.output.results_folder import finite
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.identification.identification_file import FloatArray, Problem, Values
 from gapbeam.studies.identification.identification_tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
@@ -40,7 +37,7 @@ from gapbeam.studies.identification.run_figures import (
     record_of,
     steps_between_records,
 )
-from gapbeam.studies.study_folder import REMEDY, StoredPiece, checked, differing, refuse_links, study_written
+from gapbeam.studies.study_folder import REMEDY, StoredPiece, StudyPlan, checked, study_written
 from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
 from gapbeam.studies.trials.starts import KeptBody, Start, kicked, seated, span
 
@@ -226,7 +223,7 @@ def no_slopes(_job: SlopeJob, _words: str) -> dict[str, list[float | None]]:
     return {}
 
 
-LOG_FILE, PLAN_FILE, CASE_FILE = "evaluations.jsonl", "plan.json", "case.toml"
+LOG_FILE, CASE_FILE = "evaluations.jsonl", "case.toml"
 RESULT_FILES = ("identification.json", "identified.toml", "identified-case.toml", "evaluations.csv")
 FORMAT = 1
 
@@ -241,7 +238,7 @@ class Evaluations:
 
     Args:
         problem: The identification.
-        folder: A folder that `prepare` has made.
+        folder: Its folder.
         engine: Engine that computes them.
         reported: Called after every piece that was computed.
     """
@@ -353,43 +350,15 @@ def _read_log(path: Path, problem: Problem) -> dict[Piece, Record]:
     return records
 
 
-def prepare(problem: Problem, folder: Path, overwrite: bool) -> None:
-    """Make the folder of an identification, or continue the one that is there.
-
-    Raises:
-        UserError: The folder holds another identification: which key differs, and how; or it cannot be written.
-    """
-    plan, path = _plan(problem), folder / PLAN_FILE
-    refuse_links(folder)
-    if path.exists() and not overwrite:
-        difference = differing(read_object(path, remedy=REMEDY), plan)
-        if difference:
-            raise UserError(
-                f"{folder} holds another identification: {difference}; only [search] may change when it goes on. "
-                "Choose another `output=`, or pass `overwrite=True` to begin anew"
-            )
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if overwrite and path.exists():
-            for name in (LOG_FILE, *RESULT_FILES):
-                (folder / name).unlink(missing_ok=True)
-            shutil.rmtree(folder / "pictures", ignore_errors=True)
-        write_beside(path, json.dumps(plan, indent=1) + "\n")
-        write_beside(folder / CASE_FILE, case_to_toml(problem.base, ["the case of an identification, with its [set]"]))
-    except OSError as error:
-        raise UserError(f"{folder} cannot be written ({error.strerror}); choose another `output=`") from error
-
-
-def _plan(problem: Problem) -> dict[str, Any]:
-    """Return the inputs of evaluations and results, key by key, except for the settings of the search."""
+def plan_of(problem: Problem, overwrite: bool) -> StudyPlan:
+    """Return the inputs of evaluations and results, except for the settings of the search."""
     file = problem.file.model_dump(mode="json", exclude={"title", "case", "set", "search"})
     plan: dict[str, Any] = {"format": FORMAT} | flat(problem.base.model_dump(mode="json"))
     for table in ("unknown", "figure", "measurement"):
         for number, entry in enumerate(file[table], 1):
             plan[f"[[{table}]] number {number}"] = entry
     plan["transient"] = problem.file.transient
-    plain: dict[str, Any] = json.loads(json.dumps(plan, default=str))
-    return plain
+    return StudyPlan(plan, overwrite, (LOG_FILE, *RESULT_FILES, "pictures"))
 
 
 def failed(record: Record) -> bool:

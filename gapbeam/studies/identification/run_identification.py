@@ -34,13 +34,13 @@ from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.worker_memory import worker_memory
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.identification.conclusion import Conclusion, MeasurementRow, conclude
-from gapbeam.studies.identification.evaluations import LOG_FILE, Evaluations, Record, prepare
+from gapbeam.studies.identification.evaluations import CASE_FILE, LOG_FILE, Evaluations, Record, plan_of
 from gapbeam.studies.identification.identifiability import WIDE, combination_words
 from gapbeam.studies.identification.identification_file import Problem
 from gapbeam.studies.identification.misfit import Misfit, search
 from gapbeam.studies.identification.run_figures import unit_of, words_of
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder
+from gapbeam.studies.study_folder import study_folder, study_written
 
 
 def tables(found: Conclusion) -> list[Table]:
@@ -397,8 +397,10 @@ def run_identification(
         if progress is not None:
             progress(words, len(misfit.tried), total)
 
-    with study_folder(folder):
-        prepare(problem, folder, overwrite)
+    with study_folder(folder, plan=plan_of(problem, overwrite)):
+        with study_written(folder / CASE_FILE):
+            words = ["the case of an identification, with its [set]"]
+            write_beside(folder / CASE_FILE, case_to_toml(problem.base, words))
         with Engine(workers, memory=worker_memory([problem.base]), folder=folder) as engine:
             evaluations = Evaluations(problem, folder, engine, lambda: report("search", settings.budget))
             misfit = Misfit(problem, evaluations)

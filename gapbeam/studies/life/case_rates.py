@@ -16,7 +16,6 @@ for the depth d_i of pair i, its work rate W_i' in regions grown by all depths, 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -40,7 +39,7 @@ from gapbeam.solver.run.stop_rule import decay_time, has_statistics, statistics_
 from gapbeam.studies.life.worn_case import worn_case, worn_clearances
 from gapbeam.studies.life.worn_march import Array, DepthRates
 from gapbeam.studies.trials.response import TrialResponse, respond
-from gapbeam.studies.trials.scene_subject import SceneSubject
+from gapbeam.studies.trials.scene_subject import CaseSubject, SceneSubject
 from gapbeam.studies.trials.starts import KeptBody, seated
 
 PERIODS = 100  # of a forcing, of which statistics need some dozens behind the burn-in
@@ -160,7 +159,8 @@ class CaseRates:
     @property
     def inputs(self) -> dict[str, Any]:
         """All that decides the rates."""
-        return dict(json.loads(self.case.model_dump_json()))
+        one = CaseSubject(self.case)
+        return one.tables | one.contents
 
     @cached_property
     def limits(self) -> Array:

@@ -23,10 +23,10 @@ from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.scene_file.scene_reader import scene_file
 from gapbeam.studies.life.case_rates import CaseRates, PointRates, SceneRates
-from gapbeam.studies.life.worn_case import PROFILES_FILE, KeptRuns, Profiles, of_faces, time_words
+from gapbeam.studies.life.worn_case import PROFILES_FILE, RUNS_FILE, KeptRuns, Profiles, of_faces, time_words
 from gapbeam.studies.life.worn_march import Array, Blocks, Worn, WornState, wear_to_limits
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder, study_written
+from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written
 from gapbeam.studies.trials.scene_subject import SceneSubject
 
 LIFE_FILE, TABLE_FILE = "life.json", "life.csv"
@@ -159,14 +159,14 @@ def run_life(
     rates = _rates_of(case, fixed)
     limits, local = rates.limits, rates if isinstance(rates, PointRates) else None
     faces = list(rates.names)
-    plan = {"case": rates.inputs, "tolerance": tolerance}
+    plan = StudyPlan({"case": rates.inputs, "tolerance": tolerance}, overwrite, (RUNS_FILE,))
 
     def seen(number: int) -> None:
         if progress is not None:
             progress(number, None)
 
-    with study_folder(folder):
-        kept = KeptRuns.of_folder(folder, plan, rates, seen, overwrite)
+    with study_folder(folder, plan=plan):
+        kept = KeptRuns.of_folder(folder, rates, seen)
         blocks, profiles = Blocks(1.0, tolerance, longest, runs), None
         if local is None:
             worn = wear_to_limits(kept, limits, blocks)

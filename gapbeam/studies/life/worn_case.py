@@ -16,16 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.report.study_json import read_object, read_records
+from gapbeam.postprocess.report.study_json import read_records
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import BaseAndGland, OneSupport
 from gapbeam.solver.system.semi_discrete import ContactOperator
 from gapbeam.studies.life.worn_march import Array, DepthRates, RateAt, Worn, WornState
-from gapbeam.studies.study_folder import REMEDY, differing, study_written
+from gapbeam.studies.study_folder import study_written
 
 
 def worn_case(case: Case, depths: Sequence[float], number: int = 0) -> Case:
@@ -145,7 +144,7 @@ def long_time(text: str) -> float | None:
     return float(parts[1]) * LETTERS[parts[2]]
 
 
-PLAN_FILE, RUNS_FILE = "plan.json", "runs.json"
+RUNS_FILE = "runs.json"
 KEYS = ("depths", "values", "low", "high", "verdicts")
 
 
@@ -168,33 +167,18 @@ class KeptRuns:
     taken: int = 0
 
     @classmethod
-    def of_folder(
-        cls, folder: Path, plan: dict[str, Any], rate_at: RateAt, seen: Callable[[int], None], overwrite: bool
-    ) -> KeptRuns:
+    def of_folder(cls, folder: Path, rate_at: RateAt, seen: Callable[[int], None]) -> KeptRuns:
         """Return the runs of a folder, or none where it is new.
 
         Args:
             folder: Folder of the study.
-            plan: Inputs of the runs.
             rate_at: Function that runs the case.
             seen: Called with the number of runs so far.
-            overwrite: Forget what is there.
 
         Raises:
-            UserError: The folder holds the life of another case.
             ResultsError: Its contents cannot be read.
         """
-        path, runs = folder / PLAN_FILE, folder / RUNS_FILE
-        if path.exists() and not overwrite:
-            if words := differing(read_object(path, remedy=REMEDY), plan):
-                raise UserError(
-                    f"{folder} holds the life of another case: {words}; expected the same case and options to go on "
-                    "with it. Choose another `output=`, or pass `overwrite=True` to begin anew"
-                )
-        else:
-            runs.unlink(missing_ok=True)
-            with study_written(path):
-                write_beside(path, json.dumps(plan, indent=1) + "\n")
+        runs = folder / RUNS_FILE
         return cls(runs, rate_at, seen, read_records(runs, KEYS) if runs.exists() else [])
 
     def __call__(self, depths: Array, number: int) -> DepthRates:

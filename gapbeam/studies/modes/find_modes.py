@@ -33,7 +33,9 @@ from gapbeam.studies.modes.theory_comparison import (
     spring_table,
 )
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder
+from gapbeam.studies.study_folder import StudyPlan, study_folder
+from gapbeam.studies.trials.scene_subject import CaseSubject
+from gapbeam.studies.trials.subject import shared_inputs
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -95,6 +97,7 @@ def find_modes(
     count: int = COUNT,
     measured: Mapping[int, float] | None = None,
     accuracy: float = ACCURACY,
+    overwrite: bool = False,
 ) -> ModesResult:
     """Find the modes of the seated beam and the end springs that reproduce them, or those measured.
 
@@ -105,14 +108,17 @@ def find_modes(
         count: Bending modes, at least 2.
         measured: Measured frequencies by mode, Hz; None: none.
         accuracy: Standard deviation of a frequency, relative, for the intervals.
+        overwrite: Begin anew.
 
     Raises:
-        UserError: The folder cannot be written, or the case cannot be assembled.
+        UserError: The folder cannot be written or holds modes of other inputs, or the case cannot be assembled.
         NotConverged: The beam finds no seat.
 
     Collective.
     """
-    with study_folder(folder, comm):
+    settings = {"count": count, "measured": dict(measured or {}), "accuracy": accuracy}
+    inputs = shared_inputs([CaseSubject(case)]) | settings
+    with study_folder(folder, comm, StudyPlan(inputs, overwrite)):
         on_rank_zero(comm, lambda: _made(folder / SEATED))
         model = build_model(case, comm)
         states = held_modes(model, count, FITTED)

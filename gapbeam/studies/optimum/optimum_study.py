@@ -26,7 +26,7 @@ from gapbeam.solver.scene.scene_march import history
 from gapbeam.solver.schema.table import Number, Positive, Table, Whole
 from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder, study_written, write_table
+from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_table
 
 DOUBTFUL = 5
 SEARCH = "search.csv"
@@ -150,16 +150,18 @@ class OptimumResult(PrintedResult):
         return tables
 
 
-def run_optimum(study: OptimumStudy, one: PeriodicScene, folder: Path) -> OptimumResult:
+def run_optimum(study: OptimumStudy, one: PeriodicScene, folder: Path, plan: StudyPlan) -> OptimumResult:
     """Search from the response that a march from the seat comes to, and write tables and a picture.
 
     Args:
         study: As read.
         one: The scene of its case.
         folder: Folder for the files.
+        plan: Inputs of the search.
 
     Raises:
-        UserError: A path or figure cannot be, no load varies, or the response has no derivatives.
+        UserError: A path or figure cannot be, no load varies, the response has no derivatives, or the folder holds a
+            search of other inputs.
         NotConverged: No response repeats, it ends on the way, or no values keep the limits.
         NotWritten: A file could not be written.
     """
@@ -167,7 +169,7 @@ def run_optimum(study: OptimumStudy, one: PeriodicScene, folder: Path) -> Optimu
         raise UserError("optimize: no load of the case varies; expected loads that repeat after a period")
     period, steps = study.order * one.period, study.order * one.steps
     over = {free.path: free.range for free in study.free}
-    with study_folder(folder):
+    with study_folder(folder, plan=plan):
         found = optimize(
             one.scene, study.least, over, limits=study.limits, period=period, steps=steps, passes=study.passes,
             start=_response(study, one, period, steps),

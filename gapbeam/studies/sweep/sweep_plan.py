@@ -1,10 +1,8 @@
-"""Plan of a sweep, and its folder: finished points, and the refusal of a case that has changed."""
+"""Plan of a sweep, and the finished points in its folder."""
 
 from __future__ import annotations
 
-import json
 import re
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,12 +12,10 @@ from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.messages.errors import CaseError, UserError
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.studies.study_folder import REMEDY, StoredResponse, checked, differing, refuse_links
+from gapbeam.studies.study_folder import REMEDY, StoredResponse, StudyPlan, checked, refuse_links, study_written
 from gapbeam.studies.trials.axes import Axis, overrides_of, points_of
-from gapbeam.studies.trials.subject import Subject, read_subject
+from gapbeam.studies.trials.subject import Subject, read_subject, shared_inputs
 
-PLAN_FILE = "plan.json"
 POINTS = "points"
 FORMAT = 1
 AGAIN = "remove this file, and its response is computed again; the others stay"
@@ -155,39 +151,18 @@ def _check_carry(sweep: Sweep, subjects: Mapping[tuple[str, ...], Subject]) -> N
             )
 
 
-def prepare(sweep: Sweep, folder: Path, subjects: Sequence[Subject], overwrite: bool) -> int:
-    """Make the folder of a sweep, or continue the one that is there.
-
-    Args:
-        sweep: The sweep.
-        folder: Its folder.
-        subjects: Subjects at the points, as far as they have no faults.
-        overwrite: Remove what an earlier sweep left.
-
-    Returns:
-        The number of responses that are on disk already.
+def prepare(sweep: Sweep, folder: Path) -> int:
+    """Make the folder of the responses of a sweep, and return the number of those that are on disk already.
 
     Raises:
-        UserError: The folder holds another sweep: which key differs, and how; or it holds links.
-        ResultsError: Results of an earlier sweep cannot be read.
+        UserError: The folder holds links.
+        ResultsError: A response cannot be read, or belongs to another sweep.
+        NotWritten: The folder cannot be made.
     """
-    plan, path = _plan(sweep, subjects), folder / PLAN_FILE
-    refuse_links(folder, folder / POINTS)
-    if path.exists() and not overwrite:
-        words = differing(read_object(path, remedy=REMEDY), plan, _ARGUMENTS)
-        if words:
-            raise UserError(
-                f"{folder} holds another sweep: {words}; expected the same case and options to go on with it. "
-                "Choose another `output=`, or pass `overwrite=True` to begin anew"
-            )
-        _check_responses(sweep, folder)
-    try:
-        if overwrite and path.exists():
-            shutil.rmtree(folder / POINTS, ignore_errors=True)
-        (folder / POINTS).mkdir(parents=True, exist_ok=True)
-        write_beside(path, json.dumps(plan, indent=1) + "\n")
-    except OSError as error:
-        raise UserError(f"{folder} cannot be written ({error.strerror}); choose another `output=`") from error
+    refuse_links(folder / POINTS)
+    with study_written(folder / POINTS):
+        (folder / POINTS).mkdir(exist_ok=True)
+    _check_responses(sweep, folder)
     return len(finished(folder))
 
 
@@ -229,16 +204,17 @@ def point_file(folder: Path, task: Task, suffix: str = "json") -> Path:
     return folder / POINTS / f"{task.number:06d}.{suffix}"
 
 
-def _plan(sweep: Sweep, subjects: Sequence[Subject]) -> dict[str, Any]:
-    """Return the inputs of a sweep, key by key."""
-    swept = {axis.key for axis in sweep.axes}
-    plan: dict[str, Any] = {"format": FORMAT}
-    tables = [one.tables for one in subjects]
-    plan |= {key: value for key, value in tables[0].items() if all(table.get(key) == value for table in tables)}
-    plan |= subjects[0].contents
-    plan |= {f"values of {axis.key}": list(axis.values) for axis in sweep.axes}
-    plan |= {f"--{key}": getattr(sweep, name) for key, name in _OPTIONS.items()}
-    return {key: value for key, value in plan.items() if key not in swept}
+def plan_of(sweep: Sweep, subjects: Sequence[Subject], overwrite: bool) -> StudyPlan:
+    """Return the plan of a sweep.
+
+    Args:
+        sweep: The sweep.
+        subjects: Subjects at the points, as far as they have no faults.
+        overwrite: Remove what an earlier sweep left.
+    """
+    options = {f"--{key}": getattr(sweep, name) for key, name in _OPTIONS.items()}
+    inputs = {"format": FORMAT} | shared_inputs(subjects, sweep.axes) | options
+    return StudyPlan(inputs, overwrite, (POINTS,), _ARGUMENTS)
 
 
 _OPTIONS = {

@@ -43,6 +43,7 @@ from gapbeam.studies.sweep.sweep_plan import (
     Sweep,
     chains_of,
     finished,
+    plan_of,
     point_file,
     prepare,
     read_points,
@@ -332,8 +333,8 @@ def run_sweep(
         NotWritten: A response could not be written.
     """
     subjects = [entry for entry in read_points(wanted).values() if not isinstance(entry, CaseError)]
-    with study_folder(folder):
-        done = prepare(wanted, folder, subjects, overwrite)
+    with study_folder(folder, plan=plan_of(wanted, subjects, overwrite)):
+        done = prepare(wanted, folder)
         chains = chains_of(wanted, folder)
         total = sum(len(chain.tasks) for chain in chains)
         if done:

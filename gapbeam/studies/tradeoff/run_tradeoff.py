@@ -29,7 +29,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.results_folder import write_beside, write_summary
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder
+from gapbeam.studies.study_folder import StudyPlan, study_folder
 from gapbeam.studies.tradeoff.level_errors import (
     GROUPS,
     WHOLE,
@@ -43,6 +43,8 @@ from gapbeam.studies.tradeoff.level_errors import (
 )
 from gapbeam.studies.tradeoff.level_measurement import Level, MeasuredLevel
 from gapbeam.studies.tradeoff.tradeoff_study import TradeoffStudy, run_study
+from gapbeam.studies.trials.scene_subject import CaseSubject
+from gapbeam.studies.trials.subject import shared_inputs
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -334,6 +336,7 @@ def run_tradeoff(
     tolerance: float = TOLERANCE,
     minutes: float = MINUTES,
     report: Callable[[str], None] = LOG.info,
+    overwrite: bool = False,
 ) -> TradeoffResult:
     """Measure time, memory and error of models, meshes, steps and schemes of a case, and write the results.
 
@@ -344,14 +347,17 @@ def run_tradeoff(
         tolerance: Largest error that will do, as a fraction.
         minutes: Wall time that the study may take.
         report: Called with what is known beforehand and with what each level gave.
+        overwrite: Begin anew.
 
     Raises:
         CaseError: The case has faults.
-        UserError: Its forcing has no single frequency, its mesh cannot be refined, or the reference fails.
+        UserError: Its forcing has no single frequency, its mesh cannot be refined, the reference fails, or the folder
+            holds a trade-off of other inputs.
     """
     fixed = dict(fixed or {})
     read = read_case(case, fixed)
-    with study_folder(folder):
+    inputs = shared_inputs([CaseSubject(read)]) | {"tolerance": tolerance, "minutes": minutes}
+    with study_folder(folder, plan=StudyPlan(inputs, overwrite)):
         study = run_study(case, fixed, tolerance, minutes, report)
         return TradeoffResult(folder, study, tuple(write_study(folder, study, study_key(read))))
 
@@ -388,7 +394,7 @@ def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: boo
                 "rank, with the same keys replaced"
             )
         LOG.info("no trade-off of this case in %s: measured now, up to %g minutes", folder, minutes)
-        run_tradeoff(case, folder, fixed, tolerance, minutes)
+        run_tradeoff(case, folder, fixed, tolerance, minutes, overwrite=True)
         found = stored_choice(folder, read, tolerance)
         assert found is not None
     LOG.info("tolerance %g %%: %s, as measured in %s", 100.0 * tolerance, found.name, folder)

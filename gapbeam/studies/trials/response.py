@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -309,11 +307,8 @@ def run_grid(
 
     points = points_of(axes)
     works = [(case.absolute(), overrides_of(axes, point, fixed)) for point in points]
-    cases = [_read(work) for work in works]
-    if all(isinstance(one, CaseError) for one in cases):
-        read_case(*works[0])
-    sound = [one for one in cases if isinstance(one, Case)]
-    kept = None if journal is None else StudyJournal(journal, _plan(axes, sound))
+    sound = sound_cases(case, fixed, axes)
+    kept = None if journal is None else StudyJournal(journal)
     done = {} if kept is None else {place: Trial(**record) for place, record in kept.kept.items()}
     missing = [place for place in range(len(works)) if place not in done]
 
@@ -334,21 +329,17 @@ def run_grid(
     return [GridRow(point, done[place]) for place, point in enumerate(points)]
 
 
-def _read(work: tuple[Path, list[str]]) -> Case | CaseError:
-    try:
-        return read_case(*work)
-    except CaseError as error:
-        return error
+def sound_cases(case: Path, fixed: Sequence[str], axes: Sequence[Axis]) -> list[Case]:
+    """Read a case at every point of a grid, and return those without faults.
 
-
-def _plan(axes: Sequence[Axis], cases: Sequence[Case]) -> dict[str, Any]:
-    """Return the inputs of trials."""
-    tables = [case.model_dump(mode="json") for case in cases]
-    return {
-        "gapbeam": version("gapbeam"),
-        "axes": [[axis.key, *axis.values] for axis in axes],
-        "cases": hashlib.sha256(json.dumps(tables, sort_keys=True).encode()).hexdigest(),
-    }
+    Raises:
+        CaseError: The case has faults at every point; those of the first are reported.
+    """
+    points, found = points_of(axes), list[Case]()
+    for point in points:
+        with suppress(CaseError):
+            found.append(read_case(case.absolute(), overrides_of(axes, point, fixed)))
+    return found or [read_case(case.absolute(), overrides_of(axes, points[0], fixed))]
 
 
 def _lost(_work: tuple[Path, list[str]], words: str) -> Trial:

@@ -61,6 +61,16 @@ ROUND_OFF = 1e-11  # of the largest gap
 BODY = KeptBody()  # of this process
 
 
+def file_contents(tables: Mapping[str, Any]) -> dict[str, str]:
+    """Return checksums of the files that tables name, by dotted keys, where no key `checksum` stands beside."""
+    found = {}
+    for key, one in tables.items():
+        table, _, name = key.rpartition(".")
+        if name in FILES and isinstance(one, str) and f"{table}.checksum" not in tables and Path(one).is_file():
+            found[f"contents of {key}"] = checksum_of(Path(one))
+    return found
+
+
 class CaseSubject:
     """A case; a `Subject`.
 
@@ -87,10 +97,7 @@ class CaseSubject:
     @property
     def contents(self) -> dict[str, Any]:
         """See `Subject`."""
-        file = self.case.mesh.file
-        if file is None:
-            return {}
-        return {"contents of mesh.file": checksum_of(Path(file)) if Path(file).is_file() else None}
+        return file_contents(self.tables)
 
     @property
     def state_keys(self) -> dict[str, Any]:
@@ -257,9 +264,7 @@ class SceneSubject:
     @property
     def contents(self) -> dict[str, Any]:
         """See `Subject`."""
-        files = {key: one for key, one in self.tables.items() if key.rpartition(".")[2] in FILES}
-        named = {key: Path(one) for key, one in files.items() if isinstance(one, str)}
-        return {f"contents of {key}": checksum_of(path) for key, path in named.items() if path.is_file()}
+        return file_contents(self.tables)
 
     @property
     def state_keys(self) -> dict[str, Any]:

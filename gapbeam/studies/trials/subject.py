@@ -10,8 +10,10 @@ import xarray as xr
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.case_reader import is_scene, read_case
+from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.scene_file.scene_reader import scene_file
 from gapbeam.solver.system.operators import Array
+from gapbeam.studies.trials.axes import Axis
 from gapbeam.studies.trials.response import TrialResponse
 from gapbeam.studies.trials.scene_subject import CaseSubject, SceneSubject
 from gapbeam.studies.trials.starts import Start
@@ -101,12 +103,29 @@ class Subject(Protocol):
         """Return the end of a response from its arrays; None where this process has another basis than that one."""
 
 
-def read_subject(path: Path, overrides: Sequence[str]) -> Subject:
+def shared_inputs(subjects: Sequence[Subject], axes: Sequence[Axis] = ()) -> dict[str, Any]:
+    """Return all inputs of the responses of several subjects: tables that all share, files, and values of the axes.
+
+    Args:
+        subjects: Subjects at the points of a study, one or more.
+        axes: Axes of the study.
+    """
+    first, *others = (one.tables for one in subjects)
+    swept = {axis.key for axis in axes}
+    shared = {
+        key: value
+        for key, value in first.items()
+        if key not in swept and all(table.get(key) == value for table in others)
+    }
+    return shared | subjects[0].contents | {f"values of {axis.key}": list(axis.values) for axis in axes}
+
+
+def read_subject(path: Path, overrides: Overrides) -> Subject:
     """Read a case or a file of structures.
 
     Args:
         path: The file.
-        overrides: KEY=VALUE.
+        overrides: Keys that are replaced.
 
     Raises:
         CaseError: The file has faults.

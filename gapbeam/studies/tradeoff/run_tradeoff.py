@@ -356,8 +356,7 @@ def run_tradeoff(
     """
     fixed = dict(fixed or {})
     read = read_case(case, fixed)
-    inputs = shared_inputs([CaseSubject(read)]) | {"tolerance": tolerance, "minutes": minutes}
-    with study_folder(folder, plan=StudyPlan(inputs, overwrite)):
+    with study_folder(folder, plan=StudyPlan(shared_inputs([CaseSubject(read)]), overwrite)):
         study = run_study(case, fixed, tolerance, minutes, report)
         return TradeoffResult(folder, study, tuple(write_study(folder, study, study_key(read))))
 

@@ -146,7 +146,7 @@ class Figure(Table):
 
     elsewhere: ClassVar[Mapping[str, str]] = dict.fromkeys(
         ("probe", "point", "face", "support", "pair", "contact", "joint", "load"), "the key `place` has its name"
-    )
+    ) | {"value": 'the key `quantity` has what is taken, `statistic` how: "value" is that at a `time`'}
 
     name: Name = Field(description="unique name, in results", examples=["knock"])
     quantity: str = Field(

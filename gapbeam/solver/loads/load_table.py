@@ -34,6 +34,9 @@ class LoadTable(Table, ABC):
         default_sense: Sense along the bending axis without a direction: 1.0 up, -1.0 down.
     """
 
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "value": "a load has an `amplitude` or a `spectrum`, gravity an `acceleration`"
+    }
     static: ClassVar[bool] = False
     settles: ClassVar[bool] = False
     alone: ClassVar[bool] = False

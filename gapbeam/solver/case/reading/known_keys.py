@@ -171,9 +171,9 @@ def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case, value
         is_table = model is root and models_in(model.model_fields[word].annotation)
         return f"did you mean {header((word,), {}, root) if is_table else f'`{word}`'}?"
     word = near(name, every)
-    if not word:
-        return ""
     homes = [table for table in tables(root) if word in table.model.model_fields]
+    if not word or not (same(name, every) or any(fits(table.model, word, value) for table in homes)):
+        return ""
     here = {table.header for table in tables(root) if table.model is model}
     homes = [table for table in homes if table.header in here] or homes  # another type of the same table is nearest
     names = {table.strip("[]") for table in here}

@@ -65,7 +65,7 @@ def as_tables(comparison: RunComparison) -> list[Table]:
     """The comparison as tables in mm, g and N."""
     figures = Table("", "A", "B", "difference", title="Figures over the windows", title_justify="left", box=None)
     for row in comparison.rows:
-        unit, factor = shown(row.unit)
+        unit, factor = shown(row.unit, max(abs(row.a), abs(row.b)))
         cells = [_value(factor * x, factor * s) for x, s in zip((row.a, row.b), row.scatter, strict=True)]
         figures.add_row(
             f"{row.name}, {unit}", *cells, _percent(row.difference) + ("" if row.decides else " (reported only)")
@@ -100,7 +100,7 @@ def draw_comparison(comparison: RunComparison, path: Path) -> Path:
     with journal_style():
         figure, axes = panels(max(len(waves), 1), 2, height=1.6, width_ratios=[2.0, 1.0])
         for one, panel in zip(waves, axes[:, 0], strict=False):
-            unit, factor = shown(one.unit)
+            unit, factor = shown(one.unit, np.abs(np.concatenate([one.a, one.b])).max(initial=0.0))
             panel.plot(1e3 * one.time, factor * one.a, color=BLACK, lw=1.2, label=f"A: {names[0]}")
             panel.plot(1e3 * one.time, factor * one.b, color=VERMILION, lw=0.8, ls="--", label=f"B: {names[1]}")
             limits_around(panel, factor * np.concatenate([one.a, one.b]))

@@ -150,7 +150,7 @@ def test_each_support_has_its_own_limit(tmp_path: Path) -> None:
         assert found.exit_status == 0, found.headline()
         name = found.faces[found.worn.first or 0]
         assert name.startswith("slot_")
-        assert f"until {name} is worn by {limit:g} m" in found.headline()
+        assert f"until {name} is worn by {1e3 * limit:g} mm" in found.headline()
         stored = json.loads((tmp_path / f"{limit}" / "life.json").read_text())
         assert (stored["limit"], stored["limits"]) == (limit, [limit, limit, 1.0e-3])
         ends.append(found.worn.states[0].rates.values)

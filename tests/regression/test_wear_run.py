@@ -13,7 +13,7 @@ from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.sections.contact_section import wear_section
 from gapbeam.postprocess.results.columns_of_run import wear_of
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.case.case import case_to_toml
+from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.messages.errors import CaseError, UserError
 from gapbeam.solver.models.model import body_key
@@ -236,3 +236,42 @@ def test_contradictions_are_refused(name: str) -> None:
     tables = {key: value for key, value in (SLICE | RUBBING | {"contact": {}} | changes).items() if value is not None}
     with pytest.raises(CaseError, match=f"(?s){message}"):
         gapbeam.read_case(tables)
+
+
+@pytest.mark.parametrize("size", [1.0e-5, 1.0, 50.0])
+@pytest.mark.parametrize("noisy", [True, False])
+def test_what_does_not_slide_has_no_wear_rate(tmp_path: Path, size: float, noisy: bool) -> None:
+    """A rigid block pressed between plates moves straight up and down; a force beside its middle rocks and rubs it."""
+    second = size**0.5  # accelerations are those of gravity, at any size
+    shake = {"type": "base_motion", "amplitude": 4.0, "frequency": 40.0 / second}
+    spectrum = {"type": "white", "density": 0.04 * second, "high": 99.0 / second}
+    noise = {"type": "random", "quantity": "acceleration", "spectrum": spectrum}
+    weight = 7850.0 * 0.2 * 0.02**2 * size**3 * 9.81
+    force = {"type": "harmonic_force", "point": 0.15 * size, "amplitude": 0.1 * weight, "frequency": 20.0 / second}
+    stiffness = 3.0e3 * weight / size
+    plates = {"clearance": -4.0 * weight / stiffness, "support_stiffness": stiffness}
+    tables: dict[str, Any] = {
+        "beam": {"length": 0.2 * size, "thickness": 0.02 * size, "width": 0.02 * size},
+        "material": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0},
+        "model": {"type": "rigid"},
+        "support": [
+            {"name": "left", "from": 0.0, "to": 0.02 * size, **plates},
+            {"name": "right", "from": 0.18 * size, "to": 0.2 * size, **plates},
+        ],
+        "contact": {"law": {"type": "kelvin-voigt", "restitution": 0.5}},
+        "wear": {"coefficient": 2.0e-14},
+        "output": {"errors": "none"},
+        "time": {"end": second, "step": 1.0e-3 * second},
+    }
+    found = {}
+    for name, loads in {"straight": [], "rocked": [force]}.items():
+        case = Case.model_validate({**tables, "load": [{"type": "gravity"}, noise if noisy else shake, *loads]})
+        outcome = gapbeam.run(case, output=tmp_path / name)
+        assert outcome.exit_status == 0, outcome.message
+        found[name] = outcome.summary["wear"]["faces"]
+    for one in found["straight"].values():
+        assert one["work_rate"]["value"] == one["volume_rate"]["value"] == one["work"] == 0.0
+        assert one["verdict"] == ("no event" if noisy else one["verdict"])
+    for one in found["rocked"].values():
+        assert one["work_rate"]["value"] > 1e-9 * weight * size / second
+        assert one["verdict"] != "no event"

@@ -157,7 +157,7 @@ def draw_orbits(
     columns = min(len(names), IN_A_ROW)
     figure, axes = panels(rows, columns, height=2.6 if columns < IN_A_ROW else 1.9)
     before = history["time"].values < start
-    unit, factor = shown("m")
+    unit, factor = shown("m", farthest(history))
     for panel, name in zip(axes.flat, names, strict=False):
         path = np.stack([history["displacement"].sel(probe=name, component=axis).values for axis in "yz"], axis=1)
         y, z = factor * (path - shifts.get(name, 0.0)).T

@@ -38,7 +38,7 @@ def draw_amplitude_spectrum(analysis: Analysis, highest: int = 10) -> Figure:
             _lines(panel, smoothed, BLACK, "moving average")
             _marks(panel, smoothed, BLACK, filled=False)
             figure.legend(*panel.get_legend_handles_labels(), loc="outside upper right", ncols=2)
-        unit, _ = shown(one.signal.unit)
+        unit, _ = one.display
         panel.set_xlabel("frequency (Hz)")
         panel.set_ylabel(f"amplitude of {one.signal.name} ({unit})")
         _limits(panel, [part for part in (one, smoothed) if part is not None], frequency, highest)
@@ -51,7 +51,7 @@ def draw_amplitude_spectrum(analysis: Analysis, highest: int = 10) -> Figure:
 def _lines(panel: Axes, one: SignalAnalysis, color: str, label: str) -> None:
     lines = one.spectrum
     assert lines is not None
-    _, factor = shown(one.signal.unit)
+    _, factor = one.display
     panel.semilogy(
         lines.frequency[1:],
         np.maximum(factor * lines.amplitude[1:], 1e-300),
@@ -62,7 +62,7 @@ def _lines(panel: Axes, one: SignalAnalysis, color: str, label: str) -> None:
 
 
 def _marks(panel: Axes, one: SignalAnalysis, color: str, filled: bool) -> None:
-    _, factor = shown(one.signal.unit)
+    _, factor = one.display
     for row in one.harmonics:
         whole = row.order.denominator == 1
         if not whole and not filled:
@@ -85,10 +85,10 @@ def _limits(panel: Axes, parts: list[SignalAnalysis], frequency: float | None, h
     for one in parts:
         lines = one.spectrum
         assert lines is not None
-        amplitude = shown(one.signal.unit)[1] * lines.amplitude[1:][lines.frequency[1:] <= limit]
+        amplitude = one.display[1] * lines.amplitude[1:][lines.frequency[1:] <= limit]
         tops.append(float(amplitude.max()))
         floors.append(float(np.median(amplitude)))
-        floors += [shown(one.signal.unit)[1] * row.amplitude for row in one.harmonics]
+        floors += [one.display[1] * row.amplitude for row in one.harmonics]
     top = max(tops) or 1.0
     floor = max(min([value for value in floors if value > 0.0] or [top]), 10.0**-_DECADES * top)
     panel.set_ylim(0.3 * min(floor, 1e-2 * top), 2.5 * top)
@@ -133,7 +133,7 @@ def draw_time_history(analysis: Analysis, zoom: int = 3) -> Figure:
         if frequency is not None:  # each record to its own end
             span = enlarged_span(row.signal.time, row.signal.values, frequency, zoom)
         signal, last = row.signal, row.signal.between(*span)
-        unit, factor = shown(signal.unit)
+        unit, factor = row.display
         smoothed = analysis.smoothed.signal if analysis.smoothed and row is analysis.acceleration else None
         for panel, part in ((whole, signal), (end, last)):
             if smoothed is None:
@@ -186,7 +186,7 @@ def draw_period_peaks(analysis: Analysis) -> Figure:
     rows = [(name, one) for name, one in rows if one.per_period is not None]
     figure, axes = panels(1, len(rows), height=2.1, sharex=True)
     for panel, (name, one) in zip(axes[0], rows, strict=True):
-        unit, factor = shown(one.signal.unit)
+        unit, factor = one.display
         table = one.per_period
         assert table is not None
         panel.plot(table.period, factor * table.maximum, "o-", color=BLACK, ms=2.6, lw=0.6, label="maximum")
@@ -223,7 +223,7 @@ def draw_phase_portrait(analysis: Analysis) -> Figure:
     assert analysis.velocity is not None
     displacement, velocity = analysis.displacement.signal, analysis.velocity.signal
     section, found = analysis.section, analysis.periodicity
-    (length_unit, length), (speed_unit, speed) = shown(displacement.unit), shown(velocity.unit)
+    (length_unit, length), (speed_unit, speed) = analysis.displacement.display, analysis.velocity.display
     figure, axes = panels(1, 1 if section is None else 2, height=2.6)
     portrait = axes[0][0]
     start = analysis.settled_since()

@@ -16,6 +16,7 @@ from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path
 from matplotlib.transforms import IdentityTransform
 
+from gapbeam.postprocess.display_units import length_words
 from gapbeam.postprocess.results.columns_of_run import supports_of, wall_motions
 from gapbeam.postprocess.results.field_reader import Fields, Frame
 from gapbeam.postprocess.results.results import Results
@@ -346,7 +347,7 @@ class Studio:
             if forces[strongest] < _NEARLY * force:
                 remark += f"; between fields {force:.4g} N at {1e3 * time:.4g} ms"
         farthest = int(np.argmax(np.abs(motion.tip)))
-        tip = f"{1e3 * motion.tip[farthest]:.4g} mm".replace("-", "−")
+        tip = length_words(float(motion.tip[farthest]))
         return {
             "largest_contact_force": (strongest, remark),
             "largest_displacement": (farthest, f"largest displacement of the free end of all fields: {tip}"),

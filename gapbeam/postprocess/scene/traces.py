@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from gapbeam.postprocess.display_units import length_words
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.signals.signal import face_signal, probe_signal
 from gapbeam.solver.messages.wording import counted
@@ -104,6 +106,7 @@ class Caption:
         support: Factor and clearance of the picture of the support.
         forcing_frequency: Hz; None shows the time only.
         cadence: One line about the times shown; "" for none.
+        digits: Digits behind the point of times in ms.
     """
 
     title: str
@@ -111,10 +114,11 @@ class Caption:
     support: str
     forcing_frequency: float | None
     cadence: str
+    digits: int = 2
 
     def clock(self, time: float) -> str:
         """Time, and forcing periods and phase since t = 0."""
-        text = f"t = {1e3 * time:.2f} ms"
+        text = f"t = {1e3 * time:.{self.digits}f} ms"
         if self.forcing_frequency is None:
             return text
         periods = time * self.forcing_frequency + _SLACK
@@ -145,9 +149,10 @@ def caption_of(
     return Caption(
         title=title,
         whole=f"displacement × {scales[0]:g}, clearance × {scales[0]:g}{along}",
-        support=f"displacement × {scales[1]:g}, clearance ({1e3 * clearance:.4g} mm) × {scales[1]:g}",
+        support=f"displacement × {scales[1]:g}, clearance ({length_words(clearance)}) × {scales[1]:g}",
         forcing_frequency=forcing_frequency,
         cadence=_cadence(times, forcing_frequency, frames_per_second),
+        digits=2 if times.size < 2 else max(2, 1 - math.floor(math.log10(1e3 * float(np.median(np.diff(times)))))),
     )
 
 

@@ -90,6 +90,11 @@ class SignalAnalysis:
     spectrum: Spectrum | None
     harmonics: tuple[HarmonicLine, ...]
 
+    @property
+    def display(self) -> tuple[str, float]:
+        """The unit in which the signal is shown, by its largest value, and the factor to it."""
+        return shown(self.signal.unit, max(abs(self.peaks.minimum), abs(self.peaks.maximum)))
+
 
 @dataclass(frozen=True)
 class Analysis:
@@ -305,23 +310,21 @@ def as_data(analysis: Analysis) -> dict[str, Any]:
 
 
 def _peak_rows(analysis: Analysis) -> list[str]:
-    rows = ["Peaks", f"  {'':24}{'minimum':>12}{'at s':>10}{'maximum':>12}{'at s':>10}{'peak to peak':>14}"]
+    rows = ["Peaks", f"  {'':24}{'minimum':>12}{'at s':>12}{'maximum':>12}{'at s':>12}{'peak to peak':>14}"]
     for name, one in analysis.signals.items():
-        unit, factor = shown(one.signal.unit)
+        unit, factor = _plain(one)
         found = one.peaks
         rows.append(
-            f"  {f'{name}, {unit}':24}{factor * found.minimum:12.5g}{found.time_of_minimum:10.4f}"
-            f"{factor * found.maximum:12.5g}{found.time_of_maximum:10.4f}{factor * found.peak_to_peak:14.5g}"
+            f"  {f'{name}, {unit}':24}{factor * found.minimum:12.5g}{found.time_of_minimum:12.5g}"
+            f"{factor * found.maximum:12.5g}{found.time_of_maximum:12.5g}{factor * found.peak_to_peak:14.5g}"
         )
     with_periods = [
-        (name, shown(one.signal.unit)[0], one.per_period, shown(one.signal.unit)[1])
-        for name, one in analysis.signals.items()
-        if one.per_period is not None
+        (name, *_plain(one), one.per_period) for name, one in analysis.signals.items() if one.per_period is not None
     ]
     if with_periods:
         rows += ["", "Peak to peak in a forcing period, over the last half of the periods"]
         rows.append(f"  {'':24}{'median':>12}{'smallest':>12}{'largest':>12}")
-    for name, unit, table, factor in with_periods:
+    for name, unit, factor, table in with_periods:
         values = factor * table.peak_to_peak[-max(1, table.period.size // 2) :]
         rows.append(f"  {f'{name}, {unit}':24}{np.median(values):12.5g}{values.min():12.5g}{values.max():12.5g}")
     return rows
@@ -329,15 +332,13 @@ def _peak_rows(analysis: Analysis) -> list[str]:
 
 def _harmonic_rows(analysis: Analysis) -> list[str]:
     columns = {name: one for name, one in analysis.signals.items() if one.harmonics}
-    heads = "".join(f"{f'{name}, {shown(one.signal.unit)[0]}':>28}" for name, one in columns.items())
+    heads = "".join(f"{f'{name}, {_plain(one)[0]}':>28}" for name, one in columns.items())
     rows = ["Amplitudes of harmonics", f"  {'order':>6}{'Hz':>10}{heads}"]
     by_order = {name: {row.order: row for row in one.harmonics} for name, one in columns.items()}
     orders = sorted({order for table in by_order.values() for order in table})
     for order in orders:
         frequency = float(order) * (analysis.forcing_frequency or 0.0)
-        cells = "".join(
-            f"{_cell(by_order[name].get(order), shown(one.signal.unit)[1]):>28}" for name, one in columns.items()
-        )
+        cells = "".join(f"{_cell(by_order[name].get(order), _plain(one)[1]):>28}" for name, one in columns.items())
         rows.append(f"  {order!s:>6}{frequency:10.5g}{cells}")
     rest = "".join(f"{distortion(one.harmonics):28.4g}" for one in columns.values())
     rows.append(f"  {'higher harmonics/first':>16}{rest[6:]}")
@@ -347,6 +348,12 @@ def _harmonic_rows(analysis: Analysis) -> list[str]:
         if one.spectrum is not None
     )
     return [*rows, f"  spans: {spans}"]
+
+
+def _plain(one: SignalAnalysis) -> tuple[str, float]:
+    """Return the unit of a signal in plain letters, for terminals, and the factor to it."""
+    unit, factor = one.display
+    return unit.replace("µ", "u"), factor
 
 
 def _cell(row: HarmonicLine | None, factor: float) -> str:

@@ -70,6 +70,7 @@ def doubts_of(model: Model, accounts: Accounts) -> Doubts:
     time = model.case.time
     step = accounts.tally.shortest if time.adaptive else model.step
     ended = dict(zip(model.system.contact.face_names, accounts.impacts.ended, strict=True))
+    rubbed = {} if (work := accounts.sliding.by_face) is None else dict(zip(ended, work, strict=True))
     noise, struck = has_statistics(model.case), model.system.contact.slip_modes.impact_time
     return Doubts(
         {face: missed_share(one, step) for face, one in ended.items()},
@@ -77,6 +78,7 @@ def doubts_of(model: Model, accounts: Accounts) -> Doubts:
         {face: float(np.median(one.rows[:, DURATION])) / step for face, one in ended.items() if one.count},
         time.scheme.measured_bias if noise else (),
         struck / step if struck > 0.0 else inf,
+        frozenset(face for face, done in rubbed.items() if done <= accounts.ledger.round_off),
     )
 
 
@@ -290,8 +292,8 @@ def wear_figures(
     model: Model,
     accounts: Accounts,
     statistics: Mapping[str, Any] | None,
-    gathered: RunStatistics | None = None,
-    too_few_steps: str | None = None,
+    gathered: RunStatistics | None,
+    doubts: Doubts,
 ) -> dict[str, Any] | None:
     """Return the figures of wear for the summary; None for a case without [wear].
 
@@ -299,8 +301,8 @@ def wear_figures(
         model: Model of the run.
         accounts: Accounts at the end of the run.
         statistics: Statistics in the summary; None: the run has none.
-        gathered: Gathered records that the statistics come from.
-        too_few_steps: Value of `Doubts`: how many steps an impact has and needs; None: it has enough.
+        gathered: Gathered records that the statistics come from; None: there are none.
+        doubts: Doubts on the statistics.
     """
     wear, work, parts = model.case.wear, accounts.sliding.by_face, accounts.sliding.parts_by_face
     if wear is None or work is None or parts is None:
@@ -309,7 +311,8 @@ def wear_figures(
     faces = {}
     maps = _largest(model, gathered)
     for (face, of_case), done, of_face in zip(face_wear(model.case).items(), work, parts, strict=True):
-        figure = intervals.get(f"face.{face}.{WORK_RATE}")
+        slides = float(face not in doubts.still)
+        figure, done, of_face = intervals.get(f"face.{face}.{WORK_RATE}"), slides * done, slides * of_face
         by_mode: dict[str, Any] = {"work_by_mode": dict(zip(SLIP_MODES, of_face.tolist(), strict=True))}
         by_mode["work_rate_by_mode"] = {
             mode: work_rate(float(part), accounts.time, intervals.get(f"face.{face}.{name}"))
@@ -318,11 +321,12 @@ def wear_figures(
         faces[face] = (
             {"work": float(done), "coefficient": of_case.coefficient, "area": of_case.area}
             | by_mode
-            | _of_map(maps.get(face), of_case.coefficient)
+            | _of_map(maps.get(face) if slides else None, of_case.coefficient)
             | all_rates(work_rate(float(done), accounts.time, figure), of_case.coefficient, of_case.area)
         )
     limits = model.system.contact.slip_modes._asdict()
-    doubt = None if too_few_steps is None else f"its parts are not resolved: wear.impact_time {too_few_steps}"
+    few = doubts.too_few_steps
+    doubt = None if few is None else f"its parts are not resolved: wear.impact_time {few}"
     return {"area": wear.area, "seconds": accounts.time, **limits, "parts_doubt": doubt, "faces": faces}
 
 
@@ -384,7 +388,7 @@ def describe_march(
         if rule is not None:
             summary["statistics"]["until"] = rule.judge(statistics, accounts.time, consumers.met, doubts)
         LOG.info("%s", in_words(summary["statistics"]))
-    worn = wear_figures(model, accounts, summary.get("statistics"), statistics, doubts.too_few_steps)
+    worn = wear_figures(model, accounts, summary.get("statistics"), statistics, doubts)
     if worn is not None:
         summary["wear"] = worn
         LOG.info("%s", wear_words(worn))

@@ -7,6 +7,7 @@ from math import inf
 from textwrap import wrap
 from typing import Any, NamedTuple
 
+from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.signals.figure_names import (
     AXIAL_STRESS,
     DISPLACEMENT,
@@ -121,15 +122,18 @@ def _row(one: FigureError) -> ClosingRow:
     over = ""
     if one.window and one.name.endswith(f" {MEAN_FORCE}"):
         over = f" over {1e3 * one.window:.3g} ms" if one.window >= LEAST_IN_MS else f" over {1e6 * one.window:.3g} us"
-    return ClosingRow(one.name + over, with_unit(one.value, one.unit), plus_minus(one), verdict)
+    beside = one.error if one.error is not None and one.relative is None else 0.0
+    return ClosingRow(one.name + over, with_unit(one.value, one.unit, largest=beside), plus_minus(one), verdict)
 
 
 def _statistic(one: Mapping[str, Any], since: str = "") -> ClosingRow:
     """Return the row of a statistic: its part of the run, its 95 % interval, and the doubt about it, if any."""
     unit = one["unit"]
     verdict = one["verdict"] if one["verdict"] != "good" else usable(one["relative"])
-    interval = "" if one["relative"] is None else f"{with_unit(one['low'], unit)} to {with_unit(one['high'], unit)}"
-    return ClosingRow(one["name"] + since, with_unit(one["value"], unit), interval, verdict)
+    if one["relative"] is None:
+        return ClosingRow(one["name"] + since, with_unit(one["value"], unit), "", verdict)
+    value, low, high = (with_unit(one[end], unit, largest=one["high"]) for end in ("value", "low", "high"))
+    return ClosingRow(one["name"] + since, value, f"{low} to {high}", verdict)
 
 
 def plus_minus(one: FigureError) -> str:
@@ -137,15 +141,21 @@ def plus_minus(one: FigureError) -> str:
     if one.error is None or one.untouched:
         return "not known"
     if one.relative is None:
-        return f"+- {with_unit(one.error, one.unit, 2)}"
+        return f"+- {with_unit(one.error, one.unit, 2, one.value)}"
     percent = 100.0 * one.relative
     if percent < LEAST_SHOWN:
         return f"+- less than {LEAST_SHOWN:g} %"
     return f"+- {percent:.0f} %" if percent >= 10.0 else f"+- {percent:.2g} %"
 
 
-def with_unit(value: float, unit: str, digits: int = 3) -> str:
-    """Return a value with its unit; lengths in mm."""
-    if unit == "m" and abs(value) < 1.0:
-        return f"{1e3 * value:.{digits}g} mm"
-    return f"{value:.{digits}g} {unit}".removesuffix(" 1")
+def with_unit(value: float, unit: str, digits: int = 3, largest: float = 0.0) -> str:
+    """Return a value with its unit, for terminals; lengths in m, mm, um or nm.
+
+    Args:
+        value: The value, SI.
+        unit: SI unit.
+        digits: Significant digits.
+        largest: Largest value beside it, which decides the unit of lengths together with it, SI.
+    """
+    written, factor = shown(unit, max(abs(value), abs(largest))) if unit == "m" else (unit, 1.0)
+    return f"{factor * value:.{digits}g} {written.replace('µ', 'u')}".removesuffix(" 1")

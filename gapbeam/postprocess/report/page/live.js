@@ -4,7 +4,7 @@
   const KEPT = 4000, CHUNK = 6, PERIODS = 8, SECONDS = 8;  // samples of a picture; ms of marching a frame; shown; until a picture is new
   const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const { ticks } = window.gapbeam;
-  const shown = (value) => Number(value.toPrecision(3)).toString().replace("-", "−");
+  const shown = (value, digits = 3) => Number(value.toPrecision(digits)).toString().replace("-", "−");
 
   for (const figure of document.querySelectorAll("figure.live")) start(figure);
 
@@ -45,7 +45,7 @@
         part(`${name}-value`).textContent = `${value} (${shown(factor)} × the run's)`;
       }
     }
-    const words = (value, unit) => (unit === "m" ? `${shown(1e3 * value)} mm` : `${shown(value)} ${unit.replace("m/s2", "m/s²")}`);
+    const words = (value, unit) => (unit === "m" ? (Math.abs(value) < 1e-5 ? `${shown(1e6 * value)} µm` : `${shown(1e3 * value)} mm`) : `${shown(value)} ${unit.replace("m/s2", "m/s²")}`);
 
     function reset() {
       numbers.fill(0);
@@ -65,7 +65,7 @@
       }
       samples.splice(0, samples.length - KEPT);
       part("now").textContent = broken ? "The contact forces of a step did not converge: begin again."
-        : `t = ${samples[samples.length - 1][0].toFixed(3)} s`;
+        : `t = ${shown(samples[samples.length - 1][0], 5)} s`;
     }
 
     function plot(canvas, across, up, heads) {

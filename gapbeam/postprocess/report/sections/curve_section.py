@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import length_words, shown
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -70,7 +70,7 @@ def curve_section(curve: Mapping[str, Any], command: str) -> ReportSection:
     """
     points: list[dict[str, Any]] = curve["points"]
     probes = [name.removesuffix(SUFFIX) for name in points[0] if name.endswith(SUFFIX)]
-    length, factor = shown("m")
+    length, factor = shown("m", max(point[probe + SUFFIX] for point in points for probe in probes))
     axis = f"{curve['key']} ({curve['unit']})"
     texts = [_point_words(point, curve) for point in points]
     motion, multiplier = list[ChartCurve](), list[ChartCurve]()
@@ -129,7 +129,7 @@ def _branch(
 def _point_words(point: Mapping[str, Any], curve: Mapping[str, Any]) -> str:
     text = [f"{curve['key']} = {point['value']:.6g} {curve['unit']}"]
     text += [
-        f"{name.removesuffix(SUFFIX)}: {1e3 * point[name]:.5g} mm peak to peak" for name in point if SUFFIX in name
+        f"{name.removesuffix(SUFFIX)}: {length_words(point[name], 5)} peak to peak" for name in point if SUFFIX in name
     ]
     text += [
         f"{name.removesuffix('.peak_force')}: {point[name]:.5g} N" for name in point if name.endswith(".peak_force")
@@ -139,7 +139,7 @@ def _point_words(point: Mapping[str, Any], curve: Mapping[str, Any]) -> str:
 
 
 def _probes(probes: Mapping[str, Mapping[str, Any]]) -> TableBlock:
-    unit, factor = shown("m")
+    unit, factor = shown("m", max(max(abs(one["mean"]), one["peak_to_peak"]) for one in probes.values()))
     most = max(len(one["harmonics"]) for one in probes.values())
     heads = (
         "probe",

@@ -44,8 +44,9 @@ def periodicity_section(analyses: Mapping[str, Analysis], command: str) -> Repor
         if one.periodicity is not None:
             level: Level = "passed" if one.periodicity.period is not None else "warning"
             blocks.append(Verdict(level, f"{probe}: {one.periodicity.verdict}"))
-    portrait = [curve for probe, one in analyses.items() for curve in _portrait(probe, one)]
-    strobe = [curve for probe, one in analyses.items() for curve in _strobe(probe, one)]
+    unit, length = _display(analyses, "displacement")
+    portrait = [curve for probe, one in analyses.items() for curve in _portrait(probe, one, length)]
+    strobe = [curve for probe, one in analyses.items() for curve in _strobe(probe, one, length)]
     probes = [probe for probe in analyses if any(curve.choice == probe for curve in portrait)]
     if not portrait:
         return None
@@ -53,7 +54,7 @@ def periodicity_section(analyses: Mapping[str, Analysis], command: str) -> Repor
         Chart(
             "Velocity over displacement, of the settled response or the last twelve forcing periods; once in every "
             "forcing period a point.",
-            f"displacement ({shown('m')[0]})", f"velocity ({shown('m/s')[0]})", portrait, command,
+            f"displacement ({unit})", f"velocity ({shown('m/s')[0]})", portrait, command,
             choices=probes, choice="probe",
         )
     )  # fmt: skip
@@ -61,7 +62,7 @@ def periodicity_section(analyses: Mapping[str, Analysis], command: str) -> Repor
         blocks.append(
             Chart(
                 "Displacement at the start of every forcing period: as many heights as the cycle has forcing periods.",
-                "forcing period", f"displacement ({shown('m')[0]})", strobe, command, choices=probes, choice="probe",
+                "forcing period", f"displacement ({unit})", strobe, command, choices=probes, choice="probe",
             )
         )  # fmt: skip
     return ReportSection("Periodicity", "periodicity", blocks)
@@ -75,20 +76,20 @@ def _is_long(analyses: Mapping[str, Analysis]) -> bool:
 
 def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: str) -> Chart | None:
     """Return a signal of every probe over the whole record, or over its last forcing periods."""
-    curves, size, unit = [], 0, "m"
+    curves, size = [], 0
+    unit, factor = _display(analyses, name)
     for probe, analysis in analyses.items():
         one = analysis.signals.get(name)
         if one is None:
             continue
         smoothed = analysis.smoothed if name == "acceleration" else None
-        unit = one.signal.unit
         span = enlarged_span(one.signal.time, one.signal.values, analysis.forcing_frequency, ZOOM)
         pairs = [(_RECORDED if smoothed else name, one)]
         pairs += [(_averaged(smoothed.signal), smoothed)] if smoothed else []
         for label, part in pairs:
             signal = part.signal.between(*span) if last else part.signal
             size = max(size, signal.time.size)
-            curves.append(_curve(label, signal, probe, 1e3 if last else 1.0))
+            curves.append(_curve(label, signal, probe, 1e3 if last else 1.0, factor))
     if not curves:
         return None
     frequency = next(iter(analyses.values())).forcing_frequency
@@ -96,7 +97,7 @@ def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: s
     return Chart(
         f"{name.capitalize()} {frame}, {end_words(frequency) if last else 'the whole record'}.{thinning_words(size)}",
         f"time ({'ms' if last else 's'})",
-        f"{name} ({shown(unit)[0]})",
+        f"{name} ({unit})",
         curves,
         command,
         choices=list(dict.fromkeys(str(curve.choice) for curve in curves)),
@@ -108,8 +109,15 @@ def _averaged(smoothed: Signal) -> str:
     return f"moving average over {1e3 * smoothed.width:.3g} ms"
 
 
-def _curve(label: str, signal: Signal, probe: str, scale: float) -> ChartCurve:
-    time, values = envelope(scale * signal.time, shown(signal.unit)[1] * signal.values, MOST)
+def _display(analyses: Mapping[str, Analysis], name: str) -> tuple[str, float]:
+    """Return the unit in which a signal of all probes is shown, by the largest of them, and the factor to it."""
+    found = [one for analysis in analyses.values() if (one := analysis.signals.get(name)) is not None]
+    largest = max(found, key=lambda one: max(abs(one.peaks.minimum), abs(one.peaks.maximum)), default=None)
+    return shown("m") if largest is None else largest.display
+
+
+def _curve(label: str, signal: Signal, probe: str, scale: float, factor: float) -> ChartCurve:
+    time, values = envelope(scale * signal.time, factor * signal.values, MOST)
     return ChartCurve(label, time, values, choice=probe)
 
 
@@ -117,7 +125,7 @@ def _peaks_table(analyses: Mapping[str, Analysis]) -> TableBlock:
     rows = []
     for probe, analysis in analyses.items():
         for name, one in analysis.signals.items():
-            unit, factor = shown(one.signal.unit)
+            unit, factor = one.display
             found = one.peaks
             rows.append(
                 (
@@ -144,29 +152,30 @@ def _per_period(analyses: Mapping[str, Analysis], command: str) -> list[Chart]:
     """Return the extremes of the smoothed acceleration, or the displacement, in every forcing period."""
     charts = []
     for name in ("displacement", "smoothed acceleration"):
-        curves, unit = [], "m"
+        curves = []
+        unit, factor = _display(analyses, name)
         for probe, analysis in analyses.items():
             one = analysis.signals.get(name)
             if one is None or one.per_period is None or one.per_period.period.size < FEWEST:
                 continue
-            unit, table = one.signal.unit, one.per_period
+            table = one.per_period
             for label, values in (("largest", table.maximum), ("smallest", table.minimum)):
-                curves.append(ChartCurve(label, table.period, shown(unit)[1] * values, "lines+markers", probe))
+                curves.append(ChartCurve(label, table.period, factor * values, "lines+markers", probe))
         if curves:
             charts.append(
                 Chart(
                     f"Largest and smallest {name} in every forcing period.",
-                    "forcing period", f"{name} ({shown(unit)[0]})", curves, command,
+                    "forcing period", f"{name} ({unit})", curves, command,
                     choices=list(dict.fromkeys(str(curve.choice) for curve in curves)), choice="probe",
                 )
             )  # fmt: skip
     return charts
 
 
-def _portrait(probe: str, analysis: Analysis) -> list[ChartCurve]:
+def _portrait(probe: str, analysis: Analysis, length: float) -> list[ChartCurve]:
     if analysis.section is None or analysis.displacement is None or analysis.velocity is None:
         return []
-    length, speed = shown("m")[1], shown("m/s")[1]
+    speed = shown("m/s")[1]
     start = analysis.settled_since()
     displacement, velocity = analysis.displacement.signal, analysis.velocity.signal
     first = int(np.searchsorted(displacement.time, start))
@@ -185,13 +194,13 @@ def _portrait(probe: str, analysis: Analysis) -> list[ChartCurve]:
     ]
 
 
-def _strobe(probe: str, analysis: Analysis) -> list[ChartCurve]:
+def _strobe(probe: str, analysis: Analysis, length: float) -> list[ChartCurve]:
     if analysis.section is None or analysis.forcing_frequency is None or analysis.displacement is None:
         return []
     if analysis.section.time.size < FEWEST:
         return []
     number = np.round(analysis.section.time * analysis.forcing_frequency)
-    heights = shown("m")[1] * analysis.section.displacement
+    heights = length * analysis.section.displacement
     return [ChartCurve("displacement", number, heights, "markers", probe)]
 
 
@@ -220,14 +229,15 @@ def spectra_section(analyses: Mapping[str, Analysis], command: str) -> ReportSec
 
 
 def _chart(analyses: Mapping[str, Analysis], names: tuple[str, ...], command: str) -> Chart | None:
-    curves, heights, unit, span = [], list[np.ndarray](), "", ""
+    curves, heights, span = [], list[np.ndarray](), ""
+    unit, factor = _display(analyses, names[0])
     for probe, analysis in analyses.items():
         for name in names:
             one = analysis.signals.get(name)
             if one is None or one.spectrum is None:
                 continue
-            unit, span = one.signal.unit, _span(one)
-            found = _curves(one, _LINES[name], probe, analysis.forcing_frequency)
+            span = _span(one)
+            found = _curves(one, _LINES[name], probe, analysis.forcing_frequency, (unit, factor))
             curves += found
             heights.append(np.concatenate([np.asarray(curve.y) for curve in found]))
     drawn = np.concatenate(heights) if heights else np.zeros(1)
@@ -238,7 +248,7 @@ def _chart(analyses: Mapping[str, Analysis], names: tuple[str, ...], command: st
     return Chart(
         f"Amplitudes of the {names[0]}{span}.",
         "frequency (Hz)",
-        f"amplitude ({shown(unit)[0]})",
+        f"amplitude ({unit})",
         curves,
         command,
         log_y=True,
@@ -248,10 +258,12 @@ def _chart(analyses: Mapping[str, Analysis], names: tuple[str, ...], command: st
     )
 
 
-def _curves(one: SignalAnalysis, label: str, probe: str, frequency: float | None) -> list[ChartCurve]:
+def _curves(
+    one: SignalAnalysis, label: str, probe: str, frequency: float | None, display: tuple[str, float]
+) -> list[ChartCurve]:
     lines = one.spectrum
     assert lines is not None
-    factor = shown(one.signal.unit)[1]
+    unit, factor = display
     limit = np.inf if frequency is None else HIGHEST * frequency
     band = (lines.frequency > 0.0) & (lines.frequency <= limit)
     drawn = envelope(lines.frequency[band], np.maximum(factor * lines.amplitude[band], 1e-300))
@@ -259,7 +271,7 @@ def _curves(one: SignalAnalysis, label: str, probe: str, frequency: float | None
     if one.harmonics:
         heights = [factor * row.amplitude for row in one.harmonics]
         texts = [
-            f"order {row.order}, {row.frequency:.6g} Hz: {height:.4g} {shown(one.signal.unit)[0]}"
+            f"order {row.order}, {row.frequency:.6g} Hz: {height:.4g} {unit}"
             for row, height in zip(one.harmonics, heights, strict=True)
         ]
         places = [row.frequency for row in one.harmonics]
@@ -285,10 +297,10 @@ def _harmonics(probe: str, analysis: Analysis) -> TableBlock | None:
         cells: list[Cell] = []
         for name, one in columns.items():
             amplitude = by_order[name].get(order)
-            cells.append(None if amplitude is None else shown(one.signal.unit)[1] * amplitude)
+            cells.append(None if amplitude is None else one.display[1] * amplitude)
         rows.append((str(order), float(order) * analysis.forcing_frequency, *cells))
     rest = ", ".join(f"{name} {distortion(one.harmonics):.4g}" for name, one in columns.items())
-    heads = (f"{name} ({shown(one.signal.unit)[0]})" for name, one in columns.items())
+    heads = (f"{name} ({one.display[0]})" for name, one in columns.items())
     return TableBlock(
         f"Amplitudes of the harmonics at the probe {probe}",
         ("order", "frequency (Hz)", *heads),

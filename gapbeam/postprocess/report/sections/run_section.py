@@ -135,7 +135,7 @@ def orbits_section(results: Results, command: str) -> ReportSection | None:
     supports = supports_of(results.summary, results.case)
     rooms = rooms_at_probes(results.case, supports, farthest(history))
     shifts = shifts_at_probes(results.case, supports, history)
-    unit, factor = shown("m")
+    unit, factor = shown("m", farthest(history))
     every = slice(None, None, -(-history.sizes["time"] // MOST))
     curves, names = [], [str(name) for name in history["probe"].values]
     for name in names:
@@ -432,13 +432,12 @@ def _waveforms(found: Mapping[str, RunComparison], first: str, command: str) -> 
     )
     charts: list[Block] = []
     for signal, unit in signals:
-        shown_unit, factor = shown(unit)
+        laid = [(name, one) for name, run in found.items() for one in run.overlays if one.name == signal]
+        shown_unit, factor = shown(unit, max(float(np.abs([one.a, one.b]).max()) for _, one in laid))
         curves = []
-        for name, comparison in found.items():
-            for one in comparison.overlays:
-                if one.name == signal:
-                    curves.append(ChartCurve(first, *envelope(1e3 * one.time, factor * one.a), choice=name))
-                    curves.append(ChartCurve("the other", *envelope(1e3 * one.time, factor * one.b), choice=name))
+        for name, one in laid:
+            curves.append(ChartCurve(first, *envelope(1e3 * one.time, factor * one.a), choice=name))
+            curves.append(ChartCurve("the other", *envelope(1e3 * one.time, factor * one.b), choice=name))
         charts.append(
             Chart(
                 f"{sentence(signal)} of {first} and of the run chosen, at the same phases of the forcing or, where "

@@ -193,12 +193,9 @@ def peak_rows(history: xr.Dataset) -> list[Row]:
 def _largest(history: xr.Dataset, record: str, values: xr.DataArray, words: str) -> list[Row]:
     """Return a row for each place of a record, from values over time at each."""
     (place,) = (dim for dim in values.dims if dim != "time")
-    units = [shown(unit_at(history, record, [str(name)])) for name in values[place].values]
-    return [
-        (words.format(name), factor * float(one), written)
-        for name, one, (written, factor) in zip(values[place].values, values.max("time").values, units, strict=True)
-        if np.isfinite(one)
-    ]
+    found = zip(values[place].values, values.max("time").values.tolist(), strict=True)
+    displays = ((n, one, *shown(unit_at(history, record, [str(n)]), one)) for n, one in found if np.isfinite(one))
+    return [(words.format(name), factor * one, written) for name, one, written, factor in displays]
 
 
 HEADER = (

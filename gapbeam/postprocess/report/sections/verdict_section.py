@@ -94,7 +94,7 @@ def errors_table(summary: Mapping[str, Any]) -> TableBlock | None:
 
 
 def _row(one: Mapping[str, Any]) -> tuple[Cell, ...]:
-    relative, (unit, factor) = one.get("relative_error"), shown(str(one.get("unit")))
+    relative, (unit, factor) = one.get("relative_error"), shown(str(one.get("unit")), one.get("value") or 0.0)
     return (
         str(one.get("name")),
         str(one.get("span")),
@@ -295,10 +295,15 @@ def result_figures(results: Results) -> list[Row]:
         ("largest penetration over the clearance", _of(summary, "penetration", "relative_to_clearance", 100.0), "%"),
         ("energy exchanged", _of(summary, "energy", "exchanged", _MILLI), "mJ"),
         ("impacts", _of(summary, "gates", "impacts"), ""),
-        *(("clearance" if alone else f"clearance of {one.name}", _MILLI * one.clearance, "mm") for one in supports),
+        *(_clearance("clearance" if alone else f"clearance of {one.name}", one.clearance) for one in supports),
         ("forcing frequency", results.forcing_frequency, "Hz"),
     ]
     return [row for row in rows if row[1] is not None]
+
+
+def _clearance(words: str, clearance: float) -> Row:
+    unit, factor = shown("m", clearance)
+    return words, factor * clearance, unit
 
 
 def cost_figures(results: Results) -> list[Row]:

@@ -74,6 +74,7 @@ class Doubts:
         contacts: Steps in the median contact, by face.
         table: Bias of the scheme; empty: not measured.
         impact_steps: Steps in the time at the begin of a contact that counts as its impact.
+        still: Faces whose work of sliding is within the round-off of the energy balance: nothing slides there.
     """
 
     missed: Mapping[str, float] = field(default_factory=dict)
@@ -81,6 +82,12 @@ class Doubts:
     contacts: Mapping[str, float] = field(default_factory=dict)
     table: tuple[NoiseBias, ...] = ()
     impact_steps: float = inf
+    still: frozenset[str] = frozenset()
+
+    def rests(self, name: str) -> bool:
+        """Return whether a figure is a work of sliding of a face on which nothing slides."""
+        owner, _, figure = name.rpartition(".")
+        return figure.endswith(WORK_RATE) and owner.removeprefix("face.") in self.still
 
     def bias(self, name: str) -> float | None:
         """Return about how far a figure is off by the scheme, relative; None: not known."""
@@ -147,7 +154,8 @@ class Doubts:
     def describe(self, names: list[str]) -> dict[str, Any]:
         """Return the entries of the summary for figures of these names."""
         biases = {name: found for name in names if (found := self.bias(name)) is not None}
-        counted = {} if self.impact_steps == inf else {"steps_in_impact": self.impact_steps}
+        counted: dict[str, Any] = {} if self.impact_steps == inf else {"steps_in_impact": self.impact_steps}
+        counted |= {"still": sorted(self.still)} if self.still else {}
         return {"energy": self.energy, "steps_in_contact": dict(self.contacts), **counted, "figures": biases}
 
     @classmethod
@@ -155,7 +163,8 @@ class Doubts:
         """Return the doubts on a part of a run, from the statistics in its summary; without the table of the scheme."""
         bias = statistics.get("scheme_bias") or {}
         missed, energy = statistics.get("missed_impacts") or {}, float(bias.get("energy") or 0.0)
-        return cls(missed, energy, impact_steps=float(bias.get("steps_in_impact") or inf))
+        steps, still = float(bias.get("steps_in_impact") or inf), frozenset(bias.get("still") or ())
+        return cls(missed, energy, impact_steps=steps, still=still)
 
 
 def energy_bias(ledger: Ledger) -> float:
@@ -206,7 +215,9 @@ class StatisticFigure:
     seconds: float
 
     def doubted(self, doubts: Doubts) -> StatisticFigure:
-        """Return the figure, which is not good where there are doubts on it."""
+        """Return the figure, which is not good where there are doubts on it, and 0 where it is round-off."""
+        if doubts.rests(self.name):
+            return replace(self, interval=Interval(0.0, 0.0, 0.0), verdict="no event")
         doubt = doubts.on(self.name, self.interval.relative) if self.verdict == "good" else None
         return self if doubt is None else replace(self, verdict=doubt)
 

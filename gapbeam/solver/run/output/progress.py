@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 import sys
 import time
 from collections.abc import Iterable, Iterator
@@ -91,7 +92,7 @@ class ProgressLine:
 
     def _place(self, now: float) -> str:
         if self._period is None:
-            return f"t = {now:.4f} of {self._end:g} s"
+            return f"t = {now:.{max(0, 4 - math.floor(math.log10(self._end)))}f} of {self._end:g} s"
         return f"period {now / self._period:.1f} of {self._end / self._period:.1f}"
 
 

@@ -1,0 +1,63 @@
+"""What is shown of scenes of any size, watch parts and ships alike: three digits of lengths, times that differ."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gapbeam.postprocess.display_units import length_words
+from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.signals.probe_analysis import analyze, as_text
+from gapbeam.solver.run.output.progress import ProgressLine
+from gapbeam.studies.error_estimate.closing_table import closing_table, with_unit
+from gapbeam.studies.error_estimate.figure_errors import FigureError
+from tests.unit.test_postprocess_synthetic import write_results
+
+METERS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "nm": 1e-9}
+CHANCE = np.random.default_rng(20260729)
+SIZES = (10.0 ** CHANCE.uniform(-9.0, 2.0, 24)).tolist()
+
+
+def meters(words: str) -> float:
+    """Return a length that stands in words, m."""
+    number, unit = words.split()[-2:]
+    return float(number) * METERS[unit]
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_lengths_keep_their_digits_and_no_row_of_zeros(size: float) -> None:
+    """With three digits and at most one zero behind the point, as the value and as its error in the unit of both."""
+    for words in (with_unit(size, "m"), with_unit(-size, "m").replace("-", ""), length_words(size, 3)):
+        assert meters(words) == pytest.approx(size, rel=5.01e-3)
+        assert "e" not in words
+        assert not re.search(r"0\.00", words)
+    one = FigureError("tip peak-to-peak displacement", "m", "whole run", size, 2.2 * size, {}, 0.0)
+    (row,) = closing_table([one], 1.0, True).rows
+    assert meters(row.interval) == pytest.approx(2.2 * size, rel=0.05)
+    assert row.interval.split()[-1] == row.value.split()[-1]
+
+
+@pytest.mark.parametrize(("size", "period"), zip(SIZES[:8], 10.0 ** CHANCE.uniform(-7.0, 2.0, 8), strict=True))
+def test_tables_of_a_motion_have_its_amplitude_and_times(tmp_path: Path, size: float, period: float) -> None:
+    """A sin(2 pi t / T) over 9.9 periods: its extremes by value and by time, whatever A and T."""
+    time = np.linspace(0.0, 9.9 * period, 9901)
+    motion = size * (1.0 + 1e-3 * time / time[-1]) * np.sin(2.0 * np.pi * time / period)  # the last peak is the highest
+    write_results(tmp_path / "run", time, {"displacement": motion}, frequency=1.0 / period)
+    text = as_text(analyze(open_results(tmp_path / "run")))
+    unit, numbers = re.findall(r"displacement, (\w+) +(.*)", text)[0]
+    lowest, low_at, highest, high_at, _ = map(float, numbers.split())
+    assert METERS[unit] * lowest == pytest.approx(-size, rel=2e-3)
+    assert METERS[unit] * highest == pytest.approx(size, rel=2e-3)
+    assert low_at == pytest.approx(9.75 * period, rel=1e-3)
+    assert high_at == pytest.approx(9.25 * period, rel=1e-3)
+
+
+@pytest.mark.parametrize("end", 10.0 ** CHANCE.uniform(-7.0, 4.0, 8))
+def test_the_progress_of_a_run_is_seen(end: float) -> None:
+    """Two hundredths of a run, one after the other, differ in words."""
+    progress = ProgressLine(end, None, quiet=True)
+    assert progress._place(0.37 * end) != progress._place(0.38 * end)
+    assert len(progress._place(0.37 * end)) < 30

@@ -25,7 +25,6 @@ SAID = (RESOLVED, f"the {LARGEST_FORCE} on ", "can be predicted up to")  # warni
 RANGE, COUNTED = " †", " counted"  # behind a number of impacts
 FINE = ("good", "rough", "no contact")  # verdicts of figures that may be used
 IMPULSES_ONLY = "the law is impulses, which act at once; a force of a step is the impulse over the step."
-NONE = "none"
 Summary = Mapping[str, Any]
 
 
@@ -66,7 +65,7 @@ def support_table(summary: Summary) -> TableBlock | None:
         if any("*" in str(row[1]) for row in rows)
         else []
     )
-    if any(row[1] == NONE for row in rows):
+    if set(faces) & set(impulsive_faces(summary)):
         notes.append(f"No peak force: {IMPULSES_ONLY} The last column judges the impulse.")
     turning = set((summary.get("scene") or {}).get("turning") or ())
     if turned := [face for face in faces if face in turning]:
@@ -98,7 +97,7 @@ def _peak(summary: Summary, face: str, figures: Mapping[str, Summary]) -> tuple[
         if one := figures.get(f"{face} {name}"):
             if one["value"] == 0.0 == one.get("error"):
                 return "0", "no contact"
-            return NONE if name == IMPULSE else f"{_figure(one)}{star}", usable(one.get("relative_error"))
+            return "none" if name == IMPULSE else f"{_figure(one)}{star}", usable(one.get("relative_error"))
     force = (summary.get("peak_contact_force") or {}).get(face)
     return ("", "") if force is None else (number(float(force), 3), "error not known")
 
@@ -187,9 +186,9 @@ def _unresolved(summary: Summary) -> Summary | None:
 def _refused(summary: Summary) -> list[str]:
     """Return the figures on the first screen, and in the table that closed the run, that may not be used."""
     rows = (summary.get("closing") or {}).get("rows") or ()
-    table = support_table(summary)
+    table, struck = support_table(summary), impulsive_faces(summary)
     peaks = [
-        f"{IMPULSE if row[1] == NONE else 'peak force'} on {row[0]}"
+        f"{IMPULSE if row[0] in struck else 'peak force'} on {row[0]}"
         for row in (table.rows if table else ())
         if row[-1] == REFUSED
     ]

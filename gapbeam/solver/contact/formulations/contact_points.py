@@ -31,6 +31,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, diags, identity, kron
 
 from gapbeam.solver.messages.errors import UserError
@@ -44,16 +45,34 @@ Place = float | tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class ResultantOperator(ContactOperator):
+class StationOperator(ContactOperator):
+    """G, w and g0 at points around sections that keep their shape: a rule along supports that is coarser than a mesh.
+
+    Attributes:
+        shares: Shares of a force on each among the quadrature points of the faces, (m, q); rows add up to 1.
+    """
+
+    shares: csr_matrix
+
+    def spread(self, forces: Array) -> Array:
+        """Return the forces at the quadrature points, (q, ...), N, for those at the points, (m, ...), N."""
+        return np.asarray(self._shared_by @ forces)
+
+    @cached_property
+    def _shared_by(self) -> csr_matrix:
+        """The transpose of `shares`, (q, m)."""
+        return self.shares.T.tocsr()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResultantOperator(StationOperator):
     """G, w and g0 of resultants at places of the faces.
 
     Attributes:
-        distributed: The operator at the quadrature points of the faces, q of them.
-        shares: P, (m, q); rows add up to 1.
+        distributed: The operator at the quadrature points of the faces, q of them; `shares` are P.
     """
 
     distributed: ContactOperator
-    shares: csr_matrix
 
     @property
     def area(self) -> float:
@@ -95,37 +114,12 @@ class ResultantOperator(ContactOperator):
 
     def spread(self, forces: Array) -> Array:
         """Return P^T f, the forces at the quadrature points, (q, ...), N, for resultants f, (m, ...), N."""
-        return self.distributed.spread(np.asarray(self._shared_by @ forces))
-
-    @cached_property
-    def _shared_by(self) -> csr_matrix:
-        """P^T, (q, m)."""
-        return self.shares.T.tocsr()
+        return self.distributed.spread(super().spread(forces))
 
 
 @dataclass(frozen=True, kw_only=True)
 class ElementOperator(ResultantOperator):
     """G, w and g0 at a few points of each element, whose motion follows from that at its points of the mesh."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class StationOperator(ContactOperator):
-    """G, w and g0 at points around sections that keep their shape: a rule along supports that is coarser than a mesh.
-
-    Attributes:
-        shares: Shares of a force on each among the quadrature points of the faces, (m, q); rows add up to 1.
-    """
-
-    shares: csr_matrix
-
-    def spread(self, forces: Array) -> Array:
-        """Return the forces at the quadrature points, (q, ...), N, for those at the points, (m, ...), N."""
-        return np.asarray(self._shared_by @ forces)
-
-    @cached_property
-    def _shared_by(self) -> csr_matrix:
-        """The transpose of `shares`, (q, m)."""
-        return self.shares.T.tocsr()
 
 
 def resultant_operator(contact: ContactOperator, places: Sequence[Place], size: float) -> ResultantOperator:
@@ -148,32 +142,38 @@ def resultant_operator(contact: ContactOperator, places: Sequence[Place], size: 
     faces = range(len(contact.face_names))
     weighted = np.concatenate([np.where(contact.faces == face, hats * contact.weights, 0.0) for face in faces])
     areas = weighted.sum(axis=1)
-    owners = np.repeat(faces, len(places))
     _no_patch_is_empty(contact, places, areas.reshape(-1, len(places)), size)
-    shares = csr_matrix(weighted / areas[:, None])
-    return ResultantOperator(
+    return mean_operator(contact, csr_matrix(weighted / areas[:, None]), areas, np.repeat(faces, len(places)))
+
+
+def mean_operator(
+    contact: ContactOperator, shares: csr_matrix, areas: ArrayLike, faces: Sequence[int] | Indices,
+    kind: type[ResultantOperator] = ResultantOperator,
+) -> ResultantOperator:  # fmt: skip
+    """Return the operator at means over points, P G, P g0, P T; with areas, m^2, and the index of each face, (m,)."""
+    tangents = contact.tangents
+    if tangents is not None:
+        tangents = csr_matrix(sliding_shares(shares, tangents.shape[0] // contact.size) @ tangents)
+    return kind(
         interface=contact.interface,
         gap_matrix=csr_matrix(shares @ contact.gap_matrix),
-        weights=areas,
+        weights=np.asarray(areas, dtype=float),
         initial_gap=np.asarray(shares @ contact.initial_gap),
-        faces=owners,
+        faces=np.asarray(faces),
         support=contact.support,
         positions=np.asarray(shares @ contact.positions),
-        tangents=mean_tangents(contact, shares),
+        tangents=tangents,
         frictionless=contact.frictionless,
         distributed=contact,
         shares=shares,
     )
 
 
-def mean_tangents(contact: ContactOperator, shares: csr_matrix) -> csr_matrix | None:
-    """Return the means of the motion along the face over the patches, direction by direction, (m k, interface.size).
-
-    None for an operator without T.
-    """
-    if contact.tangents is None:
-        return None
-    return csr_matrix(sliding_shares(shares, contact.tangents.shape[0] // contact.size) @ contact.tangents)
+def shares_of(rows: Sequence[tuple[Indices, Array]], count: int) -> csr_matrix:
+    """Return P, (m, count), from the points of each mean and their shares."""
+    points, shares = ([row[part] for row in rows] for part in (0, 1))
+    ends = np.cumsum([0, *map(len, points)])
+    return csr_matrix((np.concatenate(shares), np.concatenate(points), ends), (len(rows), count))
 
 
 def sliding_shares(shares: csr_matrix, directions: int) -> csr_matrix:
@@ -247,24 +247,9 @@ def whole_contact(contact: ContactOperator, areas: Sequence[float | None], on_li
         rows += found
         weights += [float(size) for size in sizes]
         owners += [number] * len(found)
-    ends = np.cumsum([0, *(len(points) for points, *_ in rows)])
-    shares = csr_matrix(
-        (np.concatenate([share for _, share, *_ in rows]), np.concatenate([points for points, *_ in rows]), ends),
-        (len(rows), contact.size),
-    )
-    return ResultantOperator(
-        interface=contact.interface,
-        gap_matrix=csr_matrix(shares @ contact.gap_matrix),
-        weights=np.array(weights),
-        initial_gap=np.array([gap for *_, gap, _ in rows]),
-        faces=np.array(owners),
-        support=contact.support,
-        positions=np.array([place for *_, place in rows]),
-        tangents=mean_tangents(contact, shares),
-        frictionless=contact.frictionless,
-        distributed=contact,
-        shares=shares,
-    )
+    means = mean_operator(contact, shares_of([row[:2] for row in rows], contact.size), weights, owners)
+    gaps, places = np.array([gap for *_, gap, _ in rows]), np.array([place for *_, place in rows])
+    return replace(means, initial_gap=gaps, positions=places)
 
 
 def _kept(contact: ContactOperator, point: int) -> Row:

@@ -41,7 +41,12 @@ from gapbeam.solver.assembly.gauss_rule import gauss_rule
 from gapbeam.solver.case.case import Beam, Case
 from gapbeam.solver.case.model_choice import line_radii
 from gapbeam.solver.case.solution_tables import ELEMENTS_IN_SUPPORT
-from gapbeam.solver.contact.formulations.contact_points import ElementOperator, ResultantOperator, mean_tangents
+from gapbeam.solver.contact.formulations.contact_points import (
+    ElementOperator,
+    ResultantOperator,
+    mean_operator,
+    shares_of,
+)
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import apart
 from gapbeam.solver.models.reduction.modal_basis import Basis
@@ -95,40 +100,9 @@ def across_lines(
                 rows.append((line, row))
                 areas.append(area)
                 owners.append(face)
-    return _at_means(contact, rows, areas, owners)
-
-
-def _at_means(
-    contact: ContactOperator,
-    rows: list[tuple[Indices, Array]],
-    areas: list[float],
-    owners: list[int],
-    kind: type[ResultantOperator] = ResultantOperator,
-) -> ContactOperator:
-    """Return the operator at means over points, whose shares are `rows`; the same where these are no fewer."""
     if len(rows) >= contact.size:
         return contact
-    shares = csr_matrix(
-        (
-            np.concatenate([row for _, row in rows]),
-            np.concatenate([line for line, _ in rows]),
-            np.cumsum([0, *(len(line) for line, _ in rows)]),
-        ),
-        (len(rows), contact.size),
-    )
-    return kind(
-        interface=contact.interface,
-        gap_matrix=csr_matrix(shares @ contact.gap_matrix),
-        weights=np.array(areas),
-        initial_gap=np.asarray(shares @ contact.initial_gap),
-        faces=np.array(owners),
-        support=contact.support,
-        positions=np.asarray(shares @ contact.positions),
-        tangents=mean_tangents(contact, shares),
-        frictionless=contact.frictionless,
-        distributed=contact,
-        shares=shares,
-    )
+    return mean_operator(contact, shares_of(rows, contact.size), areas, owners)
 
 
 ALONG = 4  # points on a line along an element, whose motion is a cubic
@@ -170,7 +144,9 @@ def along_elements(contact: ContactOperator, spans: Sequence[tuple[float, float]
             rows += [(line, row) for row in shares]
             areas += list(sizes)
             owners += [face] * len(sizes)
-    return contact if 2 * len(rows) > contact.size else _at_means(contact, rows, areas, owners, ElementOperator)
+    if 2 * len(rows) > contact.size:
+        return contact
+    return mean_operator(contact, shares_of(rows, contact.size), areas, owners, ElementOperator)
 
 
 def _along(contact: ContactOperator, points: Indices, nodes: Array) -> list[Indices]:
@@ -375,16 +351,8 @@ def points_around(contact: ContactOperator, places: Array, areas: Array, faces: 
     gaps = np.empty(len(spots))
     for face, met in enumerate(contact.support.faces):
         gaps[owned == face] = met.gaps(spots[owned == face])
-    ends = np.cumsum([0, *(len(line) for line, _ in shares)])
-    columns = (np.concatenate([share for _, share in shares]), np.concatenate([line for line, _ in shares]), ends)
-    return PointsAround(
-        spots,
-        np.concatenate(weights),
-        gaps,
-        owned,
-        np.concatenate(stations),
-        csr_matrix(columns, (len(spots), contact.size)),
-    )
+    shared = shares_of(shares, contact.size)
+    return PointsAround(spots, np.concatenate(weights), gaps, owned, np.concatenate(stations), shared)
 
 
 def _points_around_lines(contact: ContactOperator, points: Indices) -> list[Indices]:

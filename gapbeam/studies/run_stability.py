@@ -16,7 +16,7 @@ from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import StudyPlan, study_folder
 from gapbeam.studies.trials.axes import Axis
-from gapbeam.studies.trials.response import run_grid, sound_cases, table
+from gapbeam.studies.trials.response import run_grid, sound_cases
 from gapbeam.studies.trials.scene_subject import CaseSubject
 from gapbeam.studies.trials.subject import shared_inputs
 
@@ -87,7 +87,7 @@ def run_stability(
     """
     subjects = [CaseSubject(one) for one in sound_cases(case, fixed, axes)]
     with study_folder(folder, plan=StudyPlan(shared_inputs(subjects, axes), overwrite, (JOURNAL,))):
-        records = table(run_grid(case, fixed, axes, workers, progress, folder / JOURNAL), axes)
+        records = run_grid(case, fixed, axes, workers, progress, folder / JOURNAL)
         write_beside(folder / "stability.json", json.dumps(records, indent=1) + "\n")
         _write_csv(folder / "stability.csv", records)
         pictures = [folder / f"stability-{name}.png" for name in QUANTITIES]

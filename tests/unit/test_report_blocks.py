@@ -7,27 +7,32 @@ import math
 import numpy as np
 import pytest
 
-from gapbeam.postprocess.report.blocks import Compared, Report, ReportSection, TableBlock, Words, sections_of
+from gapbeam.postprocess.report.blocks import Report, ReportSection, TableBlock, Words, sections_of
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, Surface
+from gapbeam.postprocess.report.sections.tradeoff_section import _comparison
 from gapbeam.postprocess.results_errors import BlockError
 
 
 @pytest.mark.parametrize(
-    ("reference", "here", "deviation"),
+    ("measured", "computed", "deviation"),
     [
-        (2.0, 3.0, 0.5),
-        (-2.0, -3.0, -0.5),
-        (0.0, 1.0, None),
-        (None, 1.0, None),
-        (1.0, None, None),
-        (1.0, math.inf, None),
+        (2.0, 3.0, "+50 %"),
+        (-2.0, -3.0, "−50 %"),
+        (0.0, 1.0, "–"),
+        (1.0, None, "–"),
+        (1.0, math.inf, "–"),
     ],
 )
-def test_deviation_is_relative_to_the_size_of_the_reference(
-    reference: float | None, here: float | None, deviation: float | None
+def test_deviation_is_relative_to_the_size_of_the_measured_value(
+    measured: float, computed: float | None, deviation: str
 ) -> None:
-    """Its sign says whether ours is above, whatever the sign of the reference."""
-    assert Compared("first frequency", reference, here, "Hz").deviation == deviation
+    """Its sign says whether ours is above, whatever the sign of the measured one."""
+    row = {
+        "figure": "peak", "unit": "Hz", "meaning": "", "set": {}, "measured": measured, "computed": computed,
+        "scatter": None, "use": "fit", "response": "", "other_responses": [], "left_out": None,
+    }  # fmt: skip
+    ((*_, found, _),) = _comparison({"measurements": [row]}, "peak", "").rows
+    assert found == deviation
 
 
 def test_blocks_that_contradict_themselves() -> None:

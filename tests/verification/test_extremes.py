@@ -18,7 +18,7 @@ from gapbeam.solver.march.stepwise_march import march
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.seat.static_seat import find_seat
 from gapbeam.solver.system.semi_discrete import STIFFNESS, VALUE
-from gapbeam.studies.trials.response import Trial, try_case
+from gapbeam.studies.trials.response import TrialResponse, try_case
 
 STEPS = 60
 RESIDUAL = 1e-6  # of the energy exchanged, once that is above round-off
@@ -63,7 +63,7 @@ def extreme_case(
     return Case.model_validate(tables)
 
 
-def judged(case: Case) -> Trial:
+def judged(case: Case) -> TrialResponse:
     """Try a case; what must hold for every case holds."""
     trial = try_case(case)
     figures = (trial.created, trial.residual, trial.penetration, trial.peak_force)

@@ -121,58 +121,6 @@ class TableBlock:
 
 
 @dataclass(frozen=True)
-class Compared:
-    """Number compared with a reference.
-
-    Attributes:
-        what: Name of the number.
-        reference: Value printed or measured elsewhere, in `unit`; None where there is none.
-        here: Value computed here, in `unit`; None where it was not.
-        unit: Unit of both; empty where there is none.
-        note: Remark on this row.
-        uncertainty: Uncertainty of `here`, in `unit`.
-    """
-
-    what: str
-    reference: float | None
-    here: float | None
-    unit: str = ""
-    note: str = ""
-    uncertainty: float | None = None
-
-    @property
-    def deviation(self) -> float | None:
-        """(here - reference)/|reference|; None where one is missing, not finite, or the reference is zero."""
-        if self.reference is None or self.here is None or self.reference == 0.0:
-            return None
-        relative = (self.here - self.reference) / abs(self.reference)
-        return relative if math.isfinite(relative) else None
-
-
-@dataclass(frozen=True)
-class ComparisonBlock:
-    """Numbers compared with a paper or another reference, with the deviation of each.
-
-    Attributes:
-        caption: Description.
-        rows: One row for each number.
-        reference: Origin of the other numbers: "paper", "measured", "closed form".
-        here: Name of ours.
-        notes: Notes below the table.
-        digits: Significant digits.
-        command: Command that makes the numbers of gapbeam.
-    """
-
-    caption: str
-    rows: Sequence[Compared]
-    reference: str = "paper"
-    here: str = "gapbeam"
-    notes: Sequence[str] = ()
-    digits: int = 4
-    command: str = ""
-
-
-@dataclass(frozen=True)
 class ReportSection:
     """Blocks under a heading; a section in a section gets the smaller heading.
 
@@ -216,7 +164,6 @@ Block = (
     | Listing
     | Picture
     | TableBlock
-    | ComparisonBlock
     | Chart
     | Surface
     | MovingScene

@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 
 from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, GRAY, GREEN, PURPLE, SKY, VERMILION, journal_style
-from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, cell, percent
+from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, cell
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, FloatArray, Surface
 from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, scene_values
 from gapbeam.postprocess.results.bounded_files import read_plain
@@ -279,7 +279,6 @@ def html_of(report: Report) -> str:
         "inline": inline,
         "paragraphs": paragraphs,
         "cell": cell,
-        "percent": percent,
         "unbroken": lambda head: UNIT.sub(lambda unit: unit[0].replace(" ", NO_BREAK), head),
         "kind": lambda block: type(block).__name__,
         "unknown": _unknown,

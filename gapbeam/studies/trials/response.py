@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -70,6 +70,7 @@ class TrialResponse:
         residual: Residual of the energy balance relative to the energy exchanged.
         lost: Energy that the scheme dissipated relative to the energy exchanged.
         penetration: Largest penetration, m.
+        relative_penetration: The same relative to the clearance of the case, of `try_case`.
         peak_force: Largest contact force on a face, N.
         iterations: Mean number of contact iterations of a step.
         most_iterations: The most in a step.
@@ -90,6 +91,7 @@ class TrialResponse:
     residual: float = 0.0
     lost: float = 0.0
     penetration: float = 0.0
+    relative_penetration: float | None = None
     peak_force: float = 0.0
     iterations: float = 0.0
     most_iterations: int = 0
@@ -200,44 +202,14 @@ def stacked(rows: list[Rows]) -> dict[str, Array]:
     return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]} if rows else {}
 
 
-@dataclass
-class Trial:
-    """Result of a run.
-
-    Attributes:
-        verdict: "passed", "energy created", "not converged", "not finite", "refused", "failed" or "lost".
-        message: The error, where there was one.
-        reached: Time up to which it went, s.
-        created: Energy created relative to the energy exchanged; round-off counts as none.
-        residual: Residual of the energy balance relative to the energy exchanged.
-        lost: Energy that the scheme dissipated relative to the energy exchanged.
-        penetration: Largest penetration, m.
-        relative_penetration: The same relative to the clearance, or None.
-        peak_force: Largest contact force on a face, N.
-        iterations: Mean number of contact iterations of a step.
-        most_iterations: The most in a step.
-        seconds: Wall time, s.
-    """
-
-    verdict: str = "passed"
-    message: str = ""
-    reached: float = 0.0
-    created: float = 0.0
-    residual: float = 0.0
-    lost: float = 0.0
-    penetration: float = 0.0
-    relative_penetration: float | None = None
-    peak_force: float = 0.0
-    iterations: float = 0.0
-    most_iterations: int = 0
-    seconds: float = 0.0
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the figures by name."""
-        return asdict(self)
+FIGURES = (
+    "verdict", "message", "reached", "created", "residual", "lost", "penetration", "relative_penetration", "peak_force",
+    "iterations", "most_iterations", "seconds",
+)  # fmt: skip
+"""What the record of a trial holds of its response."""
 
 
-def try_case(case: Case) -> Trial:
+def try_case(case: Case) -> TrialResponse:
     """Run a case on this process alone and judge it; a run that fails is a result, not an error."""
     started = time.perf_counter()
     response = TrialResponse()
@@ -247,31 +219,13 @@ def try_case(case: Case) -> Trial:
     except RunError as error:
         response.failed(error)
     clearance = abs(case.layout.clearance)
-    marched = clearance > 0.0 and response.steps > 0
-    return Trial(
-        response.verdict,
-        response.message,
-        response.reached,
-        response.created,
-        response.residual,
-        response.lost,
-        response.penetration,
-        response.penetration / clearance if marched else None,
-        response.peak_force,
-        response.iterations,
-        response.most_iterations,
-        time.perf_counter() - started,
-    )
+    if clearance > 0.0 and response.steps > 0:
+        response.relative_penetration = response.penetration / clearance
+    response.seconds = time.perf_counter() - started
+    return response
 
 
 LOST = "lost"
-
-
-class GridRow(NamedTuple):
-    """One point of the grid: its values in the order of the axes, and its result."""
-
-    values: tuple[str, ...]
-    trial: Trial
 
 
 def run_grid(
@@ -281,7 +235,7 @@ def run_grid(
     workers: Workers | None = None,
     progress: Callable[[int, int], None] | None = None,
     journal: Path | None = None,
-) -> list[GridRow]:
+) -> list[dict[str, Any]]:
     """Try a case at every point of a grid.
 
     Args:
@@ -293,8 +247,8 @@ def run_grid(
         journal: File of the trials that are done, with which a killed grid goes on; it goes when all are. None: none.
 
     Returns:
-        One row a point, in the order of the product of the axes; a point whose case has faults has the verdict
-        "refused".
+        One flat record a point, keys and then `FIGURES`, in the order of the product of the axes; a point whose case
+        has faults has the verdict "refused".
 
     Raises:
         CaseError: The case has faults at every point; those of the first are reported.
@@ -309,7 +263,7 @@ def run_grid(
     works = [(case.absolute(), overrides_of(axes, point, fixed)) for point in points]
     sound = sound_cases(case, fixed, axes)
     kept = None if journal is None else StudyJournal(journal)
-    done = {} if kept is None else {place: Trial(**record) for place, record in kept.kept.items()}
+    done = {} if kept is None else dict(kept.kept)
     missing = [place for place in range(len(works)) if place not in done]
 
     def tick() -> None:
@@ -321,12 +275,13 @@ def run_grid(
     with Engine(workers, len(missing), worker_memory(sound), folder) as engine:
         for number, trial in engine.done(_try_point, [works[place] for place in missing], tick, _lost):
             done[missing[number]] = trial
-            if kept is not None and trial.verdict != LOST:
-                kept.write(missing[number], trial.as_dict())
+            if kept is not None and trial["verdict"] != LOST:
+                kept.write(missing[number], trial)
             tick()
-    if kept is not None and all(trial.verdict != LOST for trial in done.values()):
+    if kept is not None and all(trial["verdict"] != LOST for trial in done.values()):
         kept.close()
-    return [GridRow(point, done[place]) for place, point in enumerate(points)]
+    keys = [axis.key for axis in axes]
+    return [dict(zip(keys, point, strict=True)) | done[place] for place, point in enumerate(points)]
 
 
 def sound_cases(case: Path, fixed: Sequence[str], axes: Sequence[Axis]) -> list[Case]:
@@ -342,19 +297,17 @@ def sound_cases(case: Path, fixed: Sequence[str], axes: Sequence[Axis]) -> list[
     return found or [read_case(case.absolute(), overrides_of(axes, points[0], fixed))]
 
 
-def _lost(_work: tuple[Path, list[str]], words: str) -> Trial:
-    return Trial(verdict=LOST, message=f"its worker was lost: {words}")
+def _recorded(response: TrialResponse) -> dict[str, Any]:
+    return {name: getattr(response, name) for name in FIGURES}
 
 
-def _try_point(work: tuple[Path, list[str]]) -> Trial:
+def _lost(_work: tuple[Path, list[str]], words: str) -> dict[str, Any]:
+    return _recorded(TrialResponse(LOST, f"its worker was lost: {words}"))
+
+
+def _try_point(work: tuple[Path, list[str]]) -> dict[str, Any]:
     try:
         read = read_case(*work)
     except CaseError as error:
-        return Trial(verdict="refused", message=str(error))
-    return try_case(read)
-
-
-def table(rows: Sequence[GridRow], axes: Sequence[Axis]) -> list[dict[str, Any]]:
-    """Return the grid as one flat record a point."""
-    keys = [axis.key for axis in axes]
-    return [dict(zip(keys, row.values, strict=True)) | row.trial.as_dict() for row in rows]
+        return _recorded(TrialResponse("refused", str(error)))
+    return _recorded(try_case(read))

@@ -14,13 +14,13 @@ from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
-    Compared,
-    ComparisonBlock,
     Picture,
     ReportSection,
     TableBlock,
     Verdict,
     Words,
+    cell,
+    percent,
     warnings_of,
 )
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
@@ -249,22 +249,19 @@ def _verdict(data: Mapping[str, Any]) -> Verdict:
     return Verdict("warning", "; ".join([*loud, words])) if loud else Verdict("passed", words)
 
 
-def _comparison(data: Mapping[str, Any], name: str, command: str) -> ComparisonBlock:
-    rows = [row for row in data["measurements"] if row["figure"] == name]
-    unit, factor = shown(rows[0]["unit"])
-    compared = [
-        Compared(
-            _experiment(row),
-            factor * row["measured"],
-            None if row["computed"] is None else factor * row["computed"],
-            unit,
-            _note(row, factor),
-            None if row["scatter"] is None else factor * row["scatter"],
-        )
-        for row in rows
-    ]
+def _comparison(data: Mapping[str, Any], name: str, command: str) -> TableBlock:
+    mine = [row for row in data["measurements"] if row["figure"] == name]
+    unit, factor = shown(mine[0]["unit"])
+    rows: list[tuple[Cell, ...]] = []
+    for row in mine:
+        measured, computed, scatter = row["measured"], row["computed"], row["scatter"]
+        words = cell(None if computed is None else factor * computed)
+        words += "" if scatter is None else f" ± {cell(factor * scatter, 2)}"
+        off = None if computed is None or measured == 0.0 else (computed - measured) / abs(measured)
+        rows.append((f"{_experiment(row)} ({unit})", factor * measured, words, percent(off), _note(row, factor)))
     notes = ["± is the scatter of the computed figure over windows of whole forcing periods."]
-    return ComparisonBlock(f"{name}: {rows[0]['meaning']}", compared, "measured", notes=notes, command=command)
+    heads = ("", "measured", "gapbeam", "deviation", "")
+    return TableBlock(f"{name}: {mine[0]['meaning']}", heads, rows, notes, command=command)
 
 
 def _experiment(row: Mapping[str, Any]) -> str:
@@ -302,7 +299,7 @@ def _figure_chart(data: Mapping[str, Any], name: str, command: str) -> Chart:
 
 
 def _unknowns(data: Mapping[str, Any], command: str) -> TableBlock:
-    percent = f"{100.0 * data['confidence']:g} %"
+    level = f"{100.0 * data['confidence']:g} %"
     rows = [
         (
             one["key"], one["value"], one["unit"], _ends(one["interval"]), _ends(one["profile"]),
@@ -311,7 +308,7 @@ def _unknowns(data: Mapping[str, Any], command: str) -> TableBlock:
         )
         for one in data["unknowns"]
     ]  # fmt: skip
-    heads = ("unknown", "best", "unit", f"interval, {percent}", f"profile, {percent}", "searched between", "finding")
+    heads = ("unknown", "best", "unit", f"interval, {level}", f"profile, {level}", "searched between", "finding")
     notes = (
         f"Standard deviation of the residuals {_number(data['standard_deviation'])}, from "
         f"{data['standard_deviation_from']}. The interval follows from the derivatives at the best values, the profile "

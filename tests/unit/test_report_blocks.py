@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 
 from gapbeam.postprocess.report.blocks import Report, ReportSection, TableBlock, Words, sections_of
-from gapbeam.postprocess.report.charts import Chart, ChartCurve, Surface
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.sections.tradeoff_section import _comparison
 from gapbeam.postprocess.results_errors import BlockError
 
@@ -43,8 +42,6 @@ def test_blocks_that_contradict_themselves() -> None:
         ChartCurve("a", (0.0, 1.0), (0.0, 1.0, 2.0))
     with pytest.raises(BlockError, match="1 texts for 2 points"):
         ChartCurve("a", (0.0, 1.0), (0.0, 1.0), texts=("one",))
-    with pytest.raises(BlockError, match=r"expected \(3, 2\)"):
-        Surface("s", "x", "y", "z", (0.0, 1.0), (0.0, 1.0, 2.0), np.zeros((2, 3)))
     with pytest.raises(BlockError, match="lower-case"):
         ReportSection("Results", "The results", ())
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from gapbeam.postprocess.report.charts import Chart, Surface
+from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.report.moving_scene import MovingScene
 from gapbeam.postprocess.results_errors import BlockError
 
@@ -157,19 +157,7 @@ class LiveModel:
     caption: str
 
 
-Block = (
-    Words
-    | Verdict
-    | Command
-    | Listing
-    | Picture
-    | TableBlock
-    | Chart
-    | Surface
-    | MovingScene
-    | LiveModel
-    | ReportSection
-)
+Block = Words | Verdict | Command | Listing | Picture | TableBlock | Chart | MovingScene | LiveModel | ReportSection
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Charts of reports: curves over axes, with choices, and surfaces.
+"""Charts of reports: curves over axes, with choices.
 
 Long records are drawn by the smallest and largest value of every interval, so that no peak is lost. Numbers are stored
 as bytes in base64, much shorter than digits.
@@ -17,7 +17,7 @@ import numpy as np
 from gapbeam.postprocess.results_errors import BlockError
 
 FloatArray = np.ndarray
-Mode = Literal["lines", "markers", "lines+markers", "stems", "bars"]
+Mode = Literal["lines", "markers", "lines+markers"]
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class ChartCurve:
         name: Name in the legend; curves of one name in several choices look the same.
         x: (n,); not-a-number breaks a line.
         y: (n,).
-        mode: "lines", "markers", "lines+markers", "stems" (spectral lines from the foot of the chart) or "bars".
+        mode: "lines", "markers" or "lines+markers".
         choice: The choice with which it is shown; None: always.
         dashed: Whether the line is dashed, as for unstable branches and references.
         texts: Text of each point, shown when it is pointed at, (n,); empty: its coordinates only.
@@ -79,7 +79,6 @@ class Chart:
         choices: Names of buttons in their order, such as clearances: pressed, one shows its curves and those without
             a choice; the first is pressed at the start. On paper there is one panel a choice.
         choice: Chosen quantity with its unit: "clearance (mm)".
-        x_range: Ends of the horizontal axis; None: of the curves.
         y_range: Ends of the vertical axis; None: of the curves.
         equal: Whether a unit is as long on both axes.
 
@@ -96,7 +95,6 @@ class Chart:
     log_y: bool = False
     choices: Sequence[str] = ()
     choice: str = ""
-    x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
     equal: bool = False
 
@@ -106,43 +104,6 @@ class Chart:
             raise BlockError(
                 f"{self.caption}: the choices are {list(self.choices)}, those of the curves {sorted(map(str, used))}"
             )
-
-
-@dataclass(frozen=True)
-class Surface:
-    """Heights over a grid: turned with a finger where the browser has WebGL, a picture elsewhere and on paper.
-
-    Attributes:
-        caption: Description.
-        x: Name of the first axis with its unit in parentheses.
-        y: Name of the second axis.
-        z: Name of the heights.
-        along: (n,), values on the first axis.
-        across: (m,), values on the second axis.
-        heights: (m, n); not-a-number leaves a hole.
-        command: Command that makes the surface.
-        log_x: Whether the first axis is logarithmic.
-        log_y: Whether the second axis is logarithmic.
-
-    Raises:
-        BlockError: Shapes that differ.
-    """
-
-    caption: str
-    x: str
-    y: str
-    z: str
-    along: FloatArray | Sequence[float]
-    across: FloatArray | Sequence[float]
-    heights: FloatArray
-    command: str = ""
-    log_x: bool = False
-    log_y: bool = False
-
-    def __post_init__(self) -> None:
-        expected = (len(self.across), len(self.along))
-        if np.shape(self.heights) != expected:
-            raise BlockError(f"{self.caption}: heights of shape {np.shape(self.heights)}; expected {expected}")
 
 
 MOST = 1600  # points of a curve: twice as many as a figure has pixels

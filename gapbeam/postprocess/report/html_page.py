@@ -9,7 +9,6 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +17,10 @@ import plotly.graph_objects as go
 from jinja2 import Environment, StrictUndefined
 from markdown_it import MarkdownIt
 from markupsafe import Markup
-from matplotlib import rc_context
-from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d import Axes3D
 
-from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, GRAY, GREEN, PURPLE, SKY, VERMILION, journal_style
+from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, GRAY, GREEN, PURPLE, SKY, VERMILION
 from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, cell
-from gapbeam.postprocess.report.charts import Chart, ChartCurve, FloatArray, Surface
+from gapbeam.postprocess.report.charts import Chart, ChartCurve, FloatArray
 from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, scene_values
 from gapbeam.postprocess.results.bounded_files import read_plain
 from gapbeam.postprocess.results_errors import ResultsError
@@ -48,35 +44,11 @@ def chart_figure(chart: Chart) -> go.Figure:
     for curve in chart.curves:
         place = names.index(curve.like or curve.name)
         visible = curve.choice is None or curve.choice == chart.choices[0]
-        for trace in _traces(curve, place, chart):
-            figure.add_trace(trace.update(visible=visible, meta=curve.choice))
+        figure.add_trace(_trace(curve, place).update(visible=visible, meta=curve.choice))
     return figure
 
 
-def surface_figure(surface: Surface) -> go.Figure:
-    """Return a surface that can be turned."""
-    figure = go.Figure(
-        go.Surface(
-            x=_single(surface.along), y=_single(surface.across), z=_single(surface.heights), colorscale="Viridis",
-            showscale=False, hovertemplate=f"{surface.x}: %{{x:.4g}}<br>{surface.y}: %{{y:.4g}}<br>%{{z:.5g}}",
-            name="", contours={"z": {"show": True, "color": "rgba(255,255,255,0.35)", "width": 1}},
-        )
-    )  # fmt: skip
-    axes = {
-        f"{name}axis": {
-            "title": {"text": html.escape(title, quote=False)},
-            "type": "log" if logarithmic else "linear",
-            "exponentformat": "power",
-        }
-        for name, title, logarithmic in zip(
-            "xyz", (surface.x, surface.y, surface.z), (surface.log_x, surface.log_y, False), strict=True
-        )
-    }
-    camera = {"eye": {"x": -1.65, "y": -1.65, "z": 0.95}, "center": {"x": 0, "y": 0, "z": -0.12}}
-    return figure.update_layout(template={}, scene={**axes, "camera": camera}, margin={"l": 0, "r": 0, "t": 0, "b": 0})
-
-
-def _traces(curve: ChartCurve, place: int, chart: Chart) -> list[go.Scatter | go.Bar]:
+def _trace(curve: ChartCurve, place: int) -> go.Scatter:
     color, x, y = COLORS[place % len(COLORS)], _single(curve.x), _single(curve.y)
     name = html.escape(curve.name, quote=False)
     shared: dict[str, Any] = {"name": name, "legendgroup": f"{name} {curve.dashed}"}
@@ -87,51 +59,23 @@ def _traces(curve: ChartCurve, place: int, chart: Chart) -> list[go.Scatter | go
         shared["customdata"] = _single(curve.times)
     if len(curve.bars):
         shared["error_y"] = {"array": _single(curve.bars), "thickness": 1.0, "width": 3}
-    if curve.mode == "bars":
-        return [go.Bar(x=x, y=y, marker={"color": color}, **shared)]
     mark: dict[str, Any] = {"color": color, "symbol": SYMBOLS[place % len(SYMBOLS)], "size": 7}
-    if curve.mode == "stems":
-        stem_x, stem_y = _stems(x, y, _foot(chart))
-        line = {"color": color, "width": 1.4}
-        stems = {key: value for key, value in shared.items() if key not in ("text", "hovertemplate")}
-        return [
-            go.Scatter(x=stem_x, y=stem_y, mode="lines", line=line, hoverinfo="skip", showlegend=False, **stems),
-            go.Scatter(x=x, y=y, mode="markers", marker=mark | {"size": 6}, **shared),
-        ]
     dash = "dash" if curve.dashed else DASHES[place % len(DASHES)]
     if curve.dashed:
         mark["symbol"] += "-open"
-    return [go.Scatter(x=x, y=y, mode=curve.mode, line={"color": color, "width": 1.6, "dash": dash}, marker=mark,
-                       **shared)]  # fmt: skip
-
-
-def _stems(x: FloatArray, y: FloatArray, foot: float) -> tuple[FloatArray, FloatArray]:
-    """Return one broken line from the foot of the chart to every point."""
-    gap = np.full(x.size, np.nan, dtype=x.dtype)
-    return np.column_stack([x, x, gap]).ravel(), np.column_stack([np.full_like(y, foot), y, gap]).ravel()
-
-
-def _foot(chart: Chart) -> float:
-    """Return the height on which stems stand."""
-    if not chart.log_y:
-        return 0.0
-    if chart.y_range is not None:
-        return chart.y_range[0]
-    heights = np.concatenate([np.asarray(curve.y, dtype=float) for curve in chart.curves])
-    positive = heights[np.isfinite(heights) & (heights > 0.0)]
-    return float(10.0 ** np.floor(np.log10(positive.min()))) if positive.size else 1.0
+    line = {"color": color, "width": 1.6, "dash": dash}
+    return go.Scatter(x=x, y=y, mode=curve.mode, line=line, marker=mark, **shared)
 
 
 def _layout(chart: Chart) -> dict[str, Any]:
     names = {curve.name for curve in chart.curves}
-    along = _axis(chart.x, chart.log_x, chart.x_range, [curve.x for curve in chart.curves])
+    along = _axis(chart.x, chart.log_x, None, [curve.x for curve in chart.curves])
     upward = _axis(chart.y, chart.log_y, chart.y_range, [curve.y for curve in chart.curves])
     return {
         "template": {},
         "meta": {"seconds": TIME_AXES.get(chart.x)},
         "xaxis": along | ({"constrain": "domain"} if chart.equal else {}),
         "yaxis": upward | ({"scaleanchor": "x", "constrain": "domain"} if chart.equal else {}),
-        "barmode": "group",
         "showlegend": len(names) > 1 or not all(name.lower() in chart.y.lower() for name in names),
         "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"},
         "hovermode": "closest",
@@ -168,39 +112,6 @@ def _decades(limits: tuple[float, float] | None, values: Sequence[FloatArray | S
 def _single(values: FloatArray | Sequence[float]) -> FloatArray:
     """Return values as a page shows them: seven digits, half the size."""
     return np.asarray(values, dtype=np.float32)
-
-
-DOTS = 170  # per inch: sharp on a phone, 60 kB a picture
-
-
-def surface_picture(surface: Surface) -> bytes:
-    """Draw a surface and return the PNG file."""
-    along = np.asarray(surface.along, dtype=float)
-    across = np.asarray(surface.across, dtype=float)
-    x, y = np.meshgrid(np.log10(along) if surface.log_x else along, np.log10(across) if surface.log_y else across)
-    with journal_style(), rc_context({"figure.constrained_layout.use": False}):
-        figure = Figure(figsize=(5.6, 4.0))
-        axes = figure.add_subplot(projection="3d")
-        assert isinstance(axes, Axes3D)
-        axes.plot_surface(
-            x, y, surface.heights, cmap="viridis", rcount=60, ccount=60, linewidth=0.15, edgecolor=(1, 1, 1, 0.35)
-        )
-        axes.view_init(elev=28.0, azim=-130.0)
-        axes.set_xlabel(_named_axis(surface.x, surface.log_x), labelpad=4.0)
-        axes.set_ylabel(_named_axis(surface.y, surface.log_y), labelpad=4.0)
-        axes.set_zlabel(surface.z, labelpad=4.0)
-        for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-            axis.pane.set_facecolor((1.0, 1.0, 1.0, 0.0))
-            axis.pane.set_edgecolor(GRAY)
-        axes.set_box_aspect(None, zoom=0.86)
-        figure.subplots_adjust(left=0.0, right=0.96, bottom=0.04, top=1.0)
-        file = BytesIO()
-        figure.savefig(file, format="png", dpi=DOTS)
-    return file.getvalue()
-
-
-def _named_axis(title: str, logarithmic: bool) -> str:
-    return f"log$_{{10}}$ {title}" if logarithmic else title
 
 
 _RULES = ("backticks", "emphasis", "escape", "link", "list", "newline")
@@ -266,10 +177,9 @@ def html_of(report: Report) -> str:
     """
     figures: list[str] = []
 
-    def figure(block: Chart | Surface) -> int:
+    def figure(block: Chart) -> int:
         """Keep the figure of a block for the script of the page, and return its place."""
-        drawn = chart_figure(block) if isinstance(block, Chart) else surface_figure(block)
-        figures.append(str(drawn.to_json()))
+        figures.append(str(chart_figure(block).to_json()))
         return len(figures) - 1
 
     page = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, extensions=["jinja2.ext.do"])
@@ -287,7 +197,6 @@ def html_of(report: Report) -> str:
         "flows": _flows,
         "text_alternative": _text_alternative,
         "map_alternative": _map_alternative,
-        "twin": lambda block: _data("image/png", surface_picture(block)),
         "inlined": _inlined,
         "scene_json": lambda block: _json(scene_values(block)),
         "live_json": lambda block: _json(block.data),
@@ -387,14 +296,12 @@ def _json(values: Mapping[str, object]) -> Markup:
     return Markup(json.dumps(values, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"))
 
 
-def _text_alternative(block: Chart | Surface | MovingScene) -> str:
+def _text_alternative(block: Chart | MovingScene) -> str:
     """Return the text alternative of a figure, for those who cannot see it."""
     if isinstance(block, MovingScene) and not block.moves:
         return f"Scene. {block.caption} Arrow keys turn it."
     if isinstance(block, MovingScene):
         return f"Moving scene. {block.caption} Arrow keys turn it, the space bar plays it, comma and period step it."
-    if isinstance(block, Surface):
-        return f"Surface: {block.z} over {block.x} and {block.y}. {block.caption}"
     names = ", ".join(dict.fromkeys(curve.name for curve in block.curves))
     return f"Chart: {block.y} over {block.x}, with {names}. {block.caption}"
 

@@ -11,13 +11,6 @@
   const BRIGHTER = { "#000000": "#eceff1", "#0072B2": "#56B4E9", "#56B4E9": "#9ad7ff", "#D55E00": "#ff8d3b",
                      "#009E73": "#35c99b", "#9A9A9A": "#a8b0b8" };
 
-  const hasWebGL = (() => {
-    try {
-      const canvas = document.createElement("canvas");
-      return Boolean(canvas.getContext("webgl2") || canvas.getContext("webgl"));
-    } catch { return false; }
-  })();
-
   const onPaper = () => root.classList.contains("paper");
   const copy = (thing) => JSON.parse(JSON.stringify(thing));
 
@@ -43,12 +36,6 @@
     for (const name of ["xaxis", "yaxis"]) {
       if (layout[name]) Object.assign(layout[name], axis).title.font = title;
     }
-    if (layout.scene) {
-      layout.dragmode = "orbit";
-      for (const name of ["xaxis", "yaxis", "zaxis"]) {
-        Object.assign(layout.scene[name], { gridcolor: of("--rule"), color: of("--ink"), backgroundcolor: of("--paper") });
-      }
-    }
     return layout;
   }
 
@@ -62,7 +49,7 @@
     }
     const still = onPaper();
     if (!still && window.innerWidth < 560) {  // a legend of many lines takes no room from the curves
-      const names = new Set(traces.filter((trace) => trace.visible && trace.showlegend !== false).map((trace) => trace.name));
+      const names = new Set(traces.filter((trace) => trace.visible).map((trace) => trace.name));
       plot.style.height = `${300 + 21 * Math.max(0, layout.showlegend ? names.size - 2 : 0)}px`;
     }
     Plotly.react(plot, still ? traces.filter((trace) => trace.visible) : traces, layout, {
@@ -87,25 +74,12 @@
   }
 
   function drawOnScreen(figure) {
-    const spec = specs[figure.dataset.figure];
-    const plot = figure.querySelector(".plot");
-    if (!figure.classList.contains("surface")) return drawChart(plot, spec, chosen(figure), null);
-    if (!hasWebGL) return undefined;
-    plot.hidden = false;
-    figure.querySelector("img").hidden = true;
-    Plotly.react(plot, copy(spec.data), themed(copy(spec.layout), null), { responsive: true, displaylogo: false, displayModeBar: false });
-    plot.dataset.drawn = "";
-    return undefined;
+    drawChart(figure.querySelector(".plot"), specs[figure.dataset.figure], chosen(figure), null);
   }
 
   function drawOnPaper(figure) {
     const plot = figure.querySelector(".plot");
     Plotly.purge(plot);
-    if (figure.classList.contains("surface")) {
-      plot.hidden = true;
-      figure.querySelector("img").hidden = false;
-      return;
-    }
     const spec = specs[figure.dataset.figure];
     const buttons = [...figure.querySelectorAll(".choices button")];
     plot.style.display = "none";
@@ -138,9 +112,9 @@
     const legend = made("p", "legend");
     const listed = new Set();
     for (const trace of spec.data) {
-      if (trace.showlegend === false || listed.has(trace.legendgroup)) continue;
+      if (listed.has(trace.legendgroup)) continue;
       listed.add(trace.legendgroup);
-      const key = made("span", `key ${trace.mode || "bars"}`);
+      const key = made("span", `key ${trace.mode}`);
       key.style.setProperty("--color", trace.mode === "lines" ? trace.line.color : trace.marker.color);
       key.style.setProperty("--stroke", (trace.line && trace.line.dash !== "solid" && trace.line.dash) ? "dashed" : "solid");
       const entry = made("span", "entry");
@@ -184,7 +158,6 @@
     const quoted = (text) => `"${String(text).replaceAll('"', '""')}"`;
     const rows = [["choice", "curve", spec.layout.xaxis.title.text, spec.layout.yaxis.title.text].map(quoted).join(",")];
     for (const trace of spec.data) {
-      if (trace.hoverinfo === "skip") continue;
       const x = numbersOf(trace.x), y = numbersOf(trace.y);
       for (let i = 0; i < x.length; i += 1) {
         rows.push([quoted(trace.meta ?? ""), quoted(trace.name), Number(x[i].toPrecision(7)), Number(y[i].toPrecision(7))].join(","));

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.run_comparison import DISAGREE, TOLERANCE, RunComparison, compare
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder
+from gapbeam.studies.study_folder import study_folder, write_json
 
 
 @dataclass(frozen=True, repr=False)
@@ -71,7 +70,7 @@ def compare_folders(
     data, picture = folder / "comparison.json", folder / "comparison.png"
     with study_folder(folder), as_written(a, b):
         found = compare(open_results(a), open_results(b), tolerance, after)
-        data.write_text(json.dumps(as_data(found), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        write_json(data, as_data(found))
         draw_comparison(found, picture)
     return ComparisonResult(folder, found, data, picture)
 

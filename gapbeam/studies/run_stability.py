@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,10 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from gapbeam.postprocess.study_figures.stability_map import QUANTITIES, draw_stability_map
-from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import StudyPlan, study_folder
+from gapbeam.studies.study_folder import StudyPlan, study_folder, write_json, write_table
 from gapbeam.studies.trials.axes import Axis
 from gapbeam.studies.trials.response import run_grid, sound_cases
 from gapbeam.studies.trials.scene_subject import CaseSubject
@@ -88,16 +85,9 @@ def run_stability(
     subjects = [CaseSubject(one) for one in sound_cases(case, fixed, axes)]
     with study_folder(folder, plan=StudyPlan(shared_inputs(subjects, axes), overwrite, (JOURNAL,))):
         records = run_grid(case, fixed, axes, workers, progress, folder / JOURNAL)
-        write_beside(folder / "stability.json", json.dumps(records, indent=1) + "\n")
-        _write_csv(folder / "stability.csv", records)
+        write_json(folder / "stability.json", records)
+        write_table(folder / "stability.csv", records[0], [one.values() for one in records])
         pictures = [folder / f"stability-{name}.png" for name in QUANTITIES]
         for picture, quantity in zip(pictures, QUANTITIES.values(), strict=True):
             draw_stability_map(records, picture, shown=quantity)
     return StabilityResult(folder, records, pictures)
-
-
-def _write_csv(path: Path, records: Sequence[dict[str, Any]]) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(records[0]))
-        writer.writeheader()
-        writer.writerows(records)

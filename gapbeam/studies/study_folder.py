@@ -22,7 +22,7 @@ from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.messages.wording import printable
-from gapbeam.solver.run.output.results_folder import by_one, check_place, locked, write_beside
+from gapbeam.solver.run.output.results_folder import by_one, check_place, finite, locked, write_beside
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -232,6 +232,16 @@ def study_written(path: Path) -> Iterator[None]:
             f"{path} could not be written: {error.strerror or error}; look for a full disk, a quota, or a folder that "
             "was moved or made read-only, then call the study again: it resumes"
         ) from error
+
+
+def write_json(path: Path, data: Any) -> None:
+    """Write data of a study as JSON, what is not finite as null.
+
+    Raises:
+        NotWritten: The operating system reports an error.
+    """
+    with study_written(path):
+        write_beside(path, json.dumps(finite(data), indent=1, allow_nan=False) + "\n")
 
 
 def write_table(path: Path, heads: Iterable[Any], rows: Iterable[Iterable[Any]]) -> None:

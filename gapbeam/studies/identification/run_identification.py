@@ -5,8 +5,6 @@ Results are files with best values, figures and evaluations, pictures, and table
 
 from __future__ import annotations
 
-import csv
-import json
 import logging
 import math
 from collections import Counter
@@ -40,7 +38,7 @@ from gapbeam.studies.identification.identification_file import Problem
 from gapbeam.studies.identification.misfit import Misfit, search
 from gapbeam.studies.identification.run_figures import unit_of, words_of
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder, study_written
+from gapbeam.studies.study_folder import study_folder, study_written, write_json, write_table
 
 
 def tables(found: Conclusion) -> list[Table]:
@@ -167,7 +165,7 @@ def write_results(found: Conclusion, folder: Path) -> list[Path]:
         The files.
     """
     data = as_data(found)
-    write_beside(folder / DATA, json.dumps(data, indent=1, allow_nan=False) + "\n")
+    write_json(folder / DATA, data)
     settings = found.problem.settings(found.values)
     words = [word for key, value in settings.items() for word in ("--set", f"{key}={toml_value(value)}")]
     lines = [
@@ -276,10 +274,9 @@ def _write_table(found: Conclusion, path: Path) -> None:
             bad[values] = bad.get(values, 0) + 1
     rows = [(values, cost, bad.pop(values, 0)) for values, cost in found.cloud]
     rows += [(values, float("nan"), count) for values, count in bad.items()]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow([*names, "sum of squares", "experiments that failed"])
-        writer.writerows([*values, cost, count] for values, cost, count in rows)
+    write_table(
+        path, (*names, "sum of squares", "experiments that failed"), [(*values, *rest) for values, *rest in rows]
+    )
 
 
 NOT_PASSED, MISSED = 4, 5

@@ -5,9 +5,6 @@ It ends where a face is worn to its limit. Wear rates on given gaps follow from 
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
@@ -27,7 +24,7 @@ from gapbeam.studies.life.case_rates import CaseRates, PointRates, SceneRates
 from gapbeam.studies.life.worn_case import PROFILES_FILE, RUNS_FILE, KeptRuns, Profiles, of_faces, time_words
 from gapbeam.studies.life.worn_march import Array, Blocks, Worn, WornState, wear_to_limits
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written
+from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_json, write_table
 from gapbeam.studies.trials.scene_subject import SceneSubject
 
 LIFE_FILE, TABLE_FILE = "life.json", "life.csv"
@@ -214,17 +211,13 @@ def _write(result: LifeResult) -> None:
         summary["profiles"] = result.profiles.as_data()
         with study_written(result.folder / PROFILES_FILE):
             write_beside(result.folder / PROFILES_FILE, result.profiles.as_csv())
-    with study_written(result.folder / LIFE_FILE):
-        write_beside(result.folder / LIFE_FILE, json.dumps(summary, indent=1) + "\n")
-    text = io.StringIO()
+    write_json(result.folder / LIFE_FILE, summary)
     names = [f"{name}_{key}" for name in result.faces for key in ("depth", "depth_rate", "rate_low", "rate_high")]
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time", *names])
-    for state in worn.states:
-        columns = np.stack([state.depths, state.rates.values, state.rates.low, state.rates.high], axis=1)
-        writer.writerow([state.time, *columns.reshape(-1).tolist()])
-    with study_written(result.folder / TABLE_FILE):
-        write_beside(result.folder / TABLE_FILE, text.getvalue())
+    rows = [
+        (one.time, *np.stack([one.depths, one.rates.values, one.rates.low, one.rates.high], axis=1).ravel().tolist())
+        for one in worn.states
+    ]
+    write_table(result.folder / TABLE_FILE, ("time", *names), rows)
 
 
 def _described(state: WornState, result: LifeResult) -> dict[str, Any]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,13 +17,12 @@ import numpy as np
 
 from gapbeam.postprocess.report.study_json import read_records
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import BaseAndGland, OneSupport
 from gapbeam.solver.system.semi_discrete import ContactOperator
 from gapbeam.studies.life.worn_march import Array, DepthRates, RateAt, Worn, WornState
-from gapbeam.studies.study_folder import study_written
+from gapbeam.studies.study_folder import write_json
 
 
 def worn_case(case: Case, depths: Sequence[float], number: int = 0) -> Case:
@@ -190,8 +188,7 @@ class KeptRuns:
             ends = {name: getattr(found, name).tolist() for name in ("values", "low", "high")}
             record = {"depths": depths.tolist(), **ends, "verdicts": list(found.verdicts)}
             self.records = [*self.records[:number], record]
-            with study_written(self.path):
-                write_beside(self.path, json.dumps(self.records, indent=1) + "\n")
+            write_json(self.path, self.records)
         self.seen(number + 1)
         one = self.records[number]
         values, low, high = (np.array(one[name], dtype=float) for name in ("values", "low", "high"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import isnan
@@ -18,7 +17,6 @@ from gapbeam.postprocess.figures.figure_style import COLORS, GRAY, journal_style
 from gapbeam.postprocess.report.sections.atlas_section import OPTIMUM_FILE, OPTIMUM_PICTURE, optimum_tables
 from gapbeam.solver.case.reading.case_reader import read_tables
 from gapbeam.solver.messages.errors import CaseError, Fault, NotConverged, UserError
-from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.scene.least_figure import Optimum, optimize
 from gapbeam.solver.scene.limit_cycle import periodic
 from gapbeam.solver.scene.scene import SceneState
@@ -26,7 +24,7 @@ from gapbeam.solver.scene.scene_march import history
 from gapbeam.solver.schema.table import Number, Positive, Table, Whole
 from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_table
+from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_json, write_table
 
 DOUBTFUL = 5
 SEARCH = "search.csv"
@@ -180,8 +178,7 @@ def run_optimum(study: OptimumStudy, one: PeriodicScene, folder: Path, plan: Stu
         write_table(paths[1], (*over, *found.orbits[0][1]), rows)
         with study_written(paths[2]):
             write_figure(draw_search(study, found), paths[2])
-        with study_written(paths[0]):
-            write_beside(paths[0], json.dumps([finite(record)], indent=1) + "\n")
+        write_json(paths[0], [record])
     return OptimumResult(study, found, record, paths)
 
 

@@ -9,7 +9,6 @@ whose figures rise or fall, is "not settled": it cannot tell whether responses c
 from __future__ import annotations
 
 import io
-import json
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -29,9 +28,8 @@ from gapbeam.solver.diagnostics.assumption import WARNING, Finding
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts
 from gapbeam.solver.messages.errors import CaseError, OutOfMemory, RunError
-from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.schema.record_table import SMOOTHING_WINDOW
-from gapbeam.studies.study_folder import study_written
+from gapbeam.studies.study_folder import study_written, write_json
 from gapbeam.studies.sweep.sweep_plan import Chain, Task, point_file
 from gapbeam.studies.trials.response import VERDICTS, TrialResponse
 from gapbeam.studies.trials.subject import Subject, read_subject
@@ -124,9 +122,7 @@ def run_chain(chain: Chain) -> int:
         first = 0 if before is None else first
     for task in chain.tasks[first:]:
         record, before = _response(chain, task, before)
-        text = json.dumps(finite(record), indent=1, allow_nan=False) + "\n"
-        with study_written(point_file(chain.folder, task)):
-            write_beside(point_file(chain.folder, task), text)
+        write_json(point_file(chain.folder, task), record)
     return len(chain.tasks) - first
 
 

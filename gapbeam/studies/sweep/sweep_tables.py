@@ -5,8 +5,6 @@ A sweep reads its points, computes the responses in parallel and classifies them
 
 from __future__ import annotations
 
-import csv
-import json
 import logging
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -33,11 +31,10 @@ from gapbeam.solver.diagnostics.statistics.run_statistics import FEWEST_MEMBERS,
 from gapbeam.solver.diagnostics.statistics.statistic_figures import may_be_asked
 from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_folder
+from gapbeam.studies.study_folder import study_folder, write_json, write_table
 from gapbeam.studies.sweep.sweep_plan import (
     Chain,
     Sweep,
@@ -69,10 +66,6 @@ class Ensemble:
     members: int
     seconds: float
     figures: list[dict[str, Any]]
-
-    def as_data(self) -> dict[str, Any]:
-        """Return the ensemble for JSON."""
-        return vars(self)
 
 
 def ensembles_of(records: Sequence[Mapping[str, Any]]) -> list[Ensemble]:
@@ -137,17 +130,14 @@ def write_tables(folder: Path, records: Sequence[Mapping[str, Any]], points: Seq
     paths = [folder / name for name in ("sweep.csv", "sweep.json", "census.json", "sweep.png")]
     rows = [_row(record) for record in records]
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    with paths[0].open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, columns)
-        writer.writeheader()
-        writer.writerows(rows)
-    write_beside(paths[1], json.dumps(list(records), indent=1) + "\n")
-    write_beside(paths[2], json.dumps([_as_data(point) for point in points], indent=1) + "\n")
+    write_table(paths[0], columns, [[row.get(name, "") for name in columns] for row in rows])
+    write_json(paths[1], list(records))
+    write_json(paths[2], [_as_data(point) for point in points])
     ensembles = ensembles_of(records)
     pooled = folder / ENSEMBLES_FILE
     pooled.unlink(missing_ok=True)
     if ensembles:
-        write_beside(pooled, json.dumps(finite([one.as_data() for one in ensembles]), indent=1) + "\n")
+        write_json(pooled, [vars(one) for one in ensembles])
     more = [pooled] if ensembles else []
     if any(point.branches for point in points):
         draw_branches(points, paths[3])

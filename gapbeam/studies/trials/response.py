@@ -206,7 +206,7 @@ FIGURES = (
     "verdict", "message", "reached", "created", "residual", "lost", "penetration", "relative_penetration", "peak_force",
     "iterations", "most_iterations", "seconds",
 )  # fmt: skip
-"""What the record of a trial holds of its response."""
+"""Figures of a response that the record of a trial holds."""
 
 
 def try_case(case: Case) -> TrialResponse:

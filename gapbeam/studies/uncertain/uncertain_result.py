@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,10 +16,9 @@ from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels, write_figure
 from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, UNCERTAIN_PICTURE
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import study_written, write_table
+from gapbeam.studies.study_folder import study_written, write_json, write_table
 from gapbeam.studies.uncertain.probability import Indices, IntervalEstimate, RareProbability
 
 DOUBTFUL = 5
@@ -228,8 +226,7 @@ def write_uncertain(found: Uncertain, folder: Path) -> list[Path]:
     picture, note = folder / UNCERTAIN_PICTURE, folder / UNCERTAIN_FILE
     with study_written(picture):
         write_figure(draw_distributions(found), picture)
-    with study_written(note):
-        write_beside(note, json.dumps([finite(record)], indent=1) + "\n")
+    write_json(note, [record])
     return [note, *paths, picture]
 
 

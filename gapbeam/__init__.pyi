@@ -11,12 +11,11 @@ from gapbeam.interface.case_studies import (
     sweep as sweep,
     tradeoff as tradeoff,
 )
+from gapbeam.interface.drawn_results import plot as plot, render as render
 from gapbeam.interface.shown_results import (
     compare as compare,
     export as export,
     open_results as open_results,
-    plot as plot,
-    render as render,
     report as report,
 )
 from gapbeam.interface.single_case import check as check, model as model, modes as modes, run as run, scene as scene

@@ -94,7 +94,7 @@ def plot(
     ] = None,
 ) -> int:
     """Draw peaks, time histories, spectrum and contact forces of a run, and print its tables."""
-    from gapbeam.interface.shown_results import plot as draw
+    from gapbeam.interface.drawn_results import plot as draw
     from gapbeam.postprocess.plot import TABLES_FILE
 
     chosen: dict[str, Any] = {
@@ -142,7 +142,7 @@ def render(
     ] = None,
 ) -> int:
     """Draw the deformed beam in its support, off-screen: pictures and a film."""
-    from gapbeam.interface.shown_results import render as draw
+    from gapbeam.interface.drawn_results import render as draw
 
     factor, pixels = _scale(scale), _size(size)
     colored: Any = None if stress is None else stress.value

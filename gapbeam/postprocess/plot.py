@@ -12,6 +12,7 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from os import PathLike
 from pathlib import Path
 
 import xarray as xr
@@ -47,7 +48,7 @@ from gapbeam.postprocess.figures.signal_figures import (
 )
 from gapbeam.postprocess.results.bounded_files import read_json
 from gapbeam.postprocess.results.columns_of_run import chosen_records, impacts_of, points_of, supports_of, wear_of
-from gapbeam.postprocess.results.results import Results, open_results
+from gapbeam.postprocess.results.results import Given, Results, folder_of, open_results
 from gapbeam.postprocess.results.run_watch import is_periodic, motion_of
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.cycle_counts import (
@@ -60,10 +61,8 @@ from gapbeam.postprocess.signals.cycle_counts import (
     impact_rows,
     in_span,
 )
-from gapbeam.postprocess.signals.periodicity import TOLERANCE
 from gapbeam.postprocess.signals.probe_analysis import Acceleration, Analysis, Options, analyze, as_data, as_text
 from gapbeam.postprocess.signals.shock_spectrum import (
-    DAMPING,
     PowerDensity,
     ShockSpectrum,
     density_data,
@@ -73,7 +72,7 @@ from gapbeam.postprocess.signals.shock_spectrum import (
     shock_rows,
     shock_spectrum,
 )
-from gapbeam.postprocess.signals.spectra import POINTS, Sampling, Window
+from gapbeam.postprocess.signals.spectra import Sampling, Window
 from gapbeam.solver.schema.record_table import CURVE_FILE, HISTORY
 
 FREQUENCY = "frequency (Hz)"
@@ -150,34 +149,57 @@ _ENERGIES = tuple(
 
 
 def plot(
-    folder: str | Path,
-    output: str | Path | None = None,
+    results: Given,
+    output: str | PathLike[str] | None = None,
     formats: Sequence[str] = ("png",),
     probe: str | None = None,
     component: str | None = None,
+    *,
     acceleration: Acceleration = "absolute",
     rate: float | None = None,
-    points: int = POINTS,
+    points: int = 5,
     sampling: Sampling = "mean",
     periods: int | None = None,
     window: Window | None = None,
     harmonics: int = 10,
-    tolerance: float = TOLERANCE,
+    tolerance: float = 0.01,
     zoom: int = 3,
     begin: float | None = None,
     end: float | None = None,
     psd: Sequence[str] = (),
     resolution: float | None = None,
     shock: Sequence[str] = (),
-    damping: float = DAMPING,
+    damping: float = 0.05,
     rainflow: Sequence[str] = (),
     sn_curve: tuple[float, float, float] | None = None,
 ) -> list[Path]:
-    """Draw every figure that the results allow, and write `tables.txt` and `figures.json`.
+    """Draw every figure that the results of a run allow, and write `tables.txt` and `figures.json`.
 
     Power densities, shock response spectra and cycles also become CSV files, named as their pictures.
 
-    Arguments are those of `gapbeam.plot`, where they are described.
+    Args:
+        results: Results folder of a run, or what `run` returned.
+        output: Folder; default: figures in the results folder.
+        formats: "png", "pdf", "svg".
+        probe: Name of a probe; None: the first.
+        component: "x", "y" or "z"; None: the bending direction.
+        acceleration: Absolute, or relative to the support.
+        rate: Sampling rate of the smoothed acceleration, Hz; default points over `output.smoothing_window`.
+        points: Points of its moving average.
+        sampling: Mean over an interval, or its last value.
+        periods: Forcing periods in the spectra; None: as many as there are.
+        window: Window of the spectra; None: rectangular over whole periods.
+        harmonics: Highest harmonic in figures and tables.
+        tolerance: Tolerance of the period, as a fraction of the range.
+        zoom: Forcing periods in the enlarged panels.
+        begin: First time that is looked at, s; None: from the start.
+        end: Last time, s; None: to the end.
+        psd: Names of records to draw the power spectral density of, such as "contact_force".
+        resolution: Frequency resolution of these densities, Hz; None: from the length of the record.
+        shock: Names of records to draw the shock response spectrum of, accelerations or forces.
+        damping: Damping of the oscillators, as a part of critical damping.
+        rainflow: Names of records to count the cycles of.
+        sn_curve: Exponent, range, Pa, and cycles at this range of the S-N curve for damage; None: none is asked for.
 
     Returns:
         The files written: figures, CSV files, `tables.txt`, `figures.json`.
@@ -186,16 +208,17 @@ def plot(
         ResultsError: The results cannot be read.
         SignalError: No such probe or component, or a value that is not finite.
         OptionError: A format that is not one of the three, a record that is not there, or a span without records.
+        UserError: The folder cannot be written.
     """
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise OptionError(f"formats {', '.join(unknown)}: expected some of {', '.join(FORMATS)}")
-    results = open_results(folder)
+    run = open_results(folder_of(results))
     options = Options(probe, component, acceleration, rate, points, sampling, periods, window, harmonics, tolerance)
     whole = begin is None and end is None
-    if is_periodic(results) and not whole:
+    if is_periodic(run) and not whole:
         raise OptionError("the run computed one period of its response: no span of time can be chosen from it")
-    history = chosen_records(results.history, (), begin, end)
+    history = chosen_records(run.history, (), begin, end)
     chosen_records(history, [*psd, *shock, *rainflow])
     if sn_curve is not None and not rainflow:
         raise OptionError("an S-N curve, and no record to count the cycles of; expected one, such as axial_stress")
@@ -203,13 +226,13 @@ def plot(
     shocks = [shock_spectrum(history, name, damping) for name in dict.fromkeys(shock)]
     cycles = [cycle_counts(history, name, curve) for name in dict.fromkeys(rainflow)]
     densities = [power_density(history, name, resolution) for name in dict.fromkeys(psd)]
-    motion = motion_of(results, results.forcing_frequency) if is_periodic(results) else history
-    analysis = analyze(results, options, motion)
-    target = Path(output) if output is not None else results.folder / FOLDER
+    motion = motion_of(run, run.forcing_frequency) if is_periodic(run) else history
+    analysis = analyze(run, options, motion)
+    target = Path(output) if output is not None else run.folder / FOLDER
     span = None if whole else (float(history["time"][0]), float(history["time"][-1]))
-    figures = _figures(results, history, analysis, harmonics, zoom)
+    figures = _figures(run, history, analysis, harmonics, zoom)
     first, last = float(history["time"][0]), float(history["time"][-1])
-    impacts = {} if is_periodic(results) or not last > first else in_span(impacts_of(results.folder), first, last)
+    impacts = {} if is_periodic(run) or not last > first else in_span(impacts_of(run.folder), first, last)
     if impacts:
         figures["impacts"] = partial(draw_impacts, impacts)
     figures |= {f"psd_{found.record}": partial(draw_power_density, found) for found in densities}
@@ -230,7 +253,7 @@ def plot(
         },
         [*map(density_table, densities), *map(shock_table, shocks), *map(cycle_table, cycles)],
     )
-    return _written(results, analysis, tables, figures, target, formats, _heading(results, span))
+    return _written(run, analysis, tables, figures, target, formats, _heading(run, span))
 
 
 @dataclass(frozen=True)

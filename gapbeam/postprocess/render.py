@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from os import PathLike
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from PIL import Image
 
-from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.results.results import Given, folder_of, open_results
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.scene.film import RenderError, write_film
 from gapbeam.postprocess.scene.plane_view import Studio
@@ -24,8 +25,8 @@ __all__ = ["RenderError", "render"]
 
 
 def render(
-    folder: str | Path,
-    output: str | Path | None = None,
+    results: Given,
+    output: str | PathLike[str] | None = None,
     scale: Literal["auto"] | float = "auto",
     film: bool = True,
     frames: int | None = None,
@@ -39,8 +40,17 @@ def render(
     In every view displacement and clearance are enlarged by the same factor, which is written on the picture:
     faces meet in the picture where they meet in the computation.
 
-    Arguments are those of `gapbeam.render`, where they are described; "auto" takes a round factor for each view: one
-    that shows the motion of the whole beam, one that shows the gap in the support.
+    Args:
+        results: Results folder of a run, or what `run` returned.
+        output: Folder; default: pictures in the results folder.
+        scale: Enlargement of displacements; "auto": a round factor for each view, one that shows the motion of the
+            whole beam, one that shows the gap in the support.
+        film: Also make a film.
+        frames: The last frames of the run; None: 300.
+        size: Width and height in pixels.
+        frames_per_second: Speed of the film.
+        progress: Called with the number of frames that are drawn, and of all.
+        stress: Color the beam by this stress; None: by the contact pressure on its faces.
 
     Returns:
         The files written: two pictures, and the film (mp4, or GIF where there is no ffmpeg).
@@ -49,21 +59,22 @@ def render(
         ResultsError: The results cannot be read, or have no such stress.
         RenderError: No solid can be drawn off-screen here, or there are no fields.
         OptionError: A scale, size, speed or number of frames out of range, or an unknown stress.
+        UserError: The folder cannot be written.
     """
     _check(scale, frames, size, frames_per_second)
     if stress is not None and stress not in STRESSES:
         raise OptionError(f"stress {stress!r}: expected one of {', '.join(STRESSES)}, or None")
     colored = None if stress is None else STRESSES[stress]
     speed = frames_per_second
-    results = open_results(folder)
-    with results.fields() as fields:
+    run = open_results(folder_of(results))
+    with run.fields() as fields:
         if len(fields) == 0:
             raise RenderError(f"{fields.path} holds no times yet")
-        target = Path(output) if output is not None else results.folder / FOLDER
+        target = Path(output) if output is not None else run.folder / FOLDER
         chosen = range(max(0, len(fields) - (frames or LONGEST_FILM)), len(fields))
         film = film and len(chosen) > 1
         paths = []
-        with closing(Studio(results, fields, scale, size, speed if film else 0.0, colored)) as studio:
+        with closing(Studio(run, fields, scale, size, speed if film else 0.0, colored)) as studio:
             target.mkdir(parents=True, exist_ok=True)
             for name, (index, remark) in studio.moments().items():
                 paths.append(target / f"{name}.png")

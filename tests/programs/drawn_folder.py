@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from gapbeam.interface.shown_results import render
+from gapbeam.interface.drawn_results import render
 
 render(sys.argv[1], film=False, size=(800, 450))
 others = {"scipy"} if "dask" in sys.modules else set()  # which xarray loads where it is installed, as it does dask

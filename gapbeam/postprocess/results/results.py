@@ -6,8 +6,9 @@ import tomllib
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import h5py
 import numpy as np
@@ -33,6 +34,24 @@ if TYPE_CHECKING:
     from gapbeam.postprocess.results.field_reader import Fields
 
 __all__ = ["Results", "ResultsError", "open_results"]
+
+
+@runtime_checkable
+class InFolder(Protocol):
+    """Result of `run` or of a study, which knows its folder."""
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the results."""
+
+
+Given = str | PathLike[str] | InFolder
+
+
+def folder_of(results: Given) -> Path:
+    """Return the folder of results."""
+    return results.folder if isinstance(results, InFolder) else Path(results)
+
 
 LARGEST_CASE = 4_000_000  # bytes: with every default, larger than what may be read
 READINGS = 10

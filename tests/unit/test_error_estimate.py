@@ -21,7 +21,7 @@ from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate import companion_marches
-from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_lines, closing_table
+from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_lines, closing_table, words_beyond
 from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, companion_motions
 from gapbeam.studies.error_estimate.companions import (
     COARSER,
@@ -48,6 +48,8 @@ from gapbeam.studies.error_estimate.figure_errors import (
     repeats,
 )
 from gapbeam.studies.error_estimate.force_peaks import (
+    BEYOND_HORIZON,
+    FEWEST_WINDOWS,
     Averages,
     Span,
     brief_share,
@@ -56,6 +58,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
     force_peaks,
     key_figures,
     lost_in_steps,
+    spans_between,
     spans_of,
 )
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, impact_rates, window_means
@@ -863,6 +866,40 @@ def test_companions_that_end_early_say_nothing_of_what_comes_later() -> None:
         assert "+- less than 0.001 %" in {row.interval for row in closing.rows}
         words = doubts(found, growing.end)
         assert any("the largest force on base came later and has no error" in one for one in words) == bool(later)
+
+
+@pytest.mark.parametrize("number", range(40))
+def test_an_end_that_is_advised_has_windows_beyond_the_horizon(number: int) -> None:
+    """Four of them, whatever frequency, smooth start and horizon; without one forcing frequency no end has them."""
+    chance = np.random.default_rng(number)
+    frequency, rise, horizon = 10.0 ** chance.uniform(-3.0, 6.0), *(10.0 ** chance.uniform(-2.0, 2.0, 2)).tolist()
+    rise, horizon = rise / frequency * chance.integers(2), horizon / frequency
+    words = words_beyond((), False, frequency, rise, horizon)
+    assert words.startswith("no figure has an error")
+    end = float(words.split(" = ")[1].split()[0])
+    spans = spans_between(end, end, frequency, rise, 1e-3 / frequency, horizon)
+    assert spans[-1].name == BEYOND_HORIZON
+    assert spans[-1].count >= FEWEST_WINDOWS
+    assert "time.end" not in words_beyond((), False, None, rise, horizon)
+    assert words_beyond((), True, None, rise, horizon) == "only its statistics have errors"
+
+
+def test_what_comes_behind_the_horizon_of_a_short_run_is_said() -> None:
+    """A motion that parts from a companion, with a force that grows: the largest one has no error."""
+    case = gapbeam.read_case(DEMO, {"time.end": 0.1})
+    run = sine(end=0.1)
+    run = replace(run, force=run.times[:, None], impulse=0.5 * run.times[:, None] ** 2)
+    parted = replace(run, displacement=run.displacement * (1.0 + 5.0 * np.maximum(run.times - 0.03, 0.0))[:, None])
+    motions = {name: CompanionMotion(name, one) for name, one in ((HALF_STEP, run), (COARSER, parted), (FINEST, run))}
+    found = errors_of(case, run, motions, CompanionPlan((), False, ()))
+    assert found.horizon is not None
+    assert 0.03 < found.horizon < 0.1
+    said = "; ".join(doubts(found, run.end))
+    assert found.later == ("base",)
+    assert "the largest force on base came later" in said
+    assert "only its statistics" not in said
+    closing = closing_table(found.figures, found.reached, found.whole, horizon=found.horizon)
+    assert closing.part == f"up to the horizon, t = {found.horizon:.3g} s"
 
 
 def in_space(lateral: float, noise: float = 0.0) -> MotionRecord:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from math import inf
+from collections.abc import Iterable, Mapping, Sequence
+from math import ceil, floor, inf, log10
 from textwrap import wrap
 from typing import Any, NamedTuple
 
@@ -21,7 +21,14 @@ from gapbeam.postprocess.signals.figure_names import (
     usable,
 )
 from gapbeam.studies.error_estimate.figure_errors import FigureError
-from gapbeam.studies.error_estimate.force_peaks import BEYOND_HORIZON, SECOND_HALF, SETTLED, UP_TO_HORIZON, WHOLE_RUN
+from gapbeam.studies.error_estimate.force_peaks import (
+    BEYOND_HORIZON,
+    FEWEST_WINDOWS,
+    SECOND_HALF,
+    SETTLED,
+    UP_TO_HORIZON,
+    WHOLE_RUN,
+)
 
 GAP = 2  # spaces between columns
 MOST_ROWS, MOST_FORCES, MOST_STATISTICS = 8, 4, 3
@@ -55,8 +62,9 @@ class ClosingTable(NamedTuple):
 
 
 def closing_table(
-    figures: Sequence[FigureError], reached: float, whole: bool, statistics: Mapping[str, Any] | None = None
-) -> ClosingTable:
+    figures: Sequence[FigureError], reached: float, whole: bool, statistics: Mapping[str, Any] | None = None,
+    horizon: float | None = None,
+) -> ClosingTable:  # fmt: skip
     """Return the main figures of a run: own ones, all of them, statistics under noise, motions, the largest forces.
 
     Faces whose law is impulses have their impulse in place of a force.
@@ -66,6 +74,7 @@ def closing_table(
         reached: Time up to which errors are known, s.
         whole: Whether that is the end of the run.
         statistics: Statistics in the summary of a run under random loads.
+        horizon: Time up to which the motion is predictable, s; None: up to the end.
     """
     described = (statistics or {}).get("figures", ())
     counted = {one["name"]: one for one in described}
@@ -85,10 +94,38 @@ def closing_table(
     room = max(MOST_ROWS - len(rows) - len(largest), 0)
     rows += [_row(one) for one in shown if one in motions[:room] or one in largest]
     until = f", {NOT_SETTLED}" if span == SECOND_HALF else ""
+    until += f", t = {horizon:.3g} s" if span in (BEYOND_HORIZON, UP_TO_HORIZON) and horizon is not None else ""
     until += "" if whole else f", up to t = {reached:.3g} s"
     smaller = [one for one in forces if one not in largest and (one.value or one.error)]
     others = len(averaged[MOST_STATISTICS:]) + len(motions[room:]) + len(smaller)
     return ClosingTable(f"{span}{until}" if span else "", tuple(rows), others)
+
+
+def words_beyond(
+    figures: Iterable[FigureError], statistics: bool, frequency: float | None, rise: float, horizon: float
+) -> str:
+    """Return in words which figures of a run have errors beyond its horizon, and from which end on some would have.
+
+    There are enough windows where four of a forcing period lie in the second half, behind the horizon and the rise.
+
+    Args:
+        figures: Figures of all parts of a run, with their errors.
+        statistics: Whether the run has statistics with intervals.
+        frequency: Frequency of the forcing, Hz; None: it has none, or several.
+        rise: Smooth start of the loads, s.
+        horizon: Time up to which the motion is predictable, s.
+    """
+    known = {one.span for one in figures if one.error is not None}
+    if SETTLED in known:
+        return "its settled part repeats, and the figures of that have errors"
+    if statistics or BEYOND_HORIZON in known:
+        return "only its statistics have errors"
+    if frequency is None:
+        return "no figure has an error"
+    windows = FEWEST_WINDOWS / frequency
+    end = max(2.0 * windows, rise + windows, 2.0 * horizon)
+    digit = 10.0 ** (floor(log10(end)) - 1)  # the second one
+    return f"no figure has an error, as the run is too short; time.end = {ceil(end / digit) * digit:g} would do"
 
 
 def closing_lines(closing: Mapping[str, Any], width: float = inf) -> list[str]:

@@ -126,10 +126,14 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None, rep
         horizon: Time up to which the motion is predictable, s; None: up to the end.
         repeats: The second half is periodic: its figures can be predicted, whatever the horizon is.
     """
+    return spans_between(end, case.time.end, *frequency_and_rise(case), interval, horizon, repeats)
+
+
+def frequency_and_rise(case: Case) -> tuple[float | None, float]:
+    """Return the frequency of the forcing, Hz, None but for a single one, and the smooth start of the loads, s."""
     frequencies = forcing_frequencies(case.load)
     rise = max((load.rise_time for load in case.load), default=0.0)
-    frequency = frequencies[0] if len(frequencies) == 1 else None
-    return spans_between(end, case.time.end, frequency, rise, interval, horizon, repeats)
+    return frequencies[0] if len(frequencies) == 1 else None, rise
 
 
 def spans_between(

@@ -27,8 +27,9 @@ from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import write_summary
+from gapbeam.solver.run.stop_rule import has_statistics
 from gapbeam.solver.run.verdict import UNDER_NOISE
-from gapbeam.studies.error_estimate.closing_table import MOST_FORCES, closing_table, with_unit
+from gapbeam.studies.error_estimate.closing_table import MOST_FORCES, closing_table, with_unit, words_beyond
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of, error_way
 from gapbeam.studies.error_estimate.figure_errors import (
@@ -40,6 +41,7 @@ from gapbeam.studies.error_estimate.figure_errors import (
     repeats,
 )
 from gapbeam.studies.error_estimate.force_peaks import (
+    BEYOND_HORIZON,
     FEWEST_RECORDS,
     SETTLED,
     SMALLER_STEP,
@@ -49,6 +51,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
     contact_windows,
     doubtful_peaks,
     force_peaks,
+    frequency_and_rise,
     lost_in_steps,
     peak_forces,
     spans_of,
@@ -82,10 +85,11 @@ class RunErrors:
         plan: The companions.
         marched: Results of the companions without their motions: DOFs, step, steps, seconds by name.
         whole: Whether that is the end of the run.
-        later: Faces whose largest force came after it.
+        later: Faces whose largest force came after all figures that have errors.
         repeats: Whether the second half is periodic: settled.
         failed: Companions without a motion, and why.
         spans: The parts of the run.
+        beyond: Words on the figures that have errors beyond the horizon.
         impact_rates: Least and largest number of impacts a second among run and companions, by face.
     """
 
@@ -100,6 +104,7 @@ class RunErrors:
     failed: Mapping[str, str] = field(default_factory=dict)
     spans: tuple[Span, ...] = ()
     impact_rates: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    beyond: str = ""
 
 
 def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
@@ -182,7 +187,7 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
         errors |= describe(found)
         warnings += [*doubts(found, run.end), *beyond, *noisy, *doubts_about_forces(found.figures, advice)]
         summary["closing"] = closing_table(
-            found.figures, found.reached, found.whole, summary.get("statistics")
+            found.figures, found.reached, found.whole, summary.get("statistics"), found.horizon
         ).as_data()
     except (EstimateError, ResultsError) as failed:
         errors |= {"status": "not estimated", "reason": str(failed)}
@@ -316,7 +321,7 @@ def errors_of(
     part = run if whole else run.between(0.0, reached)
     smoothing, _ = smoothing_window(case)
     horizon, settled = _predictability(case, part, motions, plan, reference, smoothing)
-    figures, later = list[FigureError](), tuple[str, ...]()
+    figures = list[FigureError]()
     spans = spans_of(case, reached, interval, horizon, settled)
     if spans and spans[-1].name == WHOLE_RUN:
         spans[-1] = replace(spans[-1], width=run.end)
@@ -330,9 +335,13 @@ def errors_of(
     for own in figure_spans(run, reached, horizon, repeating):
         lost = lost_by_own(run, own, step or run.interval)
         figures += figure_errors(run, motions, reference, own, plan.in_plane, averages, plan.records, meshed, lost)
-    if not whole:
-        grown = run.force.max(axis=0) > part.force.max(axis=0)
-        later = tuple(np.array(run.faces)[grown].tolist())
+    beyond, rates = "", impact_rates(part, motions.values())
+    if horizon is not None:
+        beyond = words_beyond(figures, has_statistics(case), *frequency_and_rise(case), horizon)
+        if not any(one.error is not None and one.span in (SETTLED, BEYOND_HORIZON) for one in figures):
+            part = run.between(0.0, horizon)
+    grown = run.force.max(axis=0) > part.force.max(axis=0, initial=0.0)
+    later = tuple(np.array(run.faces)[grown].tolist())
     marched = {
         name: {"dofs": one.dofs, "step": one.step, "steps": one.steps, "seconds": one.seconds}
         for name, one in found.items()
@@ -340,7 +349,7 @@ def errors_of(
     }
     return RunErrors(
         tuple(figures), horizon, reached, plan, marched, whole, later, settled, failed, tuple(spans),
-        impact_rates(part, motions.values()),
+        rates, beyond,
     )  # fmt: skip
 
 
@@ -398,12 +407,10 @@ def doubts(found: RunErrors, end: float) -> list[str]:
     """Return the remarks on the errors, one sentence each."""
     words = []
     if found.horizon is not None:
-        beyond = (
-            "beyond, it depends on step and mesh, but its settled part repeats, and the figures of that have errors"
-            if found.repeats
-            else "beyond, it depends on step and mesh, and only its statistics have errors"
+        words.append(
+            f"the motion can be predicted up to t = {found.horizon:.4g} s only: beyond, it depends on step and mesh, "
+            f"and {found.beyond}"
         )
-        words.append(f"the motion can be predicted up to t = {found.horizon:.4g} s only: {beyond}")
     if not found.whole:
         words.append(
             f"errors are estimated up to t = {found.reached:.4g} s of {end:g} s: the comparison runs met the limit of "

@@ -33,7 +33,7 @@ from gapbeam.solver.run.scene_run import SceneMarch, SceneRun
 from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene_march import marcher_of, steps_to
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table
+from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table, words_beyond
 from gapbeam.studies.error_estimate.companions import HALF_STEP, STIFFER
 from gapbeam.studies.error_estimate.figure_errors import (
     FACTORS,
@@ -169,7 +169,7 @@ def _errors(
         figures += figure_errors(run, motions, None, own, False, averages, lost=lost, factors=FIRST_ORDER)
     warnings = list(doubtful_peaks(peaks, run.interval))
     if horizon is not None:
-        beyond = "its settled part repeats" if again else "only its statistics have errors"
+        beyond = words_beyond(figures, statistics is not None, frequency, 0.0, horizon)
         warnings.append(
             f"the motion can be predicted up to t = {begin + horizon:.4g} s only: beyond, it depends on the step, and "
             f"{beyond}"
@@ -188,4 +188,4 @@ def _errors(
         "figures": [one.as_data() for one in figures],
         "impact_rates": impact_rates(run, motions.values()),
     }
-    return described, warnings, closing_table(figures, run.end, whole=True, statistics=statistics)
+    return described, warnings, closing_table(figures, run.end, whole=True, statistics=statistics, horizon=horizon)

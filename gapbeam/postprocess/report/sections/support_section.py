@@ -58,8 +58,6 @@ def support_table(summary: Summary) -> TableBlock | None:
         impulse = _figure(figures.get(f"{face} {IMPULSE}"))
         rows.append((face, peak, impulse, _impacts(summary, face), *wear, judged))
     part = f", {closing}" if closing else ""
-    horizon = (summary.get("errors") or {}).get("horizon")
-    part += f" of t = {number(float(horizon), 3)} s" if closing == "beyond the horizon" and horizon is not None else ""
     notes = (
         [f"A star: the {MEAN_FORCE} over a contact, ten records at most, as blows are not resolved."]
         if any("*" in str(row[1]) for row in rows)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from gapbeam.interface.case_source import CaseSource, name_of, read_case
 from gapbeam.process.failing_ranks import refuse_ranks
 from gapbeam.solver.case.reading.overrides import Overrides
+from gapbeam.solver.scene.argument_checks import checked
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.scene.set_up import LoadArrow, SectionMask, SetUp
@@ -20,6 +21,7 @@ GRID = 160  # points of a section either way
 MARGIN = 0.01  # of a section, around it
 
 
+@checked
 def view(
     case: CaseSource,
     overrides: Overrides = (),

@@ -21,7 +21,7 @@ from gapbeam.solver.case.reading import case_reader
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.case.reading.value_words import toml_value
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.messages.wording import apart
+from gapbeam.solver.messages.wording import apart, printable
 from gapbeam.studies.trials.axes import Axis, Spacing, read_axis
 
 if TYPE_CHECKING:
@@ -97,10 +97,10 @@ def _read(source: CaseSource, overrides: Overrides) -> Case:
 
 
 def _refuse_scene(source: object) -> None:
-    """Refuse a scene where a case is asked for.
+    """Refuse a scene, or what is no source at all, where a case is asked for.
 
     Raises:
-        UserError: The source is a scene.
+        UserError: The source is none of a case.
     """
     if isinstance(source, str | PathLike | Mapping | Case):
         return  # what reads a case does not load what marches a scene
@@ -111,6 +111,7 @@ def _refuse_scene(source: object) -> None:
             "found a scene, expected a case; `gapbeam.run` marches one scene into a folder, `gapbeam.ensemble` many "
             'members of it side by side: ensemble(scene, {"left.clearance": values}, step=, end=)'
         )
+    raise UserError(f"found {printable(source)}, expected a case: the path of its file, its text or its tables")
 
 
 def shared_case(source: CaseSource, overrides: Overrides, comm: MPI.Comm) -> UserCase:

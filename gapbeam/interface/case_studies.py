@@ -20,6 +20,7 @@ from gapbeam.interface.case_source import (
 )
 from gapbeam.process.failing_ranks import refuse_ranks
 from gapbeam.solver.case.reading.overrides import Overrides
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.studies.engine.workers import Workers as Workers
 from gapbeam.studies.engine.workers import as_workers
 
@@ -35,6 +36,7 @@ Values = str | Sequence[object]
 Progress = Callable[[int, int], None]
 
 
+@checked
 def sweep(
     case: CaseSource,
     values: Mapping[str, Values],
@@ -96,6 +98,7 @@ def sweep(
     return run_sweep(wanted, folder, overwrite, crew, progress)
 
 
+@checked
 def stability(
     case: CaseSource,
     stiffness: Values = "1e10:1e16:4",
@@ -139,6 +142,7 @@ def stability(
     return run_stability(case_file(case, folder), axes, folder, override_texts(overrides), crew, progress, overwrite)
 
 
+@checked
 def tradeoff(
     case: CaseSource,
     overrides: Overrides = (),
@@ -181,6 +185,7 @@ def tradeoff(
     return run_tradeoff(case_file(case, folder), folder, fixed, tolerance, minutes, progress, overwrite)
 
 
+@checked
 def identify(
     file: str | PathLike[str],
     overrides: Overrides = (),
@@ -219,6 +224,7 @@ def identify(
     return run_identification(problem, folder, leave_one_out, crew, overwrite, progress)
 
 
+@checked
 def life(
     case: CaseSource,
     overrides: Overrides = (),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from gapbeam.postprocess.results.results import Given, InFolder, folder_of
 from gapbeam.process.failing_ranks import refuse_ranks
+from gapbeam.solver.scene.argument_checks import checked
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.results.results import Results
@@ -29,6 +30,7 @@ def open_results(results: Given) -> Results:
     return open_folder(folder_of(results))
 
 
+@checked
 def compare(
     a: Given,
     b: Given,
@@ -60,6 +62,7 @@ def compare(
     return compare_folders(one, other, folder, tolerance, after)
 
 
+@checked
 def export(
     results: Given,
     output: str | PathLike[str] | None = None,
@@ -108,6 +111,7 @@ def export(
         return write(folder, path, records, begin, end, every, table)
 
 
+@checked
 def report(
     results: Given | Sequence[Given],
     output: str | PathLike[str] | None = None,
@@ -140,7 +144,8 @@ def report(
     from gapbeam.interface.case_fmu import live_model
     from gapbeam.studies.write_report import write_report
 
-    several = [results] if isinstance(results, str | PathLike | InFolder) else list(results)
+    one = isinstance(results, str | PathLike | InFolder) or not isinstance(results, Iterable)
+    several: list[Any] = [results] if one else list(results)  # type: ignore[arg-type]
     page = None if output is None else Path(output)
     return write_report(
         [folder_of(one) for one in several], report_kinds(), page, pdf, overwrite, begin, end, live_model

@@ -117,9 +117,12 @@ def _run_of_scene(
 ) -> UserOutcome:  # fmt: skip
     """Run a scene, on rank 0 of several; arguments that are for cases are refused."""
     from gapbeam.solver.messages.errors import UserError
+    from gapbeam.solver.messages.wording import printable
     from gapbeam.solver.run.scene_run import SceneRun, run_scene
     from gapbeam.studies.error_estimate.scene_errors import with_scene_errors
 
+    if not any(one.__name__ == "Scene" for one in type(scene).__mro__):
+        raise UserError(f"run: found {printable(scene)}, expected a case or a scene")
     _refuse([name for name, value in others.items() if value is not None], "a scene: see `scene.with_`")
     known = [one.name for one in fields(SceneRun) if one.name != "scene"]
     _refuse([name for name in march if name not in known], f"a scene; its arguments: {', '.join(known)}")
@@ -198,6 +201,7 @@ def scene(case: CaseSource, overrides: Overrides = ()) -> Scene:
     return shared_case(case, overrides, all_ranks()).scene()
 
 
+@checked
 def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription | SceneDescription:
     """Mesh, assemble and seat a case, march some steps, and predict its run: model, time, memory.
 
@@ -227,6 +231,7 @@ def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription | Scen
     return describe_case(read, comm)
 
 
+@checked
 def modes(
     case: CaseSource,
     overrides: Overrides = (),

@@ -73,6 +73,7 @@ from gapbeam.postprocess.signals.shock_spectrum import (
     shock_spectrum,
 )
 from gapbeam.postprocess.signals.spectra import Sampling, Window
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.schema.record_table import CURVE_FILE, HISTORY
 
 FREQUENCY = "frequency (Hz)"
@@ -148,6 +149,7 @@ _ENERGIES = tuple(
 )
 
 
+@checked
 def plot(
     results: Given,
     output: str | PathLike[str] | None = None,

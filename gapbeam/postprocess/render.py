@@ -16,6 +16,7 @@ from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.scene.film import RenderError, write_film
 from gapbeam.postprocess.scene.plane_view import Studio
 from gapbeam.postprocess.scene.surface_color import STRESSES
+from gapbeam.solver.scene.argument_checks import checked
 
 FOLDER = "pictures"
 LONGEST_FILM = 300
@@ -24,6 +25,7 @@ SMALLEST = 200
 __all__ = ["RenderError", "render"]
 
 
+@checked
 def render(
     results: Given,
     output: str | PathLike[str] | None = None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
@@ -242,3 +243,54 @@ def test_a_polygon_has_as_many_corners_as_the_refusal_says(law: Any, sliding: fl
     with pytest.raises(gb.UserError, match=f"at most {most}"):
         contact(most + 1)
     assert gb.Contact(ball["at"], gb.Polar(np.full(90, 1e-3)), law, **rough).motions == 2
+
+
+WRONG = {
+    "run": {"case": 3, "overwrite": "yes", "at_most": "1h"},
+    "check": {"case": None},
+    "view": {"case": 3.0},
+    "modes": {"case": 3, "measured": 4},
+    "sweep": {"case": 3, "values": "a"},
+    "stability": {"case": 3},
+    "life": {"case": 3},
+    "plot": {"results": 3, "psd": "displacement", "zoom": "3"},
+    "render": {"results": None, "frames": "12"},
+    "export": {"results": 3, "records": "displacement", "every": 0.5},
+    "report": {"results": 3, "pdf": "no"},
+    "compare": {"a": 3, "tolerance": "1 %"},
+    "open_results": {"results": 3},
+    "fmu": {"case": 3, "inputs": "shaker"},
+}
+
+
+@pytest.mark.parametrize(("name", "argument"), [(name, argument) for name, some in WRONG.items() for argument in some])
+def test_no_argument_of_a_command_ends_in_a_traceback(name: str, argument: str) -> None:
+    """One of another kind is refused with what was expected, before anything is read."""
+    sound = {"a": "here", "b": "there", "results": "here", "case": "none.toml", "values": {"time.end": [1.0]}}
+    function = getattr(gb, name)
+    given = {one: sound[one] for one in sound if one in inspect.signature(function).parameters}
+    with pytest.raises(gb.UserError, match="expected"):
+        function(**{**given, argument: WRONG[name][argument]})
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (lambda t: 0.0 * np.size(t) + np.zeros(3), r"at 0.001 s returned \[0. 0. 0.\] of shape \(3,\), expected a num"),
+        (lambda t: np.exp(1j * t), "returned complex numbers"),
+        (lambda t: {"t": t}, "expected a number"),
+        (lambda t: f"{t}", "returned text"),
+        (lambda t: t / undefined, r"failed \(NameError"),  # noqa: F821
+        (lambda t, u: t + u, r"failed \(TypeError"),
+        (lambda t: [1.0][8 + np.size(t)], r"failed \(IndexError"),
+        (lambda t: np.nan * t, "is not finite"),
+        ("3", "text"),
+        ((np.array(["2020-01-01", "2020-01-02"], dtype="datetime64[ns]"), [0.0, 1.0]), "dates, not s"),
+        ((np.array([0, 1], dtype="timedelta64[s]"), [0.0, 1.0]), "spans of time, not s"),
+    ],
+)
+def test_loads_that_are_no_numbers_are_refused(value: Any, words: str) -> None:
+    """Functions that fail or return something else, and tables over dates, which are no seconds."""
+    one = gb.mass(1.0, stiffness=1.0)
+    with pytest.raises(gb.UserError, match=words):
+        gb.history(gb.Scene(one, loads=[gb.Force(one["at"], value, name="f")]), 1e-3, 1e-2, scheme=gb.euler())

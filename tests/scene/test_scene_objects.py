@@ -17,6 +17,7 @@ from scipy.integrate import quad
 
 import gapbeam as gb
 from gapbeam.solver.scene import object_code
+from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.object_code import address
 from gapbeam.solver.scene.shipped_laws import check_law
@@ -29,10 +30,12 @@ def Hardening(x, stiffness, scale):  # noqa: N802
     return stiffness * scale * np.sinh(x / scale)
 
 
-@gb.region
-def ellipse(x, y, a, b):
+def ellipse_distance(x, y, a, b):
     f, slope = (x / a) ** 2 + (y / b) ** 2 - 1.0, 2.0 * np.sqrt((x / a**2) ** 2 + (y / b**2) ** 2)
     return f / (slope + 1e-12)
+
+
+ellipse = gb.region(ellipse_distance, name="ellipse")
 
 
 @gb.region
@@ -488,3 +491,46 @@ def test_a_notebook_shows_what_a_scene_was_made_of() -> None:
         rows[3][3] == "Slot: clearance 0.001 to 0.003, center 0; KelvinVoigt: stiffness 50000, damping 2; offset 1e-05"
     )
     assert "3 contacts, 3 loads, 1 DOF&gt;" in shown
+
+
+@pytest.mark.parametrize("exponent", [1.1, 1.5, 1.7, 2.5, 3.0])
+@pytest.mark.parametrize("scheme", [gb.midpoint(), gb.euler()])
+def test_laws_of_powers_are_not_asked_below_touch(exponent: float, scheme: LinearScheme) -> None:
+    """A power of a negative number is no number: in flight such laws made it the force. Against the shipped law."""
+
+    @gb.law(potential=lambda x, k, p: k * x ** (p + 1.0) / (p + 1.0))
+    def power(x, k, p):
+        return k * x**p
+
+    one, k = gb.mass(1.0, stiffness=400.0, damping=2.0), 1e2 * 1e3**exponent
+    known = gb.HuntCrossley(k, exponent=exponent)
+    push = gb.Force(one["at"], lambda t: 2.0 * np.sin(25.0 * t))
+    stops = (gb.Contact(one["at"], gb.Slot(2e-3), law) for law in (power(k=k, p=exponent), known))
+    found = [gb.history(gb.Scene(one, contacts=[stop], loads=[push]), 1e-4, 1.0, scheme=scheme) for stop in stops]
+    x, expected = (some.displacement["at"] for some in found)
+    assert np.abs(expected).max() > 1.05e-3
+    assert np.abs(x - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+def test_own_laws_and_regions_run_into_a_folder(tmp_path: Path) -> None:
+    """Penetrations on record are those of the distance at the places, normals included: forces are the law's."""
+    one = gb.mass(1.0, motions=2, stiffness=400.0, damping=2.0)
+    hole = gb.Contact(one["at"], ellipse(a=2e-3, b=1e-3), gb.KelvinVoigt(1e6), name="hole")
+    push = gb.Force(one["at"], lambda t: 2.0 * np.sin(25.0 * t), [0.6, 0.8])
+    outcome = gb.run(gb.Scene(one, contacts=[hole], loads=[push]), step=1e-4, end=1.0, output=tmp_path / "run")
+    assert outcome.exit_status == 0
+    x, y = outcome.history.displacement.values[:, 0].T
+    depth = outcome.history.penetration.values[:, 0]
+    assert depth == pytest.approx(ellipse_distance(x, y, 2e-3, 1e-3), abs=1e-12)
+    assert depth.max() > 0.0
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_load_that_ignores_its_times_is_asked_at_each(whole: bool) -> None:
+    """A number that a function draws was held over thousands of steps; a constant still is one."""
+    draw, one = np.random.default_rng(7), gb.mass(1.0, stiffness=1.0)
+    load = gb.Force(one["at"], lambda t: draw.normal(size=np.shape(t)) if whole else draw.normal())
+    values = load.table(np.arange(2000) * 1e-3)[:, 0]
+    assert values.std() == pytest.approx(1.0, rel=0.1)
+    assert abs(np.corrcoef(values[1:], values[:-1])[0, 1]) < 0.1
+    assert np.ptp(gb.Force(one["at"], lambda t: 5.0 + 0.0 * np.size(t)).table(np.arange(9.0))) == 0.0

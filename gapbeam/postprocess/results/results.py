@@ -15,6 +15,7 @@ import numpy as np
 
 from gapbeam.postprocess.results.bounded_files import check_hdf5, printable, read_json, read_plain
 from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.schema.record_table import (
     CASE_FILE,
     FIELDS_DATA_FILE,
@@ -49,7 +50,13 @@ Given = str | PathLike[str] | InFolder
 
 
 def folder_of(results: Given) -> Path:
-    """Return the folder of results."""
+    """Return the folder of results.
+
+    Raises:
+        UserError: The argument is no folder, and knows none.
+    """
+    if not isinstance(results, str | PathLike | InFolder):
+        raise UserError(f"found {printable(results)}, expected a results folder, or what `gapbeam.run` returned")
     return results.folder if isinstance(results, InFolder) else Path(results)
 
 

@@ -136,16 +136,20 @@ class ArgumentError(UserError):
         self.argument = argument
 
 
+NO_NUMBERS = {"c": "complex numbers", "U": "text", "S": "text", "m": "spans of time, not s", "M": "dates, not s"}
+"""Kinds of arrays that NumPy would make real numbers of, by their letter."""
+
+
 def finite(value: Any, where: str) -> Array:
     """Return numbers as an array of floats.
 
     Raises:
-        UserError: A value is no number, complex, or not finite.
+        UserError: A value is no number, complex, text, a date, or not finite.
     """
     try:
         found = np.asarray(value)
-        if found.dtype.kind == "c":
-            raise TypeError("complex numbers")
+        if found.dtype.kind in NO_NUMBERS:
+            raise TypeError(NO_NUMBERS[found.dtype.kind])
         found = found.astype(float)
     except (TypeError, ValueError) as error:
         raise UserError(f"{where}: expected real numbers ({error})") from None

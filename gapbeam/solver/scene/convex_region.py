@@ -79,7 +79,7 @@ class ConvexRegion:
         depth, normals = np.empty(len(places)), np.zeros((len(places), 2))
         flat = np.zeros((len(places), 2))
         flat[:, : self.motions] = places
-        _deepest(self.kind)(flat, np.array([float(one) for one in self.values]), depth, normals)
+        _deepest(self.kind)(flat, tuple(float(one) for one in self.values), depth, normals)
         return depth, normals[:, : self.motions]
 
     @property

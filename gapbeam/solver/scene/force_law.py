@@ -203,9 +203,10 @@ def _divided(kind: LawKind) -> Any:
         middle, reach = 0.5 * (a + b), 0.3872983346207417 * (b - a)  # short steps at depth: three Gauss points
         sides = spring(middle - reach, *values) + spring(middle + reach, *values)
         e = 1e-4 * abs(middle) + TINY
+        low = middle - e if abs(middle) > e else middle  # springs of no contact are not asked below 0
         return (
             (5.0 * sides + 8.0 * spring(middle, *values)) / 18.0,
-            0.25 * (spring(middle + e, *values) - spring(middle - e, *values)) / e,
+            0.5 * (spring(middle + e, *values) - spring(low, *values)) / (middle + e - low),
         )
 
     return mean

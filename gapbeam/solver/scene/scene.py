@@ -171,7 +171,7 @@ class Scene:
         contacts, loads, feedbacks = list(self.contacts), list(self.loads), list(self.feedbacks)
         faults, factors = [], self.damping_factors.copy()
         for path, value in changes.items():
-            name, _, key = path.partition(".")
+            name, _, key = str(path).partition(".")
             bodies = [i for i, one in enumerate(self.structures) if one.name and fnmatchcase(one.name, name)]
             if bodies and key == FACTOR:
                 factors[bodies] = positive(value, path, zero=True)

@@ -25,8 +25,8 @@ from numpy.typing import ArrayLike
 
 from gapbeam.solver.loads.time_function import Harmonic
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.scene.argument_checks import checked, finite
+from gapbeam.solver.messages.wording import counted, printable
+from gapbeam.solver.scene.argument_checks import NO_NUMBERS, checked, finite
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.system.operators import Array
 
@@ -137,16 +137,36 @@ class Load:
                 expected = f"{lanes} values, one for each member" if lanes > 1 else "one value, or (times, values)"
                 raise UserError(f"load {self.name or '?'}: found {counted(given.size, 'value')}, expected {expected}")
             return np.broadcast_to(given, (len(times), lanes))
+        ends = [(float(t), (1, lanes)) for t in times[[0, -1]]] if len(times) else []
         try:
-            found = np.asarray(self.value(times[:, None], **self.parameters), dtype=float)
-            found = np.broadcast_to(found, (len(times), lanes))
-        except (TypeError, ValueError):  # a function of one number
-            found = np.array([self.value(float(t), **self.parameters) for t in times], dtype=float)
-            found = np.broadcast_to(found.reshape(len(times), -1), (len(times), lanes))
+            found = self._asked(times[:, None], (len(times), lanes))
+            whole = np.ptp(found, axis=0).any() or all(np.all(self._asked(*end) == found[0]) for end in ends)
+        except Exception:  # a function of one number, or whatever a program may raise
+            whole = False
+        if not whole:  # a number for all times, and another one by itself: noise, or looked at as a whole
+            found = np.vstack([np.zeros((0, lanes)), *(self._asked(float(t), (1, lanes)) for t in times)])
         if not np.all(np.isfinite(found)):
             first = times[int(np.flatnonzero(~np.isfinite(found).all(axis=1))[0])]
             raise UserError(f"load {self.name or '?'}: its value at {first:.6g} s is not finite")
         return found
+
+    def _asked(self, t: Any, shape: tuple[int, int]) -> Array:
+        """Return the values of the function at one or all times.
+
+        Raises:
+            UserError: The function fails, or returns something else than a real number for each time.
+        """
+        where = f"load {self.name or '?'}: its function at {np.ravel(t)[0]:.6g} s"
+        try:
+            found = np.asarray(self.value(t, **self.parameters))
+        except Exception as error:
+            raise UserError(f"{where} failed ({type(error).__name__}: {error})") from error
+        if found.dtype.kind in NO_NUMBERS:
+            raise UserError(f"{where} returned {NO_NUMBERS[found.dtype.kind]}, expected real numbers")
+        try:
+            return np.broadcast_to(found.astype(float), shape)
+        except (TypeError, ValueError):
+            raise UserError(f"{where} returned {printable(found)} of shape {found.shape}, expected a number") from None
 
     def replaced(self, name: str, value: Any) -> Load:
         """Return the load with another "value" or parameter.

@@ -23,7 +23,6 @@ from gapbeam.solver.case.reading.case_reader import CaseError, read_case, warnin
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.loads.point_load import RecordedForce
 from gapbeam.solver.loads.recorded_function import RecordedSignal, signal_of
-from gapbeam.solver.loads.recorded_load import record_words
 from gapbeam.solver.loads.support_motion import RecordedMotion
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.simulation import march_of_model
@@ -363,7 +362,7 @@ def test_records_are_cheap_to_vary(tmp_path: Path) -> None:
 
 def test_what_check_says_of_a_record(tmp_path: Path) -> None:
     read = read_case(_recorded_case(tmp_path), BRIEF)
-    frequency, words = record_words(signal_of(read.load[1]), read.time.step)
+    frequency, words = read.load[1].frequency_words(read.time.step)
     assert "201 rows over 0.01 s, every 5e-05 s; peak 300" in words
     assert float(frequency.removesuffix(" Hz")) == pytest.approx(80.0, abs=160.0)  # less than a period
 

@@ -16,6 +16,7 @@ from pydantic import Field, Strict, TypeAdapter
 from gapbeam.solver.loads.places import Attachment, BodyForce, LoadPart, Place, StaticForce
 from gapbeam.solver.loads.time_function import TimeFunction, constant
 from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.messages.wording import apart, exceeds
 from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Switch, Table, Vector
 
 OF_MODEL = ("type", "name", "direction")
@@ -221,6 +222,24 @@ class LoadTable(Table, ABC):
         yield from ()
 
 
+class RampedLoad(LoadTable):
+    """A load with a smooth start over its key `ramp`, which stands where its table has it."""
+
+    @property
+    def rise_time(self) -> float:
+        """Duration of the ramp, s."""
+        return float(vars(self)["ramp"])
+
+    def at_full_amplitude(self) -> Self:
+        """Return the load without its ramp."""
+        return self.model_copy(update={"ramp": 0.0})
+
+    def unusual_in_run(self, end: float) -> Iterator[str]:
+        """Yield a smooth start that is longer than the run."""
+        if exceeds(ramp := float(vars(self)["ramp"]), end):
+            yield "ramp = {} is longer than the run, {} s".format(*apart(ramp, end))
+
+
 Column = Annotated[int, Strict(), Field(ge=1, le=10_000)] | Annotated[str, Field(min_length=1, max_length=100)]
 
 
@@ -234,7 +253,7 @@ def _example(table: type[Table], key: str) -> Any:
     return TypeAdapter[Any](field.annotation).validate_python((field.examples or [None])[0])
 
 
-class RecordedTable(LoadTable):
+class RecordedTable(RampedLoad):
     """A load recorded over time: scale * (value - mean) + offset, with a curve between the rows."""
 
     name: Name = Field(default="recorded", description="unique name")

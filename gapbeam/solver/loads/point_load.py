@@ -12,22 +12,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import partial
 from math import pi, radians, sin
-from typing import Literal, Self
+from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.loads.load_table import LoadTable, StaticLoad
+from gapbeam.solver.loads.load_table import LoadTable, RampedLoad, StaticLoad
 from gapbeam.solver.loads.places import Attachment, PointForce, StaticForce
 from gapbeam.solver.loads.recorded_load import RecordedLoad
 from gapbeam.solver.loads.time_function import Harmonic, TimeFunction, constant
-from gapbeam.solver.messages.wording import apart, exceeds
 from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Vector
 
 HARMONICS = 5.0
 """Multiples of the forcing frequency that are of interest."""
 
 
-class HarmonicLoad(LoadTable):
+class HarmonicLoad(RampedLoad):
     """A harmonic load amplitude * sin(2 pi frequency t + phase), ramped smoothly from zero."""
 
     amplitude: Number = Field(description="amplitude, in the unit of the quantity", examples=[20.0])
@@ -60,15 +59,6 @@ class HarmonicLoad(LoadTable):
         """Five times the frequency: contact makes harmonics."""
         return HARMONICS * self.frequency, f"{HARMONICS:g} times the highest forcing frequency"
 
-    @property
-    def rise_time(self) -> float:
-        """Duration of the ramp, s."""
-        return self.ramp
-
-    def at_full_amplitude(self) -> Self:
-        """Return the load without its ramp."""
-        return self.model_copy(update={"ramp": 0.0})
-
     def frequency_words(self, step: float) -> tuple[str, str]:
         """Return the frequency, and the steps in a period."""
         return f"{self.frequency:g} Hz", f"{1.0 / (self.frequency * step):.4g} steps per period"
@@ -95,8 +85,7 @@ class HarmonicLoad(LoadTable):
 
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a load that starts with a jump, or that never reaches its amplitude."""
-        if exceeds(self.ramp, end):
-            yield "ramp = {} is longer than the run, {} s".format(*apart(self.ramp, end))
+        yield from super().unusual_in_run(end)
         if self.ramp == 0 and abs(sin(radians(self.phase))) > 1e-9:
             yield f"phase = {self.phase:g} without a ramp: the load starts with a jump"
 

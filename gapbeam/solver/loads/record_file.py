@@ -303,7 +303,7 @@ def _numbers(content: bytes, layout: RecordLayout, columns: list[int]) -> tuple[
         read = np.loadtxt(iter(rows), delimiter=layout.delimiter, usecols=columns, comments=None, ndmin=2)
     except ValueError as error:
         entries = layout.entries(rows.text)
-        wrong = next((entries[place] for place in columns if not _is_number(entries[place])), rows.text)
+        wrong = next((entries[place] for place in columns if not _numeric(entries[place])), rows.text)
         found = f"{printable(wrong.strip())!r} in line {rows.line}"
         raise _fault(FILE, found, "a number", "put # in front of lines that are no rows") from error
     return np.ascontiguousarray(read[:, 0]), np.ascontiguousarray(read[:, 1])
@@ -364,14 +364,6 @@ def _faults(times: Array, values: Array, kind: RowKind) -> Iterator[Fault]:
         hint = f"{plural} printed with too few digits, or another column?"
         hint = hint if alike else f"is it the column of the {plural}?"
         yield Fault(first, found, f"{plural} that increase from row to row", hint)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _here(file: str) -> str:

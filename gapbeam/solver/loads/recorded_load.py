@@ -17,7 +17,6 @@ from gapbeam.solver.loads.recorded_function import (
     MOST_POWER,
     ROUNDING,
     RecordCurve,
-    RecordedSignal,
     curve_of,
     holes_between,
     signal_of,
@@ -28,41 +27,6 @@ from gapbeam.solver.messages.wording import apart, counted, either, exceeds
 
 MOST_ROWS = 20_000_000
 """Most rows that a run goes through, repeated ones included."""
-
-
-def file_faults(load: RecordedTable, key: Key) -> Iterator[Fault]:
-    """Yield the faults of the file of a load.
-
-    Args:
-        load: The load.
-        key: The way to its table in the case.
-    """
-    try:
-        curve_of(load)
-    except RecordError as error:
-        for fault in error.faults:
-            yield replace(fault, key=(*key, *fault.key))
-
-
-def run_faults(load: RecordedTable, key: Key, end: float, step: float | None) -> Iterator[Fault]:
-    """Yield a record that does not cover the run, or is scaled beyond all reason.
-
-    Args:
-        load: The load.
-        key: The way to its table in the case.
-        end: End of the run, s.
-        step: Time step, s; None: computed later.
-    """
-    try:
-        curve = curve_of(load)
-    except RecordError:
-        return
-    yield from _hole_faults(load, key, curve)
-    peak = signal_of(load).peak
-    if not peak <= GREATEST and abs(load.scale) <= GREATEST:
-        found = f"{load.scale:g}, which makes a peak of {peak:.3g}"
-        yield Fault((*key, "scale"), found, f"a peak of at most {GREATEST:g}")
-    yield from _span_faults(load, key, curve, end, step)
 
 
 def _hole_faults(load: RecordedTable, key: Key, curve: RecordCurve) -> Iterator[Fault]:
@@ -136,26 +100,6 @@ def _remedy(load: RecordedTable, curve: RecordCurve, end: float, shift: float) -
     return remedies
 
 
-def record_words(signal: RecordedSignal, step: float) -> tuple[str, str]:
-    """Return the frequency of interest of a record, and how many rows and steps show it.
-
-    Args:
-        signal: The record.
-        step: Time step, s.
-    """
-    curve, frequency = signal.curve, signal.content.below(MOST_POWER)
-    words = (
-        f"below which {MOST_POWER:.0%} of its power lie, {1.0 / (frequency * step):.4g} steps per period; "
-        if frequency > 0.0
-        else ""
-    )
-    words += (
-        f"{counted(len(curve.knots), 'row')} over {curve.span:.6g} s, every {curve.interval:.4g} s; peak "
-        f"{signal.peak:.4g}"
-    )
-    return f"{frequency:.4g} Hz", words
-
-
 EDGE = 0.8
 """Share of half the sampling rate, above which a record that was filtered before sampling holds little."""
 LITTLE = 0.01
@@ -166,63 +110,6 @@ LONG = 500.0
 """Times the run: a record that looks as if its times were in ms."""
 FEW, ENOUGH = 20, 50
 """Steps in a period."""
-
-
-def curve_warnings(load: RecordedTable, signal: RecordedSignal) -> Iterator[str]:
-    """Yield a record that is 0, or a curve that overshoots its rows."""
-    if signal.peak == 0.0:
-        yield "is 0 all the time: it does nothing"
-    if signal.curve.overshoot > MOST_OVERSHOOT and load.interpolation == "cubic":
-        yield (
-            f"goes {signal.curve.overshoot:.0%} of its range beyond its rows between them: it jumps, or rows are too "
-            'few; interpolation = "monotone" keeps within'
-        )
-
-
-def row_warnings(signal: RecordedSignal) -> Iterator[str]:
-    """Yield rows that are too far apart for their contents."""
-    half = 0.5 / signal.curve.interval
-    share = signal.content.above(EDGE * half)
-    if signal.peak > 0.0 and share > LITTLE:
-        yield (
-            f"has {share:.2g} of its power above {EDGE * half:.4g} Hz, close to half its sampling rate of "
-            f"{2.0 * half:.4g} Hz: sampled too slowly, or without a filter, it holds aliases or noise; "
-            "record it faster, or filter it"
-        )
-
-
-def end_warnings(load: RecordedTable, signal: RecordedSignal, end: float) -> Iterator[str]:
-    """Yield a record that is far longer than the run, or that jumps where it starts or ends."""
-    curve, limit = signal.curve, LITTLE * signal.peak
-    if curve.span > LONG * end:
-        times = f"{curve.span / end:.3g} times the run"
-        yield f"lasts {curve.span:.4g} s, {times}: are its times in ms? Then time_scale = 1e-3"
-    if exceeds(load.ramp, end):
-        yield "ramp = {} is longer than the run, {} s".format(*apart(load.ramp, end))
-    if load.ramp == 0.0 and signal.shift >= 0.0 and abs(first := signal.value(0.0)) > limit:
-        yield f"starts with a jump to {first:.3g}, and its peak is {signal.peak:.3g}; a ramp softens it"
-    if load.beyond == "zero":
-        if signal.shift < 0.0 and abs(first := signal.value(-signal.shift)) > limit:
-            yield f"starts with a jump to {first:.3g} at t = {-signal.shift:.4g} s"
-        if signal.last < end and abs(last := signal.value(signal.last)) > limit:
-            yield f"ends with a jump from {last:.3g} to 0 at t = {signal.last:.4g} s"
-
-
-def step_warnings(signal: RecordedSignal, step: float) -> Iterator[str]:
-    """Yield a step that is too long for the rows, or for the frequencies of a record."""
-    if signal.peak == 0.0:
-        return
-    frequency, lost = signal.content.below(MOST_POWER), signal.content.above(0.5 / step)
-    if exceeds(step, signal.curve.interval) and lost > LITTLE:
-        yield (
-            f"longer than the {apart(step, signal.curve.interval)[1]} s between rows, and {lost:.2g} of the power "
-            f"above the {0.5 / step:.4g} Hz that steps can show: the march takes aliases of the load {signal.name}"
-        )
-    elif frequency * step > 1.0 / FEW:
-        yield (
-            f"{1.0 / (frequency * step):.3g} steps in a period of {frequency:.4g} Hz, and {ENOUGH} are good; below lie "
-            f"{MOST_POWER:.0%} of the power of the load {signal.name}"
-        )
 
 
 class RecordedLoad(RecordedTable):
@@ -252,18 +139,20 @@ class RecordedLoad(RecordedTable):
         origin = f"below which {MOST_POWER:.0%} of the power of the load {self.name} lie"
         return signal_of(self).content.below(MOST_POWER), origin
 
-    @property
-    def rise_time(self) -> float:
-        """Duration of the ramp, s."""
-        return self.ramp
-
-    def at_full_amplitude(self) -> Self:
-        """Return the load without its ramp."""
-        return self.model_copy(update={"ramp": 0.0})
-
     def frequency_words(self, step: float) -> tuple[str, str]:
         """Return the frequency of interest, and the contents of the record."""
-        return record_words(signal_of(self), step)
+        signal = signal_of(self)
+        curve, frequency = signal.curve, signal.content.below(MOST_POWER)
+        words = (
+            f"below which {MOST_POWER:.0%} of its power lie, {1.0 / (frequency * step):.4g} steps per period; "
+            if frequency > 0.0
+            else ""
+        )
+        words += (
+            f"{counted(len(curve.knots), 'row')} over {curve.span:.6g} s, every {curve.interval:.4g} s; peak "
+            f"{signal.peak:.4g}"
+        )
+        return f"{frequency:.4g} Hz", words
 
     def with_checksum(self) -> Self:
         """Return the load with the checksum of its file.
@@ -275,22 +164,73 @@ class RecordedLoad(RecordedTable):
 
     def faults(self, key: Key) -> Iterator[Fault]:
         """Yield the faults of the file."""
-        yield from file_faults(self, key)
+        try:
+            curve_of(self)
+        except RecordError as error:
+            for fault in error.faults:
+                yield replace(fault, key=(*key, *fault.key))
 
     def faults_in_run(self, key: Key, end: float, step: float | None) -> Iterator[Fault]:
         """Yield a record that does not cover the run, or is scaled beyond all reason."""
-        yield from run_faults(self, key, end, step)
+        try:
+            curve = curve_of(self)
+        except RecordError:
+            return
+        yield from _hole_faults(self, key, curve)
+        peak = signal_of(self).peak
+        if not peak <= GREATEST and abs(self.scale) <= GREATEST:
+            found = f"{self.scale:g}, which makes a peak of {peak:.3g}"
+            yield Fault((*key, "scale"), found, f"a peak of at most {GREATEST:g}")
+        yield from _span_faults(self, key, curve, end, step)
 
     def unusual_values(self) -> Iterator[str]:
         """Yield the oddities of the record."""
         signal = signal_of(self)
-        yield from curve_warnings(self, signal)
-        yield from row_warnings(signal)
+        if signal.peak == 0.0:
+            yield "is 0 all the time: it does nothing"
+        if signal.curve.overshoot > MOST_OVERSHOOT and self.interpolation == "cubic":
+            yield (
+                f"goes {signal.curve.overshoot:.0%} of its range beyond its rows between them: it jumps, or rows are "
+                'too few; interpolation = "monotone" keeps within'
+            )
+        half = 0.5 / signal.curve.interval
+        share = signal.content.above(EDGE * half)
+        if signal.peak > 0.0 and share > LITTLE:
+            yield (
+                f"has {share:.2g} of its power above {EDGE * half:.4g} Hz, close to half its sampling rate of "
+                f"{2.0 * half:.4g} Hz: sampled too slowly, or without a filter, it holds aliases or noise; "
+                "record it faster, or filter it"
+            )
 
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a record that is far longer than the run, or that jumps where it starts or ends."""
-        yield from end_warnings(self, signal_of(self), end)
+        signal = signal_of(self)
+        curve, limit = signal.curve, LITTLE * signal.peak
+        if curve.span > LONG * end:
+            times = f"{curve.span / end:.3g} times the run"
+            yield f"lasts {curve.span:.4g} s, {times}: are its times in ms? Then time_scale = 1e-3"
+        yield from super().unusual_in_run(end)
+        if self.ramp == 0.0 and signal.shift >= 0.0 and abs(first := signal.value(0.0)) > limit:
+            yield f"starts with a jump to {first:.3g}, and its peak is {signal.peak:.3g}; a ramp softens it"
+        if self.beyond == "zero":
+            if signal.shift < 0.0 and abs(first := signal.value(-signal.shift)) > limit:
+                yield f"starts with a jump to {first:.3g} at t = {-signal.shift:.4g} s"
+            if signal.last < end and abs(last := signal.value(signal.last)) > limit:
+                yield f"ends with a jump from {last:.3g} to 0 at t = {signal.last:.4g} s"
 
     def unusual_steps(self, step: float) -> Iterator[str]:
         """Yield a step that is too long for the record."""
-        yield from step_warnings(signal_of(self), step)
+        signal = signal_of(self)
+        if signal.peak == 0.0:
+            return
+        frequency, lost = signal.content.below(MOST_POWER), signal.content.above(0.5 / step)
+        if exceeds(step, signal.curve.interval) and lost > LITTLE:
+            yield (
+                f"longer than the {apart(step, signal.curve.interval)[1]} s between rows, and {lost:.2g} of the power "
+                f"above the {0.5 / step:.4g} Hz that steps can show: the march takes aliases of the load {signal.name}"
+            )
+        elif frequency * step > 1.0 / FEW:
+            yield (
+                f"{1.0 / (frequency * step):.3g} steps in a period of {frequency:.4g} Hz, and {ENOUGH} are good; below "
+                f"lie {MOST_POWER:.0%} of the power of the load {signal.name}"
+            )

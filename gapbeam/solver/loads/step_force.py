@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.loads.load_table import LoadTable
+from gapbeam.solver.loads.load_table import RampedLoad
 from gapbeam.solver.loads.places import PointForce, SupportAcceleration
 from gapbeam.solver.loads.point_load import HARMONICS, PointLoad
 from gapbeam.solver.loads.support_motion import SupportMotion
@@ -25,7 +25,7 @@ from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Swi
 from gapbeam.solver.system.operators import Array
 
 
-class UnrepeatedLoad(LoadTable):
+class UnrepeatedLoad(RampedLoad):
     """A load that never repeats, with a smooth start."""
 
     ramp: NonNegative = Field(default=0.0, description="duration of the smooth start, s")
@@ -41,20 +41,6 @@ class UnrepeatedLoad(LoadTable):
     @property
     def forcing_frequency(self) -> None:
         """None: it never repeats."""
-
-    @property
-    def rise_time(self) -> float:
-        """Duration of the ramp, s."""
-        return self.ramp
-
-    def at_full_amplitude(self) -> Self:
-        """Return the load without its ramp."""
-        return self.model_copy(update={"ramp": 0.0})
-
-    def unusual_in_run(self, end: float) -> Iterator[str]:
-        """Yield a smooth start that is longer than the run."""
-        if exceeds(self.ramp, end):
-            yield "ramp = {} is longer than the run, {} s".format(*apart(self.ramp, end))
 
 
 FASTEST = 2.0

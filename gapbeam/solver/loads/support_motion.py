@@ -27,14 +27,13 @@ import numpy as np
 import scipy
 from pydantic import Field
 
-from gapbeam.solver.loads.load_table import LoadTable
+from gapbeam.solver.loads.load_table import LoadTable, RampedLoad
 from gapbeam.solver.loads.places import SupportAcceleration, SupportWalls
 from gapbeam.solver.loads.point_load import HarmonicLoad
 from gapbeam.solver.loads.recorded_function import signal_of
 from gapbeam.solver.loads.recorded_load import RecordedLoad
 from gapbeam.solver.loads.time_function import Harmonic, TimeFunction, smooth
 from gapbeam.solver.messages.errors import Fault, Key
-from gapbeam.solver.messages.wording import apart, exceeds
 from gapbeam.solver.schema.table import Name, NonNegative, Number
 
 
@@ -89,8 +88,7 @@ class HarmonicSupportMotion(HarmonicLoad, MovingSupport):
 
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a motion whose speed starts with a jump, or that never reaches its amplitude."""
-        if exceeds(self.ramp, end):
-            yield "ramp = {} is longer than the run, {} s".format(*apart(self.ramp, end))
+        yield from RampedLoad.unusual_in_run(self, end)
         jump = abs(cos(radians(self.phase)))
         if self.ramp == 0.0 and self.acts and jump > SLOWEST:
             speed = jump * abs(self.amplitude) * 2.0 * pi * self.frequency

@@ -193,7 +193,7 @@ def test_a_study_that_a_run_needs_takes_half_of_its_wall_time(tmp_path: Path, mo
     """`run --tolerance --wall-time 200s` measured models for 280 s; without a limit a study takes its usual minutes."""
     allowed: list[float] = []
 
-    def study(case: Path, folder: Path, _fixed: object, _tolerance: float, minutes: float) -> None:
+    def study(case: Path, folder: Path, _fixed: object, _tolerance: float, minutes: float, **_: bool) -> None:
         allowed.append(minutes)
         write_stored(folder, read_case(case), [one(covered=END)], Grounds(END, {}))
 

@@ -17,7 +17,7 @@ from gapbeam.solver.loads.coherence_table import (
     ExponentialCoherence,
     FullCoherence,
     GaussianCoherence,
-    joint_acceptance,
+    double_integrals,
 )
 from gapbeam.solver.loads.random_line_load import RandomLineLoad, line_patterns
 from gapbeam.solver.models.model import Model, body_key, build_model
@@ -49,7 +49,7 @@ def exact(m: int, n: int, length: float, beam: float = LENGTH) -> float:
 @pytest.mark.parametrize("length", [0.05, 0.3, 2.0])
 def test_joint_acceptances_of_sines(length: float) -> None:
     """The integrals are those by hand to 1e-12, for all pairs of four modes."""
-    found = joint_acceptance(sines, ExponentialCoherence(type="exponential", length=length), LENGTH)
+    found = double_integrals(sines, ExponentialCoherence(type="exponential", length=length), LENGTH) / LENGTH**2
     wanted = [[exact(m, n, length) for n in range(1, 5)] for m in range(1, 5)]
     assert found == pytest.approx(np.array(wanted), abs=1e-12)
 
@@ -85,7 +85,7 @@ def test_a_flow_over_half_the_length() -> None:
 
 def test_a_smooth_coherence_over_a_short_distance_loads_like_white_noise() -> None:
     """Coherences of one integral load long waves alike: 2 length int s^2, to the share of the length in half a wave."""
-    smooth = joint_acceptance(sines, GaussianCoherence(type="gaussian", length=0.01), LENGTH)
+    smooth = double_integrals(sines, GaussianCoherence(type="gaussian", length=0.01), LENGTH) / LENGTH**2
     assert smooth[0, 0] == pytest.approx(2.0 * 0.01 / LENGTH * 0.5, rel=0.01)
 
 

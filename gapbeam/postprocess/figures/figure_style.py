@@ -143,8 +143,8 @@ def save(figure: Figure, folder: Path, name: str, formats: Sequence[str]) -> lis
     return paths
 
 
-def limits_around(axes: Axes, values: np.ndarray, room: float = 0.08) -> None:
+def limits_around(axes: Axes, values: np.ndarray) -> None:
     """Set limits around values with some room."""
     low, high = float(np.min(values)), float(np.max(values))
-    extent = (high - low) or abs(high) or 1.0
-    axes.set_ylim(low - room * extent, high + room * extent)
+    room = 0.08 * ((high - low) or abs(high) or 1.0)
+    axes.set_ylim(low - room, high + room)

@@ -133,22 +133,19 @@ class PoincareSection:
     velocity: FloatArray
 
 
-def poincare_section(
-    displacement: Signal, velocity: Signal, forcing_frequency: float, phase: float = 0.0
-) -> PoincareSection:
-    """Take the state once per forcing period, at t = (j + phase)/f.
+def poincare_section(displacement: Signal, velocity: Signal, forcing_frequency: float) -> PoincareSection:
+    """Take the state once per forcing period, at t = j/f.
 
     Args:
         displacement: m.
         velocity: m/s, at the same times.
         forcing_frequency: f in Hz.
-        phase: Fraction of the period, 0 <= phase < 1.
 
     Raises:
         SignalError: No such time in the record.
     """
     start, end = displacement.time[0] * forcing_frequency, displacement.time[-1] * forcing_frequency
-    time = (np.arange(np.ceil(start - phase - 1e-6), np.floor(end - phase + 1e-6) + 1) + phase) / forcing_frequency
+    time = np.arange(np.ceil(start - 1e-6), np.floor(end + 1e-6) + 1) / forcing_frequency
     if time.size == 0:
         raise SignalError(f"{displacement.name}: the record is shorter than a forcing period")
     return PoincareSection(time, _at(displacement, time), _at(velocity, time))

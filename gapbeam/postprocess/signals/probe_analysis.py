@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Acceleration = Literal["absolute", "relative"]
+PERIODS = 12  # of the forcing, which show a response
 
 
 @dataclass(frozen=True)
@@ -124,11 +125,8 @@ class Analysis:
     section: PoincareSection | None = None
     warnings: tuple[str, ...] = field(default=())
 
-    def settled_since(self, periods: int = 12) -> float:
+    def settled_since(self) -> float:
         """Return the start of the part that shows the response itself: its cycles, or its last forcing periods.
-
-        Args:
-            periods: Periods of the forcing, that are enough.
 
         Returns:
             Time in s; the start of the record where it has no Poincaré section.
@@ -138,7 +136,7 @@ class Analysis:
         start = float(time[0])
         if self.section is None or self.forcing_frequency is None:
             return start
-        start = max(start, float(time[-1]) - periods / self.forcing_frequency)
+        start = max(start, float(time[-1]) - PERIODS / self.forcing_frequency)
         settled = self.periodicity.transient if self.periodicity is not None else None
         return start if settled is None else max(start, settled)
 

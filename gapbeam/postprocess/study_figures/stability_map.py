@@ -43,35 +43,28 @@ QUANTITIES = {
     "penetration": MapQuantity("relative_penetration", "largest penetration / clearance", LogNorm(1e-6, 1e1)),
     "iterations": MapQuantity("iterations", "contact iterations of a step, mean", LogNorm(1.0, 64.0)),
 }
-LABELS = {"contact.stiffness": "contact stiffness (Pa/m)", "time.step": "step (s)"}
+STIFFNESS, STEP, SCHEME = "contact.stiffness", "time.step", "time.scheme"
+LABELS = {STIFFNESS: "contact stiffness (Pa/m)", STEP: "step (s)"}
 MOST_TICKS = 8
 MARKS = {"energy created": "x", "not converged": "s", "not finite": "*", "failed": "d", "refused": "_"}
 
 
 def draw_stability_map(
-    records: Sequence[Mapping[str, Any]],
-    path: Path,
-    along: str = "contact.stiffness",
-    up: str = "time.step",
-    panels: str = "time.scheme",
-    shown: MapQuantity = QUANTITIES["energy"],
+    records: Sequence[Mapping[str, Any]], path: Path, shown: MapQuantity = QUANTITIES["energy"]
 ) -> Path:
-    """Draw a quantity, by default the energy created (red) or lost (blue), over two keys, a panel a value of a third.
+    """Draw a quantity, by default the energy created (red) or lost (blue), over stiffness and step, a panel a scheme.
 
     A mark says how a run ended that did not pass. Where other keys vary too, the worst of their points is drawn.
 
     Args:
         records: One a point of the grid, with the keys and the figures of a trial.
         path: File to write; its suffix gives the format.
-        along: Key on the horizontal axis.
-        up: Key on the vertical axis.
-        panels: Key of the panels.
         shown: The quantity.
     """
-    names = list(dict.fromkeys(str(record[panels]) for record in records))
+    names = list(dict.fromkeys(str(record[SCHEME]) for record in records))
     columns = min(3, len(names))
     rows = -(-len(names) // columns)
-    x, y = (_ordered({str(record[key]) for record in records}) for key in (along, up))
+    x, y = (_ordered({str(record[key]) for record in records}) for key in (STIFFNESS, STEP))
     with journal_style():
         figure = Figure(figsize=(2.2 * columns + 0.9, 1.8 * rows + 0.7), layout="constrained")
         axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
@@ -81,8 +74,8 @@ def draw_stability_map(
             if place >= len(names):
                 panel.set_axis_off()
                 continue
-            mine = [record for record in records if str(record[panels]) == names[place]]
-            worst = _worst(mine, along, up)
+            mine = [record for record in records if str(record[SCHEME]) == names[place]]
+            worst = _worst(mine)
             values = np.array([[_value(worst.get((a, b)), shown) for a in x] for b in y])
             mesh = panel.pcolormesh(values, norm=shown.norm, cmap=shown.colors)
             used |= _mark(panel, {(x.index(a), y.index(b)): record for (a, b), record in worst.items()})
@@ -90,9 +83,9 @@ def draw_stability_map(
             panel.set_xticks(*_ticks(x))
             panel.set_yticks(*_ticks(y))
         for panel in axes[-1]:
-            panel.set_xlabel(LABELS.get(along, along))
+            panel.set_xlabel(LABELS[STIFFNESS])
         for panel in axes[:, 0]:
-            panel.set_ylabel(LABELS.get(up, up))
+            panel.set_ylabel(LABELS[STEP])
         if mesh is not None:
             bar = figure.colorbar(mesh, ax=axes, shrink=0.85, label=shown.label)
             if isinstance(shown.norm, SymLogNorm):
@@ -119,11 +112,11 @@ def _value(record: Mapping[str, Any] | None, shown: MapQuantity) -> float:
     return min(max(abs(value) if isinstance(shown.norm, LogNorm) else value, least), most)
 
 
-def _worst(records: Sequence[Mapping[str, Any]], along: str, up: str) -> dict[tuple[str, str], Mapping[str, Any]]:
+def _worst(records: Sequence[Mapping[str, Any]]) -> dict[tuple[str, str], Mapping[str, Any]]:
     """Return the record that created most energy, or did not pass, at each point."""
     found: dict[tuple[str, str], Mapping[str, Any]] = {}
     for record in records:
-        place = str(record[along]), str(record[up])
+        place = str(record[STIFFNESS]), str(record[STEP])
         if place not in found or _badness(record) > _badness(found[place]):
             found[place] = record
     return found

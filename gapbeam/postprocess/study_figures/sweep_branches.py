@@ -230,7 +230,7 @@ ABREAST = 4
 SMALLEST, LARGEST = 16.0, 64.0  # areas of the marks, points^2
 
 
-def draw_branches(points: Sequence[SweepPoint], path: Path, quantities: Sequence[str] | None = None) -> Path:
+def draw_branches(points: Sequence[SweepPoint], path: Path) -> Path:
     """Draw figures of all responses over the last key of a sweep; failed points are marked at the foot.
 
     Marks point up or down where a state was carried, are larger the more starts led there, and are colored by period;
@@ -240,15 +240,13 @@ def draw_branches(points: Sequence[SweepPoint], path: Path, quantities: Sequence
     Args:
         points: The census.
         path: File to write; its suffix gives the format.
-        quantities: Names of figures; by default those of one's own, else the 2.5 ms mean acceleration, peak to peak, of
-            every probe, or what else there is of its motion; the rms where all responses have it, as random ones do.
     """
     values, units = [point.values for point in points], points[0].units
     along = axis_of(values, units)
     groups: dict[str, list[SweepPoint]] = {}
     for point, column_title in zip(points, columns_of(values, units), strict=True):
         groups.setdefault(column_title, []).append(point)
-    names = list(quantities) if quantities else drawn_figures(points)
+    names = drawn_figures(points)
     words: set[str] = set()
     with journal_style():
         figure, columns = _columns(max(len(names), 1), len(groups))
@@ -299,7 +297,11 @@ def _axis_words(points: Sequence[SweepPoint], along: StudyAxis) -> str:
 
 
 def drawn_figures(points: Sequence[SweepPoint]) -> list[str]:
-    """Return the names of the figures that pictures of a sweep show: those of one's own, else of the motion."""
+    """Return the names of the figures that pictures of a sweep show.
+
+    Those of one's own, else the 2.5 ms mean acceleration, peak to peak, of every probe, or what else there is of its
+    motion; the rms where all responses have it, as random ones do.
+    """
     members = [member["figures"] for point in points for branch in point.branches for member in branch.members]
     if own := list(dict.fromkeys(name for figures in members for name, one in figures.items() if one.get("own"))):
         return own
@@ -392,7 +394,7 @@ def heights(points: Sequence[SweepPoint], name: str) -> Array:
     return values
 
 
-def draw_map(points: Sequence[SweepPoint], path: Path, names: Sequence[str] = ()) -> Path | None:
+def draw_map(points: Sequence[SweepPoint], path: Path) -> Path | None:
     """Draw figures over the two keys of a sweep; None: it is over no grid, and nothing is drawn.
 
     Crosses mark points where a response did not pass, rings those where responses coexist.
@@ -400,9 +402,8 @@ def draw_map(points: Sequence[SweepPoint], path: Path, names: Sequence[str] = ()
     Args:
         points: The census.
         path: File to write; its suffix gives the format.
-        names: Names of the figures; by default those of `draw_branches`.
     """
-    found, names = grid_of(points), list(names) or drawn_figures(points)
+    found, names = grid_of(points), drawn_figures(points)
     if found is None or not names:
         return None
     keys, *axes = found

@@ -287,22 +287,10 @@ class ConjugateGradients:
         """Return A^-1 E X for columns X on the interface DOFs, (n, r). Collective."""
         right_sides = np.zeros((self._operators.size, columns.shape[1]))
         right_sides[interface.owned] = columns[interface.slots].toarray()
-        return self.solve_block(right_sides)
-
-    def solve_block(self, right_sides: Array, start: Array | None = None, tolerance: float | None = None) -> Array:
-        """Return A^-1 B, (n, k). Collective.
-
-        Args:
-            right_sides: B, (n, k).
-            start: A guess at it, (n, k).
-            tolerance: Error over solution, if not that of all solves.
-        """
-        relative = self.tolerance if tolerance is None else tolerance
         result = np.empty(right_sides.shape)
         for first in range(0, right_sides.shape[1], AT_ONCE):
             part = slice(first, first + AT_ONCE)
-            guess = None if start is None else start[:, part]
-            result[:, part] = self._solved(right_sides[:, part], guess, relative, 0.0)
+            result[:, part] = self._solved(right_sides[:, part], None, self.tolerance, 0.0)
         return result
 
     def _solved(self, right_sides: Array, start: Array | None, relative: float, least: float) -> Array:

@@ -78,25 +78,18 @@ Shapes = Callable[[Array], Array]
 """Shapes at places from 0 to L, (places,) to (places, shapes)."""
 
 
-def joint_acceptance(
+def double_integrals(
     shapes: Shapes, coherence: CoherenceTable, length: float, half_waves: float = 20.0, knots: Array | None = None
 ) -> Array:
-    """Return J^2_mn of shapes along a load, (shapes, shapes).
+    """Return C_jk, (shapes, shapes), which is L^2 J^2_jk: the joint acceptances of the shapes are J^2.
 
     Args:
         shapes: Shapes as a function of places from 0 to the length.
         coherence: Coherence of the load.
-        length: Length of the load, m.
+        length: Length L of the load, m.
         half_waves: Most half waves of a shape in the length: what the number of Gauss points follows.
         knots: Places between which the shapes are smooth, m; none: smooth all along.
     """
-    return np.asarray(double_integrals(shapes, coherence, length, half_waves, knots) / length**2)
-
-
-def double_integrals(
-    shapes: Shapes, coherence: CoherenceTable, length: float, half_waves: float, knots: Array | None = None
-) -> Array:
-    """Return C_jk, (shapes, shapes); arguments as those of `joint_acceptance`."""
     inner = int(12 + 2.0 * half_waves)
     given = coherence.pieces(length)
     most = 4.0 * length / (1.0 + half_waves)

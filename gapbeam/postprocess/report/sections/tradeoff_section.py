@@ -32,10 +32,9 @@ from gapbeam.postprocess.study_figures.identification_figures import (
     read_cloud,
     read_identification_data,
 )
-from gapbeam.postprocess.study_figures.stability_map import KINDS, LABELS, OTHERS, QUANTITIES
+from gapbeam.postprocess.study_figures.stability_map import KINDS, LABELS, OTHERS, QUANTITIES, SCHEME, STEP, STIFFNESS
 
 STABILITY_FILE = "stability.json"
-STIFFNESS, STEP, SCHEME = "contact.stiffness", "time.step", "time.scheme"
 Record = Mapping[str, Any]
 
 

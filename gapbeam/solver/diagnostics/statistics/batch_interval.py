@@ -246,11 +246,6 @@ def correlation_time(series: Array, interval: float = 1.0) -> float:
     return float(max(found, 0.5)) * interval
 
 
-def effective_samples(series: Array) -> float:
-    """Return the number of independent samples with the same uncertainty of the mean as a series, (n,); at most n."""
-    return len(series) / (2.0 * correlation_time(series))
-
-
 MOST_MISSED = 0.03  # of the impacts; beyond, an interval on their rate does not hold what steps leave out
 
 

@@ -219,17 +219,13 @@ class RunStatistics:
         return found
 
     def _slowest_of(self, series: Sequence[AveragedSeries]) -> float:
-        """Return the longest relaxation time, as measured or by the damping, in blocks."""
-        return max(slowest_of(series), self.decay / self.block)
+        """Return the longest relaxation time, as measured or by the damping, in blocks; percentiles are left out."""
+        found = (correlation_time(one.values) for one in series if one.share is None)
+        return max(max(found, default=inf), self.decay / self.block)
 
     def _by_direction(self, motion: Array) -> Array:
         """Return the entries of a motion, (times, probes, components), that figures are made of."""
         return np.asarray(motion[..., [-1, -2]] if self.in_space else motion[..., [-1]])
-
-
-def slowest_of(series: Sequence[AveragedSeries]) -> float:
-    """Return the longest correlation time of means, in blocks; percentiles are left out."""
-    return max((correlation_time(one.values) for one in series if one.share is None), default=inf)
 
 
 def in_words(found: Mapping[str, Any]) -> str:

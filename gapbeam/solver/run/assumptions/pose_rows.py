@@ -53,7 +53,7 @@ class ModelPose:
 
 def watch_of(model: Model) -> PoseWatch:
     """Return the watch on the pose of a model. Collective."""
-    case, rows = model.case, _surface_rows(model)
+    case, rows = model.case, surface_rows(model.space, np.concatenate(list(model.body.meshed.faces.values())))
     pose, places = _pose_at(model, rows), rows.cell_middles
     walls, on_faces = model.system.contact.walls, pose.places[: pose.on_faces, 0]
     of_bodies = body_shifts(case.layout, on_faces, pose.dimension)
@@ -86,10 +86,6 @@ def gauges_of(model: Model) -> Gauges | None:
     places = np.array([axis_point(probe.point)[0] for probe in asked])
     shares = 1.0 / np.bincount(numbers, minlength=len(asked))
     return Gauges(_pose_at(model, rows_at(model.space, points)), scales_of(model.case, places), numbers, shares)
-
-
-def _surface_rows(model: Model) -> SurfaceRows:
-    return surface_rows(model.space, np.concatenate(list(model.body.meshed.faces.values())))
 
 
 def _pose_at(model: Model, found: SurfaceRows) -> ModelPose:

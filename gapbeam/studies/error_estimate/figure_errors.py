@@ -54,7 +54,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gapbeam.postprocess.signals.figure_names import DISPLACEMENT, FORCES, SMOOTHED_ACCELERATION
+from gapbeam.postprocess.signals.figure_names import DISPLACEMENT, FORCES, LARGEST_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.system.operators import Array
@@ -85,7 +85,9 @@ SETTLING = "settling"
 QUICK, SLOW = 0.5, 0.99  # ratios of neighboring differences of windows
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
 PARTED = 2.0  # E is so much larger where motions are about to part
-OF_CHATTER = 0.35  # of the range of the difference of two motions: two ranges may differ by that
+NONE: Mapping[str, float] = {}  # least differences of figures, over the range of the difference of two motions:
+OF_CHATTER = {DISPLACEMENT: 0.35, SMOOTHED_ACCELERATION: 0.35}
+OF_ONE = {DISPLACEMENT: 0.1, SMOOTHED_ACCELERATION: 0.1, LARGEST_FORCE: 0.02}  # figures of two motions agree by chance
 CONFIDENCE = 0.95
 SAME_VARIANCE = 0.75  # of the ratios of two estimates of one variance lie below what is pooled
 FIRST_ORDER, SLOWEST = 0.5, 0.9  # ratios of differences of finer meshes
@@ -181,13 +183,17 @@ def figure_errors(
     longer = replace(span, width=span.width + LATER * records * run.interval)
     later = key_figures(run, longer, averages) if span.cut and span.count == 1 else {}
     usual_motion = run.thinned(records) if reference is None else companions[reference]
-    chatters = max(lost.values(), default=0.0) > RESOLVED
+    least = OF_CHATTER if max(lost.values(), default=0.0) > RESOLVED else NONE
+    if companions.keys() <= {HALF_STEP, STIFFER}:
+        least = OF_ONE
     apart = {
-        name: _apart(usual_motion, motion, span, averages, chatters and name in OTHER_STEPS)
+        name: _apart(usual_motion, motion, span, averages, least if name in OTHER_STEPS else NONE)
         for name, motion in companions.items()
     }
     if not in_plane:
-        apart[MODEL] = _apart(run.thinned(records), usual_motion, span, averages, chatters and reference in OTHER_STEPS)
+        apart[MODEL] = _apart(
+            run.thinned(records), usual_motion, span, averages, least if reference in OTHER_STEPS else NONE
+        )
     farthest = run.farthest or float(np.abs(run.displacement).max(initial=0.0))
     moves = run.ranges >= STILL * run.spans
     still = {probe for probe, moving in zip(run.probes, moves, strict=True) if not moving}
@@ -321,17 +327,21 @@ def _lost_of(name: str, faces: Iterable[str], lost: Mapping[str, float], span: S
     return 0.0 if span.predictable else lost.get(OF_MOTION, 0.0)
 
 
-def _apart(one: MotionRecord, other: MotionRecord, span: Span, averages: Averages, chatters: bool) -> dict[str, float]:
+def _apart(
+    one: MotionRecord, other: MotionRecord, span: Span, averages: Averages, least: Mapping[str, float]
+) -> dict[str, float]:
     """Return the least differences of figures up to the horizon that follow from the difference of two motions.
+
+    Figures may agree by chance where motions do not, and amplitudes of harmonics where motions differ by phase.
 
     Args:
         one: A motion.
         other: The other one.
         span: Part of them.
         averages: Widths of the means.
-        chatters: Whether ranges may agree by chance; amplitudes of harmonics do where motions differ by phase.
+        least: Least difference of a figure over the same figure of the difference, by the end of its name.
     """
-    if isinstance(span, FigureSpan) or not span.predictable or not (span.frequency or chatters):
+    if isinstance(span, FigureSpan) or not span.predictable or not (span.frequency or least):
         return {}
     count = min(len(one.times), len(other.times))
     left, right = one.first(count), other.first(count)
@@ -339,13 +349,16 @@ def _apart(one: MotionRecord, other: MotionRecord, span: Span, averages: Average
         left,
         displacement=left.displacement - right.displacement,
         velocity_gained=left.velocity_gained - right.velocity_gained,
+        force=np.abs(left.force - right.force),
     )
     figures = key_figures(between, span, averages)
-    found = {name: figure.mean for name, figure in figures.items() if HARMONIC in name}
-    if chatters:
-        ranges = (name for name in figures if name.endswith((f" {DISPLACEMENT}", f" {SMOOTHED_ACCELERATION}")))
-        found |= {name: OF_CHATTER * figures[name].mean for name in ranges}
-    return found
+    shares = {HARMONIC: 1.0, **{f" {name}": share for name, share in least.items()}}
+    return {
+        name: share * figure.mean
+        for name, figure in figures.items()
+        for part, share in shares.items()
+        if (part in name if part == HARMONIC else name.endswith(part))
+    }
 
 
 def _later_meshes(parts: Mapping[str, float]) -> dict[str, float]:

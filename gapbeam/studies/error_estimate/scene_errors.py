@@ -5,7 +5,8 @@ With f of the run, H of half its step and K of twice the stiffness of its penalt
     E = max(2 |f - H|, share of unresolved contacts) + 3.4 |f - K|.
 
 The midpoint rule is of second order, where 4/3 |f - H| would do; where contacts close and open within steps it is of
-first order, and 2 |f - H| is its error. Of contacts of few steps half of the step shows as little as the run: see
+first order, and 2 |f - H| is its error; ranges of motions, which may agree by chance, differ by at least a tenth of the
+range of the difference. Of contacts of few steps half of the step shows as little as the run: see
 `lost_in_steps`. Where both motions differ by 3 % of their range, the motion can no longer be predicted, and only its
 statistics have errors.
 """

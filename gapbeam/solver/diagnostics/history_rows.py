@@ -30,7 +30,6 @@ from gapbeam.solver.loads.load_choice import axis_point, load_direction
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.schema.record_table import COMPONENTS, SLIP_MODES, TANGENTS
-from gapbeam.solver.supports.layout import BodyMotion, body_motions
 from gapbeam.solver.system.operators import Array, Load, Reactions
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State
 
@@ -260,8 +259,8 @@ class Recorder:
             "load": tuple(load.name for load in model.system.loads),
             "across": COMPONENTS[3][1:] if model.case.layout.holes else (),
             "moving": tuple(model.system.loads[one.load].name for one in model.system.contact.walls.motions),
-            "support_body": tuple(dict.fromkeys(one.support.name for one in self._bodies)),
-            "support_axis": tuple(sorted({one.axis_name for one in self._bodies})),
+            "support_body": tuple(dict.fromkeys(one.support.name for one in model.bodies)),
+            "support_axis": tuple(sorted({one.axis_name for one in model.bodies})),
             "joint": tuple(joint.name for joint in model.case.joint),
             "translation": self._motions(turns=False),
             "turn": self._motions(turns=True),
@@ -321,7 +320,7 @@ class Recorder:
             found["contact_resultant"] = instants.contact_resultant
         if self.labels["moving"]:
             found["wall_motion"] = self.model.system.contact.walls.places(instants.times)
-        if self._bodies:
+        if self.model.bodies:
             found |= self._body_rows(instants)
         if self.gauges is not None:
             found["axial_stress"], found["von_mises_stress"] = self.gauges.stresses(instants.u)
@@ -343,17 +342,12 @@ class Recorder:
             self.statistics.see(found | seen)
         return found
 
-    @cached_property
-    def _bodies(self) -> tuple[BodyMotion, ...]:
-        """The motions of support bodies, in the order of their DOFs, the last ones."""
-        return body_motions(self.model.case.layout, self.model.case.mesh.dimension)
-
     def _body_rows(self, instants: Instants) -> Rows:
         """Return motions of support bodies and the forces under them, 0 along axes on which a body does not move."""
         names, axes = self.labels["support_body"], self.labels["support_axis"]
         found: Rows = {name: np.zeros((len(instants.times), len(names), len(axes))) for name in BODY_ROWS}
-        first = instants.u.shape[1] - len(self._bodies)
-        for number, one in enumerate(self._bodies):
+        first = instants.u.shape[1] - len(self.model.bodies)
+        for number, one in enumerate(self.model.bodies):
             place, speed = instants.u[:, first + number], instants.v[:, first + number]
             force = one.body.stiffness * place + one.body.damping * speed
             at = names.index(one.support.name), axes.index(one.axis_name)

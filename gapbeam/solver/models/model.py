@@ -18,6 +18,7 @@ import logging
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, assert_never
 
@@ -291,6 +292,11 @@ class Model:
         """Time step, s."""
         assert self.case.time.step != "auto"
         return self.case.time.step
+
+    @cached_property
+    def bodies(self) -> tuple[BodyMotion, ...]:
+        """The motions of support bodies, in the order of their DOFs, the last ones."""
+        return body_motions(self.case.layout, self.case.mesh.dimension)
 
     @property
     def contact_duration(self) -> float:

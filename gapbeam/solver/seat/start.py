@@ -23,7 +23,6 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.body import rigid_parts
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.seat.contact_modes import free_bending_modes
-from gapbeam.solver.supports.layout import body_motions
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem, State, imaged
 
@@ -96,8 +95,7 @@ def _with_bodies(model: Model, state: State) -> State:
     Raises:
         UserError: A support is moved into the beam.
     """
-    system = model.system
-    bodies = body_motions(model.case.layout, model.case.mesh.dimension)
+    system, bodies = model.system, model.bodies
     if not any(one.body.moved for one in bodies):
         return state
     static = system.combine_loads(np.array([load.factor(0.0) if load.static else 0.0 for load in system.loads]))

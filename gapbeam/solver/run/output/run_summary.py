@@ -100,8 +100,7 @@ def describe_seat(seat: Seat, model: Model) -> dict[str, Any]:
     forces = contact.weights * state.pressure
     total = np.bincount(contact.faces, weights=forces, minlength=len(contact.face_names))
     reactions: dict[str, Any] = {f"{name}_force": float(f) for name, f in zip(contact.face_names, total, strict=True)}
-    bodies = body_motions(model.case.layout, model.case.mesh.dimension)
-    if bodies:
+    if bodies := model.bodies:
         places = state.u[VALUE][len(state.u[VALUE]) - len(bodies) :]
         reactions["support_displacement"] = {one.label: float(place) for one, place in zip(bodies, places, strict=True)}
     return reactions | {

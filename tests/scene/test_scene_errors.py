@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import gapbeam as gb
+from gapbeam.studies.error_estimate.force_peaks import Averages, Span, key_figures
+from gapbeam.studies.error_estimate.motion_record import MotionRecord
 
 
 @pytest.fixture(autouse=True)
@@ -94,3 +96,34 @@ def test_each_motion_of_a_plane_has_its_own_figure(tmp_path: Path) -> None:
     found = figures(outcome)
     assert found["at peak-to-peak displacement"][0] == pytest.approx(0.06, rel=1e-3)
     assert found["at lateral peak-to-peak displacement"][0] == pytest.approx(0.02, rel=1e-3)
+
+
+@pytest.mark.parametrize("period", [None, 2.0 * np.pi / 0.7])
+@pytest.mark.parametrize("end", [0.2, 40.0])
+def test_smoothed_accelerations_have_the_window_of_their_run(tmp_path: Path, period: float | None, end: float) -> None:
+    """The range of means over the window that the summary names, from velocities; none over a part that is shorter."""
+    scene, h = oscillator(), 1e-2
+    outcome = gb.run(scene, step=h, end=end, period=period, output=tmp_path / "run")
+    found = [one for one in outcome.figures if one["name"].endswith("smoothed acceleration")]
+    window = outcome.summary["smoothing"]["window"]
+    assert window == pytest.approx(0.05 * min(end, period or 2.0 * np.pi))
+    v = np.concatenate([[0.0], gb.history(scene, h, end).velocity["at"]])
+    steps = round(window / h)
+    means = (v[steps:] - v[:-steps]) / (steps * h)
+    assert len(found) > 0
+    assert [one["window"] for one in found] == pytest.approx(len(found) * [window])
+    whole = [one["value"] for one in found if one["span"] == "whole run"]
+    assert len(whole) > 0 or period is not None
+    assert whole == pytest.approx(len(whole) * [np.ptp(means)], rel=1e-6)
+
+
+def test_a_part_shorter_than_a_mean_has_no_smoothed_acceleration() -> None:
+    """Its range was that of one mean: 0, with an error of 0."""
+    t = np.linspace(0.0, 0.1, 101)
+    motion = MotionRecord(
+        times=t, displacement=t[:, None] ** 3, velocity_gained=3.0 * t[:, None] ** 2, force=np.zeros((101, 0)),
+        impulse=np.zeros((101, 0)), probes=("tip",), faces=(),
+    )  # fmt: skip
+    for window, ranges in ((0.01, 1), (0.05, 1), (0.1, 0), (0.5, 0)):
+        names = key_figures(motion, Span("whole", 0.0, 0.1, 1), Averages(window))
+        assert sum("acceleration" in name for name in names) == ranges

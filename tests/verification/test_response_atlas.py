@@ -199,9 +199,25 @@ def test_followed_responses_end_where_exact_ones_do() -> None:
         gb.follow(scene, gb.atlas(scene, period=2 * np.pi / W, starts=starts, steps=50, settle=1, rounds=1), period=1.0)
 
 
+@pytest.mark.parametrize("steps", [50, 100, 400])
+def test_responses_are_followed_with_the_steps_of_their_atlas(steps: int) -> None:
+    """Other steps have other orbits: each response was a branch of its own, met by no start elsewhere."""
+    scene = oscillator().with_({"push.W": 2.6})
+    asked: dict[str, Any] = {"period": 2 * np.pi / 2.6, "over": {"push.F": np.linspace(0.02, 0.1, 4)}}
+    found = gb.atlas(scene, starts=scene.state(), steps=steps, **asked)
+    (one,) = gb.follow(scene, found, period=asked["period"], steps=steps)
+    assert one.numbers == (0, 0, 0, 0)
+    assert [type(each.peak["at"]) for point in found.points for each in point.responses] == 4 * [np.float64]
+    with pytest.raises(gb.UserError, match="expected period, steps and scheme of the atlas"):
+        gb.follow(scene, found, period=asked["period"], steps=2 * steps)
+
+
 @pytest.mark.parametrize(
     ("asked", "says"),
     [
+        ({"starts": 3}, "expected a state"),
+        ({"figures": ["peak"]}, "expected a list, each of it a figure"),
+        ({"over": {"push.F": []}}, "found no values"),
         ({"period": 3.0}, "does not repeat after 3 s"),
         ({"period": -1.0}, "expected one above 0"),
         ({"steps": 0}, "from 1 on"),

@@ -40,7 +40,7 @@ from gapbeam.solver.run.scene_records import (
     promises_balance,
 )
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of, wear_of
-from gapbeam.solver.scene.argument_checks import check_fields
+from gapbeam.solver.scene.argument_checks import check_fields, positive
 from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecords
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
@@ -127,8 +127,10 @@ class SceneRun:
         if self.period is not None and not (np.isfinite(self.period) and self.period > 0.0):
             raise UserError(f"run: found period {self.period!r} s, expected a time above 0, or None")
         for name, value in (self.wear or {}).items():
-            if name not in WEAR or not (value is None or (np.isfinite(value) and value > 0.0)):
+            if name not in WEAR:
                 raise UserError(f"run: found wear {name} = {value!r}, expected {' and '.join(WEAR)} above 0")
+            if value is not None:
+                positive(value, f"run: wear {name}")
         for one in self.observers:
             if not callable(one):
                 raise UserError(f"run: found the observer {one!r}, expected a function of the step")

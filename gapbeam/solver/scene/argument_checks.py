@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from functools import cache, partial, wraps
@@ -37,6 +38,7 @@ PLAIN: dict[str, Kind] = {
     "Sequence": (lambda value: isinstance(value, Sequence | np.ndarray) and not isinstance(value, str), "a list"),
     "Callable": (callable, "a function"),
     "PathLike": (lambda value: isinstance(value, PathLike), "a path"),
+    "Path": (lambda value: isinstance(value, PathLike), "a path"),
 }
 ARTICLES = {
     "Scene": "a scene",
@@ -49,6 +51,11 @@ ARTICLES = {
     "SpaceSection": "a section, as of gapbeam.space_section",
     "LinearScheme": "a scheme, such as gapbeam.midpoint()",
     "FlowSpan": "a span, as of gapbeam.span",
+    "Figure": "a figure, as of gapbeam.figure",
+    "Atlas": "an atlas, as of gapbeam.atlas",
+    "Library": "a library, as of gapbeam.library",
+    "Recording": "a recording, as of gapbeam.read_recording",
+    "EstimatedValues": "an estimate, as of gapbeam.estimate",
     "ConvexRegion": "a region, such as gapbeam.Slot(1e-4)",
     "ForceLaw": "a law with its parameters, such as gapbeam.KelvinVoigt(stiffness=1e8)",
 }
@@ -109,15 +116,21 @@ def shown(value: object) -> str:
 def _kinds(annotation: str) -> tuple[Kind, ...]:
     """Return the kinds that an annotation names; none where one of them is not known here."""
     found: list[Kind] = []
-    for part in annotation.split(" | "):
-        name = part.partition("[")[0]
-        if name in PLAIN:
+    for part in re.split(r" \| (?![^\[]*\])", annotation):  # those in brackets are of entries
+        name, _, entries = part.rstrip("]").partition("[")
+        if name == "Sequence" and entries in ARTICLES:
+            found.append((partial(_is_list_of, entries), f"a list, each of it {ARTICLES[entries]}"))
+        elif name in PLAIN:
             found.append(PLAIN[name])
         elif name in ARTICLES:
             found.append((partial(_is_a, name), ARTICLES[name]))
         else:
             return ()
     return tuple(found)
+
+
+def _is_list_of(name: str, value: Any) -> bool:
+    return PLAIN["Sequence"][0](value) and all(_is_a(name, one) for one in value)
 
 
 def _is_a(name: str, value: object) -> bool:

@@ -99,6 +99,7 @@ def _sections() -> TypeAdapter[Any]:
     return TypeAdapter(SectionChoice)
 
 
+@checked
 def material(young_modulus: float, density: float, poisson_ratio: float = 0.3) -> Material:
     """Return an isotropic linear elastic material: Pa, kg/m^3.
 

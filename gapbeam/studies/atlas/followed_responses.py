@@ -21,6 +21,7 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.periodic.floquet import FOLD, GRAZING, PERIOD_DOUBLING, STABLE, ordered
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.limit_cycle import after_steps, change_of_orbit, repeating_orbit
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene
@@ -163,6 +164,7 @@ class _Follower:
         return place
 
 
+@checked
 def follow(
     scene: Scene, found: Atlas, *, period: float | Callable[[dict[str, float]], float], steps: int = 400,
     scheme: LinearScheme = MIDPOINT,
@@ -180,7 +182,8 @@ def follow(
         Branches in the order of their lowest value; each periodic response of the atlas is on one.
 
     Raises:
-        UserError: The atlas has no parameter or two, or its values do not increase.
+        UserError: The atlas has no parameter or two, its values do not increase, or it has another period, other steps
+            or another scheme.
     """
     (path,) = found.over if len(found.over) == 1 else ("",)
 
@@ -206,7 +209,8 @@ def follow_responses(
         Branches in the order of their lowest value; each periodic response of the atlas is on one.
 
     Raises:
-        UserError: The atlas has no parameter or two, or its values do not increase.
+        UserError: The atlas has no parameter or two, its values do not increase, or it has another period, other steps
+            or another scheme.
     """
     values = [float(next(iter(one.values.values()), np.nan)) for one in points]
     if any(len(one.values) != 1 for one in points) or not np.all(np.diff(values) > 0.0):
@@ -221,6 +225,11 @@ def follow_responses(
         left.discard((i, k))
         if first is None:
             continue
+        if follower.apart(first.x, one.state.x[:, 0]) > SAME:
+            raise UserError(
+                f"follow: found a response at {values[i]:.6g} that repeats from another state than in the atlas, "
+                "expected period, steps and scheme of the atlas"
+            )
         ways = [_way(follower, first, i, sign, values, points, left) for sign in (-1, 1)]
         (back, below), (front, above) = ways
         chain = [*reversed(back), (first, k), *front]

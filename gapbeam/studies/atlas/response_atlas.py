@@ -15,7 +15,7 @@ from scipy.stats import binomtest
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import finite
+from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.ensemble_members import response_figure_faults
 from gapbeam.solver.scene.limit_cycle import state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
@@ -115,6 +115,7 @@ class Atlas:
         return bool((self.which > UNSETTLED).all())
 
 
+@checked
 def atlas(
     scene: Scene, *, period: float | Callable[[dict[str, float]], float], starts: SceneState,
     over: Mapping[str, Any] | None = None, steps: int = 400, settle: int = 100, rounds: int = 4, orders: int = 8,
@@ -154,6 +155,8 @@ def atlas(
     for one, words in response_figure_faults(scene, figures):
         raise UserError(f"atlas: figure {one.name}: {words}")
     axes = {path: np.atleast_1d(finite(value, path)) for path, value in (over or {}).items()}
+    if empty := [path for path, value in axes.items() if not value.size]:
+        raise UserError(f"atlas: over: {empty[0]}: found no values, expected one or more")
     if len(axes) > 2:
         raise UserError(f"atlas: found {len(axes)} parameters, expected at most 2")
     grid = np.meshgrid(*axes.values(), indexing="ij") if axes else [np.zeros(1)]
@@ -217,6 +220,7 @@ def _summary(search: ResponseSearch, i: int, values: dict[str, float], exponent:
 Ranges = Mapping[str, ArrayLike]
 
 
+@checked
 def drawn_starts(
     scene: Scene, count: int, displacement: Ranges | None = None, velocity: Ranges | None = None, seed: int = 0,
     rest: SceneState | None = None,
@@ -253,6 +257,7 @@ def drawn_starts(
     return _starts(scene, values(displacement), values(velocity), count, rest)
 
 
+@checked
 def gridded_starts(
     scene: Scene, displacement: Ranges | None = None, velocity: Ranges | None = None, rest: SceneState | None = None
 ) -> SceneState:

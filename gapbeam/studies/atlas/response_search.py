@@ -332,7 +332,7 @@ class ResponseSearch:
             known = (self.found[k] for k in self.at.get(i, []) if self.found[k].order == order)
             if any(self.near(one.strobes.T, strobes[0][:, None]).min() <= SAME * size for one in known):
                 continue
-            names = {name: value[..., k] for name, value in many.peak.items()}
+            names = {name: value[..., k][()] for name, value in many.peak.items()}
             impacts = {name: float(value[k]) / order for name, value in many.impacts.items()}
             forces = {name: float(value[k]) for name, value in many.peak_force.items()}
             own = {name: float(value[k]) for name, value in many.figures.items()}
@@ -384,7 +384,7 @@ class ResponseSearch:
             if number == len(self.found):
                 growing = np.exp(np.array([exponent[i] * self.strobe.period[point]]))
                 peak, impacts, force = (
-                    {name: value[..., k] / per for name, value in table.items()}
+                    {name: value[..., k][()] / per for name, value in table.items()}
                     for table, per in ((many.peak, 1.0), (many.impacts, STROBES), (many.peak_force, 1.0))
                 )
                 orbit, strobes = ShotOrbit(self.X[:, i].copy(), growing), self.late[..., i]

@@ -431,10 +431,11 @@ def key_figures(motion: MotionRecord, span: Span, averages: Averages) -> dict[st
 def _figures(motion: MotionRecord, frequency: float | None, averages: Averages) -> Iterator[tuple[str, str, float]]:
     """Yield name, unit and value of each figure in one window."""
     ranges = np.ptp(motion.displacement, axis=0)
-    gains = np.ptp(window_means(motion.velocity_gained, motion.interval, averages.acceleration), axis=0)
+    means = window_means(motion.velocity_gained, motion.interval, averages.acceleration)
     for number, probe in enumerate(motion.probes):
         yield f"{probe} {DISPLACEMENT}", motion.unit(probe, "m"), float(ranges[number])
-        yield f"{probe} {SMOOTHED_ACCELERATION}", motion.unit(probe, "m/s^2"), float(gains[number])
+        if len(means) > 1:  # the part is longer than one mean
+            yield f"{probe} {SMOOTHED_ACCELERATION}", motion.unit(probe, "m/s^2"), float(np.ptp(means[:, number]))
         if frequency is not None:
             amplitudes = _harmonics(motion.times, motion.displacement[:, number], frequency)
             for order, amplitude in enumerate(amplitudes, 1):

@@ -30,7 +30,7 @@ from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import write_summary
-from gapbeam.solver.run.scene_run import SceneMarch, SceneRun
+from gapbeam.solver.run.scene_run import SceneMarch, SceneRun, smoothing_of
 from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene_march import marcher_of, steps_to
 from gapbeam.solver.system.operators import Array
@@ -151,7 +151,7 @@ def _errors(
 ) -> Estimate:  # fmt: skip
     """Return the entries of summary, warnings and message; times of the summary count from t = 0."""
     frequency = None if asked.period is None else 1.0 / asked.period
-    smoothing = 0.05 * min(run.end, run.end if asked.period is None else asked.period)
+    smoothing = float(smoothing_of(asked, run.end)["window"])
     horizon = horizon_of(run, [(motions[HALF_STEP], 1.0)], smoothing)
     whole = (run.end, run.end, frequency, 0.0, run.interval, None)
     again = repeats(run, spans_between(*whole), smoothing)

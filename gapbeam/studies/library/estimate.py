@@ -12,7 +12,7 @@ from rich.table import Table
 from scipy.stats import norm
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import finite, positive
+from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.library.calibrated_regression import CONFIDENCE, OUTSIDE
 from gapbeam.studies.library.recording import Recording
@@ -63,6 +63,7 @@ class EstimatedValues(PrintedResult):
         return f"{self.name}: {', '.join(parts)}{ends}"
 
 
+@checked
 def estimate(found: Library, recording: Recording, period: float | None = None) -> EstimatedValues:
     """Estimate the values of a scene from a recording of its motion, in milliseconds.
 
@@ -183,6 +184,7 @@ class Series(PrintedResult):
         return [table]
 
 
+@checked
 def series(
     estimates: Sequence[EstimatedValues], times: Any = None, limits: Mapping[str, float] | None = None
 ) -> Series:  # fmt: skip

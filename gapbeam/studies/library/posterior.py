@@ -14,6 +14,7 @@ from scipy.stats import chi2, qmc
 
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.library.calibrated_regression import CONFIDENCE, NEAR, OUTSIDE, Regression, fitted, kernel
 from gapbeam.studies.library.estimate import features_of
@@ -161,6 +162,7 @@ def sample_rows(found: Sequence[Posterior]) -> tuple[list[str], list[tuple[Any, 
     return ["recording", *found[0].samples], rows
 
 
+@checked
 def posterior(
     found: Library, recording: Recording, period: float | None = None, *, samples: int = 4000, seed: int = 0
 ) -> Posterior:

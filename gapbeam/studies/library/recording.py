@@ -26,7 +26,7 @@ from scipy.io import wavfile
 from gapbeam.solver.loads.record_file import LARGEST, Column, RecordError, read_record
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import either, near, printable
-from gapbeam.solver.scene.argument_checks import positive
+from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 
@@ -275,6 +275,7 @@ def lines(periods: int, harmonics: int) -> int:
     return periods * harmonics + periods // 2 + 1
 
 
+@checked
 def read_recording(
     file: str | Path, unit: str, *, column: Column = 2, time_column: Column = 1, channel: int = 1,
     full_scale: float | None = None,

@@ -324,6 +324,7 @@ def _write(found: Library, folder: Path) -> None:
         write_beside(folder / NOTE, json.dumps(note, indent=1) + "\n")
 
 
+@checked
 def read_library(folder: str | Path) -> Library:
     """Read a library from its folder.
 

@@ -22,7 +22,7 @@ from gapbeam.solver.case.reading.case_reader import read_tables
 from gapbeam.solver.case.reading.overrides import pairs
 from gapbeam.solver.messages.errors import CaseError, Fault, UserError
 from gapbeam.solver.messages.wording import near
-from gapbeam.solver.scene.argument_checks import finite
+from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.ensemble_members import ensemble_key, response_figure_faults
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -271,6 +271,7 @@ Counts = tuple[int, int, int, int, int, int]
 Model = Scene | Callable[[dict[str, Array]], Mapping[str, Any]]
 
 
+@checked
 def uncertain(
     model: Model, distributions: Mapping[str, Any], *, correlation: Pairs | None = None,
     limits: Mapping[str, float] | None = None, members: int = 4096, sampling: Sampling = "sobol", replicates: int = 16,

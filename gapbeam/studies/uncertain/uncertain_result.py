@@ -16,6 +16,7 @@ from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels, write_figure
 from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, UNCERTAIN_PICTURE
 from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_written, write_json, write_table
@@ -231,6 +232,7 @@ def write_uncertain(found: Uncertain, folder: Path) -> list[Path]:
 
 
 @journal_style()
+@checked
 def draw_distributions(found: Uncertain, figures: Iterable[str] = ()) -> Figure:
     """Draw the distribution of figures for each response, and the convergence of probabilities.
 

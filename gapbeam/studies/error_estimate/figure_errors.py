@@ -85,9 +85,9 @@ SETTLING = "settling"
 QUICK, SLOW = 0.5, 0.99  # ratios of neighboring differences of windows
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
 PARTED = 2.0  # E is so much larger where motions are about to part
-NONE: Mapping[str, float] = {}  # least differences of figures, over the range of the difference of two motions:
+# Least differences of figures of two motions, which agree by chance, over those of the difference of the motions.
 OF_CHATTER = {DISPLACEMENT: 0.35, SMOOTHED_ACCELERATION: 0.35}
-OF_ONE = {DISPLACEMENT: 0.1, SMOOTHED_ACCELERATION: 0.1, LARGEST_FORCE: 0.02}  # figures of two motions agree by chance
+OF_ONE = {DISPLACEMENT: 0.1, SMOOTHED_ACCELERATION: 0.1, LARGEST_FORCE: 0.02}  # where there is one companion only
 CONFIDENCE = 0.95
 SAME_VARIANCE = 0.75  # of the ratios of two estimates of one variance lie below what is pooled
 FIRST_ORDER, SLOWEST = 0.5, 0.9  # ratios of differences of finer meshes
@@ -183,16 +183,16 @@ def figure_errors(
     longer = replace(span, width=span.width + LATER * records * run.interval)
     later = key_figures(run, longer, averages) if span.cut and span.count == 1 else {}
     usual_motion = run.thinned(records) if reference is None else companions[reference]
-    least = OF_CHATTER if max(lost.values(), default=0.0) > RESOLVED else NONE
-    if companions.keys() <= {HALF_STEP, STIFFER}:
-        least = OF_ONE
+    least = OF_ONE if companions.keys() <= {HALF_STEP, STIFFER} else {}
+    if max(lost.values(), default=0.0) > RESOLVED:
+        least = {**least, **OF_CHATTER}
     apart = {
-        name: _apart(usual_motion, motion, span, averages, least if name in OTHER_STEPS else NONE)
+        name: _apart(usual_motion, motion, span, averages, least if name in OTHER_STEPS else {})
         for name, motion in companions.items()
     }
     if not in_plane:
         apart[MODEL] = _apart(
-            run.thinned(records), usual_motion, span, averages, least if reference in OTHER_STEPS else NONE
+            run.thinned(records), usual_motion, span, averages, least if reference in OTHER_STEPS else {}
         )
     farthest = run.farthest or float(np.abs(run.displacement).max(initial=0.0))
     moves = run.ranges >= STILL * run.spans

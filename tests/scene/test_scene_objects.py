@@ -534,3 +534,21 @@ def test_a_load_that_ignores_its_times_is_asked_at_each(whole: bool) -> None:
     assert values.std() == pytest.approx(1.0, rel=0.1)
     assert abs(np.corrcoef(values[1:], values[:-1])[0, 1]) < 0.1
     assert np.ptp(gb.Force(one["at"], lambda t: 5.0 + 0.0 * np.size(t)).table(np.arange(9.0))) == 0.0
+
+
+@pytest.mark.parametrize("made", [
+    gb.KelvinVoigt(1e5, 3.0), gb.HuntCrossley(1e8, chi=0.2), gb.Cubic(1e6, 1e-3), gb.Slot(2e-4), gb.Disc(1e-3),
+    gb.Unilateral(restitution=0.5), Hardening(1e5, 1e-4), ellipse(2e-3, 1e-3), gb.HalfPlane(1e-3, [0.6, 0.8]),
+])  # fmt: skip
+def test_laws_and_regions_print_as_they_are_made(made: object) -> None:
+    """With each of their values by its name; so do contacts of them. Loads print their value."""
+    values = re.fullmatch(r"(\w+)\((.+)\)", repr(made))
+    assert values is not None
+    assert values[1] == made.kind.name  # type: ignore[attr-defined]
+    given = [float(part.partition("=")[2]) for part in values[2].split(", ")]
+    assert given == pytest.approx([float(one) for one in made.values[: len(given)]])  # type: ignore[attr-defined]
+    one = gb.mass(1.0, motions=2, name="ball")
+    if made.kind in {gb.Disc(1.0).kind, ellipse(1.0, 1.0).kind}:  # type: ignore[attr-defined]
+        assert repr(made) in repr(gb.Contact(one["at"], made, gb.Cubic(1e6, 1e-3)))
+    assert repr(gb.Force(one["at"], 3.0, name="push")) == "<Force push on ball: 3 N>"
+    assert "amplitude 2" in repr(gb.Force(one["at"], gb.sine, name="push", amplitude=2.0, frequency=1.0))

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, named_values
 from gapbeam.solver.scene.force_law import inlined
+from gapbeam.solver.scene.scene_table import called
 from gapbeam.solver.system.operators import Array
 
 EVERY_WAY = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
@@ -63,6 +64,8 @@ class ConvexRegion:
             rigid motion can escape.
         motions: 1, 2 in a section plane, or 3 in space, where walls are flat.
     """
+
+    __repr__ = called
 
     kind: RegionKind
     values: tuple[Any, ...]

@@ -20,6 +20,7 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite, named_values, positive
+from gapbeam.solver.scene.scene_table import called
 
 TINY = 1e-300
 SPEEDS = ("speed", "speed2", "speed3")
@@ -108,6 +109,8 @@ class LawKind:
 @dataclass(frozen=True, eq=False)
 class ForceLaw:
     """A law with its parameters: numbers, or arrays over the members of an ensemble."""
+
+    __repr__ = called
 
     kind: LawKind
     values: tuple[Any, ...]

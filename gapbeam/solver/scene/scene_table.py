@@ -116,6 +116,18 @@ def result_words(result: Any) -> str:
     return "\n  ".join([f"<{type(result).__name__}", *lines]) + ">"
 
 
+def called(one: Any) -> str:
+    """Return a law or a region as it is made: its kind with its values by name."""
+    pairs = zip(getattr(one.kind, "given", one.kind.names), one.values, strict=False)
+    named = ", ".join(f"{name}={_words(value)}" for name, value in pairs)
+    return f"{one.kind.name}({named or _words(one.values)})"
+
+
+def load_words(one: Any) -> str:
+    """Return a load in one line: its kind, name and structure, and its value."""
+    return f"<{type(one).__name__} {one.name or '?'} on {one.structure.name or '?'}: {_of_load(one)}>"
+
+
 def _words(value: Any) -> str:
     if isinstance(value, Mapping):
         parts = [f"{key} {_words(one)}" for key, one in list(value.items())[:FEW]]

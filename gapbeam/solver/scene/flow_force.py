@@ -23,6 +23,7 @@ import scipy
 import scipy.linalg as sl
 
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, matrix, positive, positives
 from gapbeam.solver.scene.feedback import Feedback, Place, motions_of, side_by_side
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
@@ -208,7 +209,8 @@ class Flow(Feedback):
         found = [known[share] for share, _ in self.sections]
         for one, (_, motions) in zip(found, self.sections, strict=True):
             if len(one.D) != motions:
-                raise ArgumentError(f"{where}: found points of {motions} motions and a law of {len(one.D)}", MOTIONS)
+                words = f"found points of {counted(motions, 'motion')} and a law of {len(one.D)}"
+                raise ArgumentError(f"{where}: {words}", MOTIONS)
         self.delay, self.error = max(one.delay for one in found), max(one.error for one in found)
         A, B, C, D = side_by_side(found)
         order = np.argsort(np.concatenate([np.arange(len(one.A)) for one in found]), kind="stable")

@@ -235,7 +235,8 @@ class Rows:
             if label not in self.places:
                 near = [one for one in self.labels if one.partition(".")[0] == label.partition(".")[0]]
                 known = f"; that node has {', '.join(near)}" if near else ""
-                raise ArgumentError(f"point {key}: found {label!r}, which is no DOF of the matrices{known}", argument)
+                words = f"found {label!r}, expected a DOF of the matrices, {self.labels[0]} to {self.labels[-1]}{known}"
+                raise ArgumentError(f"point {key}: {words}", argument)
             if self.places[label] in fixed:
                 raise ArgumentError(f"point {key}: DOF {label} is clamped", argument)
             row[self.places[label]] = 1.0

@@ -23,6 +23,7 @@ from gapbeam.postprocess.signals.periodicity import NOT_SETTLED, last_periods
 from gapbeam.postprocess.signals.signal import Signal, SignalError, probe_signal
 from gapbeam.postprocess.signals.spectra import smooth_over, whole_periods, window_of
 from gapbeam.postprocess.signals.steady_figures import FEWEST, HARMONICS, Steady, WindowFigure, steady
+from gapbeam.solver.messages.wording import counted
 
 LONGEST = 12.0  # forcing periods of a record that does not repeat
 
@@ -126,7 +127,7 @@ def _folded(signal: Signal, frequency: float, cycle: int, origin: float) -> Floa
     available = whole_periods(signal, frequency)
     rows = last_periods(signal, frequency, min(available, cycle) if available else 1)
     if len(rows) < cycle:  # a smoothed record loses some of its ends: an orbit's neighbors are itself
-        raise SignalError(f"{signal.name}: the record holds less than a cycle of {cycle} forcing periods")
+        raise SignalError(f"{signal.name}: the record holds less than a cycle of {counted(cycle, 'forcing period')}")
     size = rows.shape[1]
     begins = (signal.time[-1] - (rows.size - 1) / (frequency * size) - origin) * frequency
     wave = rows.reshape(-1)

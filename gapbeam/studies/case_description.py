@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import ceil, log10, pi, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 Row = tuple[str, str, str]
 
+FEW = 6  # faces that are named
 SOFT_ENOUGH = 1.0 / 3.0
 GIGABYTE = 1.0e9
 PERHAPS = 0.5  # of the DOFs of a model that is tried out: with more expected, the mesh is made and counted
@@ -100,7 +101,7 @@ def describe_case(case: Case, comm: MPI.Comm) -> CaseDescription:
     case, step = model.case, model.step
     sections = {
         "Model": tuple(_model_rows(model)),
-        "Computed defaults": tuple(row for default in model.defaults for row in _default_rows(default)),
+        "Computed defaults": tuple(_once(_default_rows(default) for default in model.defaults)),
         "Dynamics": tuple(_dynamics_rows(model)),
         "Run": (
             ("scheme", case.time.scheme.type, ""),
@@ -120,9 +121,9 @@ def _cost_rows(cost: Prediction) -> list[Row]:
         rows.append(("back-substitution", f"{1e3 * cost.back_substitution:.3g} ms", "of one step"))
     return [
         *rows,
-        ("step", f"{1e3 * cost.per_step:.3g} ms", "with its records; " + cost.basis),
+        *([] if cost.ended else [("step", f"{1e3 * cost.per_step:.3g} ms", "with its records; " + cost.basis)]),
         ("field", f"{1e3 * cost.per_field:.3g} ms", f"{cost.fields} of them"),
-        ("march", _duration(cost.march), "predicted from these"),
+        *([] if cost.ended else [("march", _duration(cost.march), "predicted from these")]),
         *([("errors", _duration(cost.errors), f"{cost.companions} comparison runs")] if cost.companions else []),
         ("wall time", _duration(cost.total), f"{cost.certainty}; without pictures"),
         ("memory", f"{cost.memory / GIGABYTE:.2f} GB", "peak of all ranks together"),
@@ -131,6 +132,17 @@ def _cost_rows(cost: Prediction) -> list[Row]:
 
 def _part(name: str, seconds: float) -> str:
     return f"{name} {_duration(seconds)}"
+
+
+def _once(groups: Iterable[Sequence[Row]]) -> Iterator[Row]:
+    """Yield rows; of groups that differ by their names alone the first one stands for all."""
+    alike = dict[tuple[tuple[str, ...], ...], list[Sequence[Row]]]()
+    for group in groups:
+        alike.setdefault(tuple(row[1:] for row in group), []).append(group)
+    for (first, *rest), *others in alike.values():
+        name, value, words = first
+        yield name, value, f"{words}; and {len(others)} alike" if others else words
+        yield from rest
 
 
 def _default_rows(default: Default) -> list[Row]:
@@ -150,7 +162,13 @@ def _mesh_rows(case: Case, meshed: MeshedBeam) -> list[Row]:
 def _model_rows(model: Model) -> list[Row]:
     contact = model.system.contact
     areas = np.bincount(contact.faces, weights=contact.weights)
-    faces = ", ".join(f"{name} {1e6 * area:.5g} mm^2" for name, area in zip(contact.face_names, areas, strict=True))
+    alike = dict[str, list[str]]()
+    for name, area in zip(contact.face_names, areas, strict=True):
+        alike.setdefault(f"{1e6 * area:.5g} mm^2", []).append(name)
+    faces = ", ".join(
+        f"{area} on {', '.join(names) if len(names) <= FEW else f'each of {len(names)} faces'}"
+        for area, names in alike.items()
+    )
     return [
         *_mesh_rows(model.case, model.body.meshed),
         *(
@@ -173,18 +191,16 @@ def _dynamics_rows(model: Model) -> list[Row]:
     rows.append(
         (
             "contact duration",
-            f"{1e6 * duration:.3g} us",
+            _brief(duration),
             "at least: half a period of the supported part on "
             f"{model.support.stiffness_per_area:.3g} {stiffness_unit(case)}; {duration / model.step:.2g} steps. "
             "After a run, contact_episodes in summary.json gives the share of the impulse "
             "that passes in contacts of fewer than 10 steps",
         )
     )
-    for one in case.layout.supports:
-        if one.body is not None:
-            rows.append(
-                (f"support {one.name}", f"{one.body.frequency:.4g} Hz", "its body on its spring, without the beam")
-            )
+    bodies = ((one.name, one.body) for one in case.layout.supports if one.body is not None)
+    on_spring = "its body on its spring, without the beam"
+    rows += _once([(f"support {name}", f"{body.frequency:.4g} Hz", on_spring)] for name, body in bodies)
     for load in case.load:
         if (words := load.frequency_words(model.step)) is not None:
             rows.append((load.name, *words))
@@ -272,6 +288,12 @@ def _restraint_warnings(model: Model) -> list[str]:
         if one.key.removeprefix("restraint.") not in held
         and (frequency := restraint_frequency(case, one.value)) > SOFT_ENOUGH * lowest
     ]
+
+
+def _brief(seconds: float) -> str:
+    """Return the duration of a contact in words."""
+    power = min(max(ceil(-log10(float(f"{seconds:.3g}")) / 3.0), 0), 3)
+    return f"{1e3**power * seconds:.3g} {('s', 'ms', 'us', 'ns')[power]}"
 
 
 def _duration(seconds: float) -> str:

@@ -239,3 +239,45 @@ def test_slow_first_steps_do_not_stand_for_all(usual: float, times: float, lasti
     _, done = tried(march, 100_000, MPI.COMM_SELF)
     assert usual <= done.per_step < 10.0 * usual
     assert done.spent < trial_prediction.LONGEST
+
+
+@alone
+@pytest.mark.parametrize("count", [1, 2, 9, 30])
+def test_supports_that_are_alike_stand_once_with_their_number(count: int) -> None:
+    """Whatever their number, check has no more rows: a rail on twenty sleepers filled two screens."""
+    places = [0.5 * (number + 0.25) / count for number in range(count)]
+    body = {"mass": 1.0, "stiffness": 1.0e5}
+    tables = {
+        "beam": {"length": 0.51, "thickness": 0.012, "width": 0.02},
+        "material": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7919.0},
+        "model": {"type": "beam"},
+        "support": [
+            {
+                "name": f"s{number}",
+                "from": x,
+                "to": x + 0.005,
+                "clearance": 1e-4,
+                "support_stiffness": 1e6,
+                "body": body,
+            }
+            for number, x in enumerate(places)
+        ],
+        "load": [{"type": "gravity"}],
+        "time": {"end": 1e-3, "step": 1e-4},
+    }
+    found = describe_case(Case.model_validate(tables), MPI.COMM_SELF)
+    rows = [row for section in found.sections.values() for row in section]
+    assert [name for name, *_ in rows if name.startswith(("s1", "s2", "support.s1"))] == []
+    said = [words for name, _, words in rows if name.startswith(("support s0", "support.s0"))]
+    assert len(said) == 2
+    assert all(words.endswith(f"; and {count - 1} alike") == (count > 1) for words in said)
+    (faces,) = (words for name, _, words in rows if name == "contact points")
+    assert ("s0_below, s0_above" in faces) if count == 1 else f"each of {2 * count} faces" in faces or count == 2
+
+
+@given(st.floats(1e-11, 1e2))
+def test_durations_of_contacts_keep_their_digits(seconds: float) -> None:
+    """Three of them, between 1 and 1000 of a unit as far as there is one: 1650 us read 1.65e+03."""
+    number, unit = case_description._brief(seconds).split()
+    assert float(number) * {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}[unit] == pytest.approx(seconds, rel=5.01e-3)
+    assert "e" not in number

@@ -181,7 +181,7 @@ def periodicity(
     if tried < 1:
         return Periodicity(
             None, np.inf, np.inf, 0, None, 0, tolerance,
-            f"undecided: {available} forcing periods are too few, at least {REPEATS + 1} are needed",
+            f"undecided: {counted(available, 'forcing period')} are too few, at least {REPEATS + 1} are needed",
         )  # fmt: skip
     waves = np.stack([last_periods(signal, forcing_frequency, available) for signal in signals], axis=-1)
     best, best_residual, nearest = 1, np.inf, np.inf
@@ -199,7 +199,7 @@ def periodicity(
     rest = rest_of(waves)
     if best_residual <= tolerance:
         verdict = (
-            f"{NOT_SETTLED}: the last cycles of {best} forcing periods differ by {_percent(best_residual)}, "
+            f"{NOT_SETTLED}: the last cycles of {counted(best, 'forcing period')} differ by {_percent(best_residual)}, "
             f"but the rest of the transient may be {_percent(remaining)} of the range; run longer"
         )
     else:

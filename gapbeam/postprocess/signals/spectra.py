@@ -160,13 +160,13 @@ def _whole_periods(
     available = whole_periods(signal, forcing_frequency)
     if available < 1 or (periods is not None and not 1 <= periods <= available):
         raise SignalError(
-            f"{signal.name}: {signal.duration:g} s hold {available} whole forcing periods of "
+            f"{signal.name}: {signal.duration:g} s hold {counted(available, 'whole forcing period')} of "
             f"{1 / forcing_frequency:g} s, asked for {periods or 'one at least'}"
         )
     periods = periods or default_periods(signal, forcing_frequency, after)
     if periods > _since(signal, forcing_frequency, after):
         notes.append(
-            f"{signal.name}: the last {periods} forcing periods begin before {after:.4g} s: "
+            f"{signal.name}: the last {counted(periods, 'forcing period')} begin before {after:.4g} s: "
             "the spectrum holds some of the transient; run longer"
         )
     if periods % 6:
@@ -178,7 +178,7 @@ def _whole_periods(
     if abs(exact - size) <= _WHOLE * max(1.0, 1e-3 * size):
         return Signal(signal.time[-size:], signal.values[-size:], signal.unit, signal.name, signal.width), periods
     notes.append(
-        f"{signal.name}: {periods} forcing periods are {exact:.3f} sampling intervals; "
+        f"{signal.name}: {counted(periods, 'forcing period')} are {exact:.3f} sampling intervals; "
         "interpolated by a cubic spline to a whole number (choose a step that divides the period)"
     )
     if size < 8:

@@ -133,8 +133,8 @@ def settled_windows(
     recorded = whole_periods(motions[0], frequency)
     if recorded < FEWEST:
         raise SignalError(
-            f"the record of {motions[0].duration:.4g} s holds {recorded} forcing periods of {1.0 / frequency:g} s; "
-            f"expected at least {FEWEST}: run longer"
+            f"the record of {motions[0].duration:.4g} s holds {counted(recorded, 'forcing period')} of "
+            f"{1.0 / frequency:g} s; expected at least {FEWEST}: run longer"
         )
     cycle = periodicity(tuple(motions), frequency, tolerance)
     begin, end = float(motions[0].time[0]), float(motions[0].time[-1])

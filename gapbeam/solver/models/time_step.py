@@ -172,8 +172,8 @@ def time_step(case: Case, stiffness: float) -> Default:
         reason += f"; whole steps in {', '.join(whole)}"
     error = (2.0 * pi * frequency * longest) ** 2 / 12.0  # of the midpoint rule in a period
     consequence = (
-        f"half: twice the time, periods at {frequency:.4g} Hz {error / 4:.2%} too long; "
-        f"double: half the time, {error * 4:.1%} too long"
+        f"half: twice the time, periods at {frequency:.4g} Hz {100.0 * error / 4.0:.2g} % too long; "
+        f"double: half the time, {100.0 * error * 4.0:.2g} % too long"
     )
     return Default("time.step", value, "s", reason, consequence)
 

@@ -23,6 +23,7 @@ from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_c
 from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.march.stepwise_march import March, march
 from gapbeam.solver.messages.errors import Interrupted
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.periodic.floquet import UNKNOWN, Judgment, stability_of, with_error
 from gapbeam.solver.periodic.harmonic_balance import series_steps
@@ -290,7 +291,7 @@ def find_response(
         "steps_per_period": held.steps,
         "ramps": "passed before the search",
         "periods_marched": marched,
-        "started_from": f"a march of {marched} forcing periods" if marched else "the seat",
+        "started_from": f"a march of {counted(marched, 'forcing period')}" if marched else "the seat",
         "seconds_before_search": settled - clock,
         "seconds_of_search": time.perf_counter() - settled,
     }

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.checks.periodic_checks import value_of
 from gapbeam.solver.messages.errors import Interrupted
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.periodic.continuation import CurvePoint, CurveSettings, ResponseCurve
 from gapbeam.solver.periodic.period_map import ModalMap
@@ -68,9 +69,9 @@ def search(
     summary["periodic"] = found
     summary["warnings"] += response.remarks
     LOG.info(
-        "%s: a response of %d forcing periods in %d iterations, residual %.1e, %s",
+        "%s: a response of %s in %d iterations, residual %.1e, %s",
         found["method"],
-        found["periods"],
+        counted(found["periods"], "forcing period"),
         found["iterations"],
         found["residual"],
         stability_words(found),

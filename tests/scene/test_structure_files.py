@@ -111,7 +111,10 @@ REFUSED = {
     "suffix": (lambda _: gb.read_structure("k.txt", "m.txt", units="m-kg-s"), "found .txt, expected .mtx"),
     "no file": (lambda _: gb.read_structure("k.mtx", "m.mtx", units="m-kg-s"), "cannot be read as a matrix"),
     "clamped": (lambda f: read(f, clamped=["99"]), "found '99', which is no node"),
-    "point": (lambda f: read(f, points={"tip": "21.1"}), "'21.1', expected a DOF of the matrices, .* to .*; that node has 21.3, 21.5"),
+    "point": (
+        lambda f: read(f, points={"tip": "21.1"}),
+        "'21.1', expected a DOF of the matrices, .* to .*; that node has 21.3, 21.5",
+    ),
     "held": (lambda f: read(f, clamped=[1], points={"root": "1.3"}), "DOF 1.3 is clamped"),
     "all": (lambda f: read(f, clamped=range(1, NODES + 1)), "all DOFs are clamped"),
     "frame": (lambda f: read(f, frame=[0.0, 0.0, 0.0]), "three numbers that are not all 0"),

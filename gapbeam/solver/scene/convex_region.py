@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, named_values
 from gapbeam.solver.scene.force_law import inlined
-from gapbeam.solver.scene.scene_table import called
+from gapbeam.solver.scene.printed_values import called
 from gapbeam.solver.system.operators import Array
 
 EVERY_WAY = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])

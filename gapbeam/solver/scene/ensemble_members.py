@@ -24,9 +24,9 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure, part_above
 from gapbeam.solver.messages.errors import NotWritten, UserError
+from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.recorded_places import struck_places
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 
 OF_CONTACTS = ("peak_force", "impulse", "impacts", "closed", "work", "force")

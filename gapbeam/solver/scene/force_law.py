@@ -20,7 +20,7 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite, named_values, positive
-from gapbeam.solver.scene.scene_table import called
+from gapbeam.solver.scene.printed_values import called
 
 TINY = 1e-300
 SPEEDS = ("speed", "speed2", "speed3")

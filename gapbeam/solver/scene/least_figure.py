@@ -15,8 +15,8 @@ from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.limit_cycle import periodic, state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.orbit_tangents import OrbitTangents, tangents
+from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 
 SHORTEST, BENT = 2.0**-6, 0.5

@@ -24,8 +24,8 @@ from gapbeam.solver.scene.flow_margin import state_matrix
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest
 from gapbeam.solver.scene.marcher import Marcher
+from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 
 TOLERANCE = 1e-10

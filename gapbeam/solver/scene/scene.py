@@ -16,8 +16,9 @@ from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Place, aligned, feedback_loop, joined, motions_once, parts_of
 from gapbeam.solver.scene.linear_scheme import Linear, LinearScheme, Slabs, exact_modes, low_rank_factor
+from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.scene_load import Load
-from gapbeam.solver.scene.scene_table import result_words, scene_html, scene_words
+from gapbeam.solver.scene.scene_table import scene_html, scene_words
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.scene.touch_kernel import ROWS, STICKING, VALUES, WIDTH
 from gapbeam.solver.system.operators import Array

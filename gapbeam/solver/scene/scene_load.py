@@ -27,7 +27,7 @@ from gapbeam.solver.loads.time_function import Harmonic
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted, printable
 from gapbeam.solver.scene.argument_checks import NO_NUMBERS, checked, finite
-from gapbeam.solver.scene.scene_table import load_words
+from gapbeam.solver.scene.printed_values import load_words
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.system.operators import Array
 

@@ -16,8 +16,8 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
+from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.scene.sparse_march import MovingMarcher, SparseMarcher
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.system.operators import Array

@@ -1,12 +1,8 @@
-"""Scenes and results in a Python session: a table of structures, contacts, loads; shapes and ranges of arrays.
-
-The classes import this module.
-"""
+"""Table of a scene for notebooks: structures, contacts, loads; the class of scenes imports this module."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterator, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +10,10 @@ import numpy as np
 
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.feedback import parts_of
+from gapbeam.solver.scene.printed_values import listed, value_of_load
 
 if TYPE_CHECKING:
     from gapbeam.solver.scene.contact_pair import Contact
-    from gapbeam.solver.scene.scene_load import Load
     from gapbeam.solver.scene.structure import StructurePoint
 
 HEADS = ("", "name", "at", "values")
@@ -35,7 +31,7 @@ def scene_html(scene: Any) -> str:
         ("structure", one.name, ", ".join(one.points), counted(one.size, "DOF")) for one in scene.structures
     ]
     rows += [("contact", *row) for row in _contacts(scene)]
-    rows += [("load", one.name, one.structure.name, _of_load(one)) for one in scene.loads]
+    rows += [("load", one.name, one.structure.name, value_of_load(one)) for one in scene.loads]
     rows += [
         (type(one).__name__.lower(), one.name, f"{_places(one.act)}, by {_places(one.sense)}", "")
         for one in scene.feedbacks
@@ -74,78 +70,9 @@ def _of_contacts(some: Sequence[Contact]) -> str:
     region, law = some[0].region.kind, some[0].law.kind
     own = [key for key in ("friction", "sliding", "offset") if any(np.any(getattr(one, key)) for one in some)]
     found = [
-        f"{region.name}: {_listed(region.names, [one.region.values for one in some])}",
-        f"{law.name}: {_listed(law.names, [one.law.values for one in some])}",
-        _listed(own, [[getattr(one, key) for key in own] for one in some]),
+        f"{region.name}: {listed(region.names, [one.region.values for one in some])}",
+        f"{law.name}: {listed(law.names, [one.law.values for one in some])}",
+        listed(own, [[getattr(one, key) for key in own] for one in some]),
         "moving wall" if some[0].is_moved else "",
     ]
     return "; ".join(filter(None, found))
-
-
-def _of_load(one: Load) -> str:
-    """Return the value of a load with its unit, or its function with the parameters."""
-    if isinstance(one.value, tuple):
-        times = one.value[0]
-        return f"table from {times[0]:.4g} to {times[-1]:.4g} s"
-    if not callable(one.value):
-        return f"{_number(one.value)} {one.unit}".rstrip()
-    name = getattr(one.value, "__name__", "function of time")
-    return ": ".join([name, *([_listed(one.parameters, [list(one.parameters.values())])] if one.parameters else [])])
-
-
-def _listed(names: Iterable[str], values: Iterable[Sequence[Any]]) -> str:
-    """Return names with their numbers, or with the ranges of these over contacts and members of an ensemble."""
-    ranges = zip(names, zip(*values, strict=True), strict=True)
-    return ", ".join(f"{name} {_number(np.concatenate([np.ravel(one) for one in many]))}" for name, many in ranges)
-
-
-def _number(value: Any) -> str:
-    if np.asarray(value).dtype.kind not in "biuf":
-        return "given"
-    low, high = float(np.min(value)), float(np.max(value))
-    return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
-
-
-FEW = 4
-"""Numbers or names up to which all are shown."""
-
-
-def result_words(result: Any) -> str:
-    """Return a dataclass with a line for each attribute; arrays of many numbers as their shape and range."""
-    lines = [f"{one.name}: {_words(getattr(result, one.name))}" for one in fields(result)]
-    return "\n  ".join([f"<{type(result).__name__}", *lines]) + ">"
-
-
-def called(one: Any) -> str:
-    """Return a law or a region as it is made: its kind with its values by name."""
-    pairs = zip(getattr(one.kind, "given", one.kind.names), one.values, strict=False)
-    named = ", ".join(f"{name}={_words(value)}" for name, value in pairs)
-    return f"{one.kind.name}({named or _words(one.values)})"
-
-
-def load_words(one: Any) -> str:
-    """Return a load in one line: its kind, name and structure, and its value."""
-    return f"<{type(one).__name__} {one.name or '?'} on {one.structure.name or '?'}: {_of_load(one)}>"
-
-
-def _words(value: Any) -> str:
-    if isinstance(value, Mapping):
-        parts = [f"{key} {_words(one)}" for key, one in list(value.items())[:FEW]]
-        more = [f"... {len(value)} in all"] if len(value) > FEW else []
-        return ", ".join([*parts, *more]) or "none"
-    if is_dataclass(value) or (isinstance(value, (list, tuple)) and any(map(is_dataclass, value))):
-        return type(value).__name__ if is_dataclass(value) else f"{len(value)} of {type(value[0]).__name__}"
-    array = np.asarray(value)
-    if array.dtype.kind not in "biufc":
-        return repr(value)
-    shape = str(array.shape).replace(",)", ")")
-    if array.size <= FEW:
-        numbers = ", ".join(str(one) if array.dtype.kind == "b" else f"{one:.6g}" for one in array.ravel())
-        return f"{shape} {numbers}".rstrip() if array.ndim else numbers
-    if array.dtype.kind == "b":
-        return f"{shape} {int(array.sum())} of {array.size} true"
-    known = array[np.isfinite(array)]
-    sizes, of = (np.abs(known), "absolute ") if array.dtype.kind == "c" else (known, "")
-    span = f" {of}{sizes.min():.6g} to {sizes.max():.6g}" if known.size else ""
-    lost = f", {array.size - known.size} not finite" if known.size < array.size else ""
-    return f"{shape}{span}{lost}"

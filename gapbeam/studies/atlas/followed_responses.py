@@ -24,8 +24,8 @@ from gapbeam.solver.periodic.floquet import FOLD, GRAZING, PERIOD_DOUBLING, STAB
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.limit_cycle import after_steps, change_of_orbit, repeating_orbit
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
+from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.scene import Scene
-from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint
 

@@ -19,8 +19,8 @@ from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.ensemble_members import response_figure_faults
 from gapbeam.solver.scene.limit_cycle import state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
+from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_table import result_words
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, ResponseSearch, repeating
 

@@ -27,7 +27,7 @@ from gapbeam.solver.loads.record_file import LARGEST, Column, RecordError, read_
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import either, near, printable
 from gapbeam.solver.scene.argument_checks import checked, positive
-from gapbeam.solver.scene.scene_table import result_words
+from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.system.operators import Array
 
 MARK, NUMBER, BINARY = "-1", "58", "58b"

@@ -11,6 +11,7 @@ Source: the default limits are those that CalculiX documents for contact.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -144,6 +145,16 @@ class EnergyGates:
                 f"the results are not to be trusted. Try a smaller time.step{otherwise}; "
                 "gates.total_loss allows more, gates.accept_energy_loss = true accepts it"
             )
+
+    def remarks(self, ledger: Ledger, step: str) -> Iterator[str]:
+        """Yield the impacts outside of the gates, and the growth that was accepted, with the name of the step."""
+        if self.violations:
+            yield (
+                f"{self.violations} of {self.impacts} impacts changed the energy by more than the gates allow (largest "
+                f"growth {self.largest_growth:.2%}, largest loss {self.largest_loss:.2%}): try a smaller {step}"
+            )
+        if self.failed(ledger) and self.limits.accept_energy_growth:
+            yield f"energy growth of {self.growth(ledger):.2%} accepted by gates.accept_energy_growth"
 
     def watched(self, face: int) -> Watched:
         """Return a face as it was last seen."""

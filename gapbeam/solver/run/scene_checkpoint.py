@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.diagnostics.contact_episodes import Watched
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
@@ -158,9 +159,5 @@ def _ledger(stored: Mapping[str, Any]) -> Ledger:
 def _restore_gates(gates: EnergyGates, header: Mapping[str, Any]) -> None:
     for name in SEEN:
         setattr(gates, name, type(getattr(gates, name))(header["gates"][name]))
-    for i, (face, created, energy) in enumerate(header["faces"]):
-        gates.open_faces[i] = face == 1
-        if np.isfinite(created):
-            gates.entries[i] = (created, energy)
-        else:
-            gates.entries.pop(i, None)
+    for i, seen in enumerate(header["faces"]):
+        gates.keep(i, Watched(*seen))

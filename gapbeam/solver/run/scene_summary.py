@@ -153,7 +153,6 @@ def findings_of(accounts: SceneAccounts) -> list[Finding]:
 def remarks_of(accounts: SceneAccounts, findings: Sequence[Finding]) -> list[str]:
     """Return the remarks on the figures, one sentence each."""
     found = [one.remark for one in findings if one.verdict == WARNING]
-    gates, ledger = accounts.gates, accounts.ledger
     found += fit_doubts(accounts.scene.feedbacks)
     found += _still_neighbors(accounts.scene)
     if not accounts.balanced:
@@ -161,14 +160,7 @@ def remarks_of(accounts: SceneAccounts, findings: Sequence[Finding]) -> list[str
             "the scheme promises no energy balance: energy that is missing counts as its dissipation, so that the "
             "balance proves nothing; compare with the default scheme"
         )
-    if gates.violations:
-        found.append(
-            f"{gates.violations} of {gates.impacts} impacts changed the energy by more than the gates allow (largest "
-            f"growth {gates.largest_growth:.2%}, largest loss {gates.largest_loss:.2%}): try a smaller step"
-        )
-    if gates.failed(ledger) and gates.limits.accept_energy_growth:
-        found.append(f"energy growth of {gates.growth(ledger):.2%} accepted by gates.accept_energy_growth")
-    return found
+    return [*found, *accounts.gates.remarks(accounts.ledger, "step")]
 
 
 def _still_neighbors(scene: Scene) -> list[str]:

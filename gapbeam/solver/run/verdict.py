@@ -36,8 +36,7 @@ from gapbeam.solver.diagnostics.assumption import (
     limited,
 )
 from gapbeam.solver.diagnostics.contact_episodes import DURATION
-from gapbeam.solver.diagnostics.energy_gates import EnergyGates, describe_energy, describe_gates
-from gapbeam.solver.diagnostics.energy_ledger import Ledger
+from gapbeam.solver.diagnostics.energy_gates import describe_energy, describe_gates
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts, Tally, impact_figures
 from gapbeam.solver.diagnostics.point_contact import Peaks
@@ -179,16 +178,11 @@ def assumptions(
     return limited(found, case.gates)
 
 
-def remarks(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> list[str]:
+def remarks(accounts: Accounts, findings: Sequence[Finding]) -> list[str]:
     """Return the remarks on the figures, one sentence each."""
     found = [finding.remark for finding in findings if finding.verdict == WARNING]
     ledger, gates = accounts.ledger, accounts.gates
-    if gates.violations:
-        found.append(
-            f"{gates.violations} of {gates.impacts} impacts changed the energy by more than the gates allow "
-            f"(largest growth {gates.largest_growth:.2%}, largest loss {gates.largest_loss:.2%}): "
-            "try a smaller time.step"
-        )
+    found += gates.remarks(ledger, "time.step")
     changing = accounts.episodes.count > 0 and not ledger.at_rest  # else the scheme is linear, and creates nothing
     if changing and ledger.round_off > gates.limits.impact_growth * ledger.exchanged:
         share = "more than all" if ledger.round_off > ledger.exchanged else f"{ledger.round_off / ledger.exchanged:.1%}"
@@ -197,8 +191,6 @@ def remarks(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> li
             f"{share} of the energy exchanged: impacts could create less than that unseen; "
             "compare with a run of half the time.step"
         )
-    if gates.failed(ledger) and model.case.gates.accept_energy_growth:
-        found.append(f"energy growth of {gates.growth(ledger):.2%} accepted by gates.accept_energy_growth")
     return found
 
 
@@ -223,15 +215,6 @@ def resolution_remarks(model: Model, tally: Tally) -> list[str]:
         f"{RESOLVING_SHARE * model.contact_duration:.2g} s: peak forces and accelerations follow the step; try more "
         f"time.max_halvings, a smaller time.step or a softer {model.case.layout.stiffness_keys}"
     ]
-
-
-def judge(model: Model, ledger: Ledger, gates: EnergyGates) -> None:
-    """Pass a march that reached its end, or raise.
-
-    Raises:
-        EnergyCreated: More energy was created over the run than the gate of an impact allows.
-    """
-    gates.judge(model.case.time.scheme.type, ledger)
 
 
 def judge_curve(curve: Mapping[str, Any] | None) -> None:
@@ -264,12 +247,13 @@ def judge_run(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> 
     """Pass a run that reached its end, or raise.
 
     Raises:
-        EnergyCreated: As in `judge`.
+        EnergyCreated: More energy was created over the run than the gate of an impact allows.
         EnergyLost: The scheme took more of the energy than the gates allow.
         AssumptionBroken: A limit beyond which the figures mean nothing is passed.
     """
-    judge(model, accounts.ledger, accounts.gates)
-    accounts.gates.judge_loss(model.case.time.scheme.type, accounts.ledger, _conserving(model.case))
+    scheme, gates = model.case.time.scheme.type, accounts.gates
+    gates.judge(scheme, accounts.ledger)
+    gates.judge_loss(scheme, accounts.ledger, _conserving(model.case))
     let_pass(findings)
 
 
@@ -394,7 +378,7 @@ def describe_march(
         LOG.info("%s", wear_words(worn))
     findings = assumptions(model, consumers.recorder, accounts, recorded_content(model, folder, comm))
     summary["assumptions"] = [finding.as_data() for finding in findings]
-    noted = [*remarks(model, accounts, findings), *resolution_remarks(model, accounts.tally)]
+    noted = [*remarks(accounts, findings), *resolution_remarks(model, accounts.tally)]
     summary["warnings"] += noted
     LOG.debug("%s", in_one_line(findings))
     LOG.debug("%s", contact_words(model, accounts.peaks))

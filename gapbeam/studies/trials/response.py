@@ -35,7 +35,7 @@ from gapbeam.solver.messages.errors import (
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.frequency_findings import RESONANT
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
-from gapbeam.solver.run.verdict import assumptions, doubts_of, judge, judge_run
+from gapbeam.solver.run.verdict import assumptions, doubts_of, judge_run
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
 from gapbeam.studies.trials.axes import Axis, overrides_of, points_of
@@ -178,7 +178,7 @@ def _march(
         if response.statistics is not None:
             response.doubts = doubts_of(model, accounts)
     if not watched:
-        judge(model, accounts.ledger, accounts.gates)
+        accounts.gates.judge(model.case.time.scheme.type, accounts.ledger)
         return
     content = content_of_history(response.history, [load.static for load in model.system.loads])
     findings = assumptions(model, recorder, accounts, content)

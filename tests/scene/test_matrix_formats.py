@@ -136,6 +136,113 @@ def test_damaged_modes_are_refused(tmp_path: Path, text: str, words: str) -> Non
         gb.read_modes(path)
 
 
+UNITS = (
+    "    -1\n   164\n         1                  mm         1\n"
+    + f"{1e3:25.16E}{1.0:25.16E}{1.0:25.16E}\n{0.0:25.16E}\n    -1\n"
+)
+
+
+def universal(modes: list[tuple[float, float, dict[int, list[float]]]], head: str = "1 2 2 8 2 3") -> str:
+    """Return data sets 55 of modes: frequency, modal mass, and displacements (x, y, z) by node."""
+    text = ""
+    for number, (frequency, modal_mass, nodes) in enumerate(modes, 1):
+        text += "    -1\n    55\n" + "a line of text\n" * 5
+        text += "".join(f"{int(word):10d}" for word in head.split()) + f"\n{2:10d}{4:10d}{1:10d}{number:10d}\n"
+        text += f"{frequency:13.5E}{modal_mass:13.5E}{0.01:13.5E}{0.02:13.5E}\n"
+        for node, values in nodes.items():
+            text += f"{node:10d}\n" + "".join(f"{value:13.5E}" for value in values) + "\n"
+        text += "    -1\n"
+    return text
+
+
+@pytest.mark.parametrize("units", ["", UNITS])
+def test_modes_of_a_universal_file(tmp_path: Path, units: str) -> None:
+    """A cantilever as its modes, of any modal mass: static deflections as of its matrices, to the five digits there."""
+    held = gb.beam(1.0, SECTION, STEEL, {"tip": 1.0, "mid": 0.5}, elements=8, clamped=[0.0])
+    squares, _, X = held.modes
+    tip, mid = held["tip"].rows @ X, held["mid"].rows @ X
+    scales = np.linspace(0.5, 3.0, len(squares))  # roots of modal masses, kg
+    modes = [
+        (np.sqrt(square) / (2 * np.pi), scale**2 * (1e-3 if units else 1.0),
+         {12: [0.0, 0.0, tip[0, i] * scale], 7: [0.0, 0.5, mid[0, i] * scale]})
+        for i, (square, scale) in enumerate(zip(squares, scales, strict=True))
+    ]  # fmt: skip
+    path = tmp_path / "arm.unv"
+    path.write_text(units + universal(modes))
+    found = gb.read_modes(path, "arm")
+    for one, other in (("12z", "tip"), ("7z", "mid")):
+        b, a = found[one].rows, held[other].rows
+        assert (b @ np.linalg.solve(found.K, b.T))[0, 0] == pytest.approx(
+            (a @ np.linalg.solve(held.K, a.T))[0, 0], rel=1e-4
+        )
+    assert np.diag(found.C) == pytest.approx(0.04 * np.sqrt(squares), rel=1e-4)
+    assert list(found.points) == ["12x", "12y", "12z", "7x", "7y", "7z"]
+    space = gb.read_modes(path, points=["7", "12xz"])
+    assert [space[name].rows.shape[0] for name in ("7", "12xz")] == [3, 2]
+    with pytest.raises(
+        gb.UserError, match=r"no point 9x, expected a node .* such as 12x, 12xz, or 12 in space; nodes: 12, 7"
+    ):
+        gb.read_modes(path, points=["9x"])
+
+
+def test_a_file_takes_the_nodes_that_it_names(tmp_path: Path) -> None:
+    """Points of pairs and loads, and no others; a node that is not there is refused by the nodes that are."""
+    (tmp_path / "arm.UNV").write_text(universal([(10.0, 4.0, {3: [2.0, 0.0, 1.0], 5: [0.0, 0.0, 1.0]})]))
+    file = tmp_path / "arm.toml"
+    text = """
+        [[structure]]
+        name = "arm"
+        model = { type = "modes", file = "arm.UNV" }
+        [[pair]]
+        name = "pin"
+        between = ["arm.3xz"]
+        region = { type = "disc", clearance = 1e-3 }
+        law = { type = "kelvin-voigt", stiffness = 1e4 }
+        [[load]]
+        type = "constant_force"
+        point = "arm.5z"
+        amplitude = 1.0
+        [time]
+        step = 1e-3
+        end = 0.1
+    """
+    file.write_text(text)
+    scene = gb.scene(file)
+    assert list(scene.structures[0].points) == ["3xz", "5z"]
+    assert scene.structures[0]["3xz"].rows[:, 0] == pytest.approx([1.0, 0.5])
+    file.write_text(text.replace("arm.5z", "arm.4z"))
+    with pytest.raises(gb.CaseError, match="no point 4z"):
+        gb.scene(file)
+
+
+ONE = [(10.0, 1.0, {3: [1.0, 0.0, 0.0]})]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "no data set between lines of -1"),
+        (UNITS, r"found data sets 164, expected a data set 55 \(data at nodes\)"),
+        (universal(ONE, "1 3 2 8 5 3"), "complex modes; expected normal modes"),
+        (universal(ONE, "1 4 2 8 2 3"), "a transient; expected normal modes"),
+        (universal(ONE, "1 2 2 8 5 3"), "complex shapes; expected real ones"),
+        (universal(ONE, "1 2 2 12 2 3"), "data of type 12; expected displacements"),
+        (universal(ONE, "1 2 2 8 2 1"), "1 number each; expected the nodes of the first mode"),
+        (universal([(10.0, 0.0, ONE[0][2])]), "the modal mass 0; expected one above 0"),
+        (universal([*ONE, (20.0, 1.0, {4: [1.0, 0.0, 0.0]})]), "number 2: found 1 node"),
+        (universal([(10.0, 1.0, {})]), "found 0 nodes"),
+        (universal(ONE).replace("  1.00000E+01", "    frequency"), "'frequency' in line 10, column 1"),
+        (universal(ONE)[:-7], "has no end, -1"),
+        (universal(ONE).replace("    55", "   55b"), "found the binary data set 55b"),
+    ],
+)
+def test_damaged_universal_modes_are_refused(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "modes.uff"
+    path.write_text(text)
+    with pytest.raises(gb.UserError, match=words):
+        gb.read_modes(path)
+
+
 def test_what_cannot_be_written_or_read_is_refused(tmp_path: Path) -> None:
     with pytest.raises(gb.UserError, match="expected one of mtx, npz"):
         gb.write_structure(beam(), tmp_path / "beam", "op4")

@@ -94,7 +94,8 @@ def _way_of(site: Site, name: str) -> str:
     if isinstance(model, LumpedMass):
         return f"add place = {{ across = [0, 0, 1] }} to {name}"
     if isinstance(model, ModesOfFile):
-        return f"add the column frame to {model.file}"
+        universal = "" if model.file.lower().endswith(".csv") else "a CSV file in place of "
+        return f"add the column frame to {universal}{model.file}"
     return f"add frame = [0, 0, 1] to {name}"
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
+from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.loads.scene_load_choice import (
     AnyLoad,
     is_along_beam,
@@ -25,6 +26,7 @@ from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import MovingPoint, moving_point
 from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, reduced_at_points
 from gapbeam.solver.scene.structure_files import PlacedPoint, read_model
+from gapbeam.solver.scene.universal_file import UNIVERSAL
 from gapbeam.solver.scene_file.contact_builder import (
     SPREAD,
     STATION,
@@ -207,7 +209,8 @@ def _body(site: Site, table: BodyTable) -> Structure:
         one = mass(model.mass, model.motions, model.stiffness, model.damping, table.name, **more)
         at = dict.fromkeys(one.points, 0.0)
     elif isinstance(model, ModesOfFile):
-        return read_modes(model.file, table.name)
+        named = _named(site, table) if model.file.lower().endswith(UNIVERSAL) else ()
+        return read_modes(model.file, table.name, named)
     elif isinstance(model, NODAL):
         one, at = _imported(site, table, points, held), {}
     elif isinstance(model, ElementFrame):
@@ -359,6 +362,14 @@ def _imported(site: Site, table: BodyTable, points: list[PointTable], held: list
     structure, places = site.models[table.name].structure(given, clamped, table.frame)
     site.places |= {f"{table.name}.{key}": place for key, place in places.items()}
     return structure
+
+
+def _named(site: Site, table: BodyTable) -> list[str]:
+    """Return the points of a structure that the file names."""
+    values = flat(site.case.model_dump(mode="json")).values()
+    texts = [text for value in values for text in (value if isinstance(value, list) else [value])]
+    named = [one.partition(".") for one in texts if isinstance(one, str)]
+    return list(dict.fromkeys(point for structure, _, point in named if structure == table.name and point))
 
 
 def _fault(site: Site, number: int, error: Exception) -> Fault:

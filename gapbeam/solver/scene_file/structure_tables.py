@@ -132,10 +132,13 @@ class ImportedMatrices(Table):
 
 
 class ModesOfFile(Table):
-    """Modes in a CSV file, with columns frequency (Hz), damping, frame and one for each point."""
+    """Modes in a CSV file, with columns frequency (Hz), damping, frame and one for each point, or a universal file."""
 
     type: Literal["modes"] = Field(description="kind of model")
-    file: FileName = Field(description="the file; its columns are the points", examples=["arm.csv"])
+    file: FileName = Field(
+        description="the file; its points are its columns, or nodes of a .unv or .uff: 12x, 12xz, or 12 in space",
+        examples=["arm.csv"],
+    )
 
 
 class _Profile(Table):

@@ -57,7 +57,7 @@ def test_fifty_steps_in_a_period_of_interest() -> None:
     assert (chosen.key, chosen.unit) == ("time.step", "s")
     for text in ("50 steps", "1000 Hz, time.frequency", "are rigid on that time scale", "time.adaptive", "time.end"):
         assert text in chosen.reason
-    assert chosen.consequence.startswith("half: twice the time, periods at 1000 Hz 0.03% too long; double: ")
+    assert chosen.consequence.startswith("half: twice the time, periods at 1000 Hz 0.033 % too long; double: ")
 
 
 def test_duration_of_an_impact() -> None:

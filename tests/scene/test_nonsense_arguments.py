@@ -294,3 +294,20 @@ def test_loads_that_are_no_numbers_are_refused(value: Any, words: str) -> None:
     one = gb.mass(1.0, stiffness=1.0)
     with pytest.raises(gb.UserError, match=words):
         gb.history(gb.Scene(one, loads=[gb.Force(one["at"], value, name="f")]), 1e-3, 1e-2, scheme=gb.euler())
+
+
+@pytest.mark.parametrize("path", ["left.clearance", "left.stiffness", "s.value"])
+def test_members_have_one_value_each(path: str) -> None:
+    """Tables of values are of offsets of two motions alone."""
+    one = gb.mass(1.0, stiffness=1.0, name="a")
+    stop = gb.Contact(one["at"], gb.Slot(1e-4), gb.KelvinVoigt(1e6), name="left")
+    scene = gb.Scene(one, contacts=[stop], loads=[gb.Force(one["at"], 1.0, name="s")])
+    with pytest.raises(gb.UserError, match=rf"{path}: found shape \(3, 2\), expected one value for each member"):
+        gb.ensemble(scene, {path: np.ones((3, 2))}, step=1e-4, end=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["circle", "Tube", "pipe"])
+def test_a_section_that_does_not_exist_is_refused_with_those_that_do(kind: str) -> None:
+    """In the words of all refusals."""
+    with pytest.raises(gb.UserError, match=rf"type: found '{kind}', expected one of 'rectangle', .*'tube'"):
+        gb.section(kind, thickness=0.02)

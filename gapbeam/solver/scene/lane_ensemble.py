@@ -219,6 +219,8 @@ def ensemble(
     """
     given = {path: np.atleast_1d(finite(value, path)) for path, value in (values or {}).items()}
     lengths = {path: len(value) for path, value in given.items()}
+    if deep := [path for path, value in given.items() if value.ndim > 1 and not path.endswith(".offset")]:
+        raise UserError(f"ensemble: {deep[0]}: found shape {given[deep[0]].shape}, expected one value for each member")
     times = {"step": step, "end": end, "settle": settle, "period": period}
     clock = {name: finite(value, f"ensemble: {name}") for name, value in times.items() if value is not None}
     if missing := [name for name in ("step", "end") if name not in clock]:

@@ -102,7 +102,9 @@ def faults_in(error: ValidationError, depth: int = 0) -> str:
     for one in error.errors(include_url=False):
         key = ".".join(map(str, one["loc"][depth:])) or "type"
         said = f"{one['msg'][:1].lower()}{one['msg'][1:]}".replace("input should be", "expected")
-        found = "" if one["type"] in ("missing", "union_tag_invalid") else f"found {one['input']!r}, "
+        found = "" if one["type"] == "missing" else f"found {one['input']!r}, "
+        if one["type"] == "union_tag_invalid":
+            found, said = f"found {one['ctx']['tag']!r}, ", f"expected one of {one['ctx']['expected_tags']}"
         words.append(f"{key}: {found}{said}")
 
     return "; ".join(words)

@@ -56,8 +56,6 @@ def sweep(
 ) -> SweepResult:
     """Run a case over the values of some keys; resumes where it stopped.
 
-    A script that is run as a file calls this below `if __name__ == "__main__":`, as the processes import it again.
-
     Args:
         case: Path of a case file, its text, a dict of its tables, or a case.
         values: Values of each key: a list, or text such as "0:2e-4:5" (first:last:count), with ":log" behind for
@@ -114,8 +112,6 @@ def stability(
 ) -> StabilityResult:
     """Run a case over a grid of stiffness, step and scheme, and draw where it can be trusted.
 
-    A script that is run as a file calls this below `if __name__ == "__main__":`, as the processes import it again.
-
     Args:
         case: As in `sweep`.
         stiffness: Contact stiffness, Pa/m; values as in `sweep`, ranges even in the logarithm.
@@ -154,8 +150,6 @@ def tradeoff(
     progress: Callable[[str], None] = LOG.info,
 ) -> TradeoffResult:
     """Measure time, memory and error of models, meshes, steps and schemes of a case; name the cheapest that will do.
-
-    A script that is run as a file calls this below `if __name__ == "__main__":`, as the processes import it again.
 
     Args:
         case: As in `sweep`.
@@ -197,8 +191,6 @@ def identify(
     progress: Callable[[str, int, int | None], None] | None = None,
 ) -> IdentificationResult:
     """Find unknown keys of a case from measured values, and how well they are known; resumes where it stopped.
-
-    A script that is run as a file calls this below `if __name__ == "__main__":`, as the processes import it again.
 
     Args:
         file: TOML file of unknowns and measurements.

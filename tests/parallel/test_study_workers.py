@@ -280,6 +280,24 @@ def test_a_killed_map_of_stability_goes_on(tmp_path: Path) -> None:
     assert [record["verdict"] for record in gapbeam.stability(CASE, **grid, **killed).records] == verdicts
 
 
+@pytest.mark.parametrize("guard", ["", 'if __name__ == "__main__": pass'])
+def test_workers_run_no_script_that_would_begin_their_study_again(guard: str, tmp_path: Path) -> None:
+    """A script without a guard runs once; each worker ran it, and started others. One that looks is imported."""
+    script = tmp_path / "study.py"
+    text = (PROJECT / "tests/programs/study_without_guard.py").read_text(encoding="utf-8")
+    if guard:  # as users write it: the study stands below
+        head, study = text.split("found = ")
+        text = head + 'if __name__ == "__main__":\n    found = ' + study.replace("\n", "\n    ")
+    script.write_text(text, encoding="utf-8")
+    words = [sys.executable, str(script), str(CASE), str(tmp_path), *QUICK]
+    said = subprocess.run(
+        words, env=process_environment(), cwd=PROJECT, capture_output=True, text=True, timeout=LONGEST
+    )
+    assert said.returncode == 0, said.stderr
+    assert "2 of 2 responses passed" in said.stdout
+    assert (tmp_path / "runs.txt").read_text(encoding="utf-8").count("run") == (3 if guard else 1)
+
+
 def test_what_options_contradict_is_refused(tmp_path: Path) -> None:
     """In the words of the command line, with status 2, before anything is written."""
     for options, said in (

@@ -11,7 +11,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from importlib.machinery import PathFinder
 from importlib.metadata import version
@@ -115,11 +115,28 @@ def _on_this_machine(plan: PoolPlan) -> Any:
             preload=[SETUP],
         )
     except (OSError, RuntimeError, TimeoutError) as error:
-        main = sys.modules["__main__"]
-        script = getattr(main, "__spec__", None) is None and hasattr(main, "__file__")
-        guard = 'a script calls it below `if __name__ == "__main__":`, as workers import it again; ' if script else ""
-        words = f"{plan.size} workers could not be started ({error}); {guard}`workers=1` takes this process"
+        words = f"{plan.size} workers could not be started ({error}); `workers=1` takes this process"
         raise UserError(words) from error
+
+
+@contextmanager
+def once() -> Iterator[None]:
+    """Keep processes that start from running the script of this one again, unless it is made for that.
+
+    They import the main module. A script that does not look whether it is that would begin its study in each of them,
+    and so on without end.
+    """
+    main = vars(sys.modules["__main__"])
+    try:
+        guarded = "__main__" in Path(main["__file__"]).read_text(encoding="utf-8", errors="replace")
+    except (KeyError, OSError):
+        guarded = False
+    kept: dict[str, Any] = {} if guarded else {one: main[one] for one in ("__file__", "__spec__") if one in main}
+    main.update(dict.fromkeys(kept))
+    try:
+        yield
+    finally:
+        main.update(kept)
 
 
 def _connected(address: str) -> Client:
@@ -246,8 +263,13 @@ class DaskPool:
     """
 
     def __init__(self, plan: PoolPlan) -> None:
-        self._plan = plan
-        self._cluster, self._client = started(plan)
+        self._plan, self._script = plan, ExitStack()
+        self._script.enter_context(once())
+        try:
+            self._cluster, self._client = started(plan)
+        except BaseException:
+            self._script.close()
+            raise
         self._jobs = JobWatch(self._cluster, plan) if plan.jobs else None
         self._seen = self._looked = time.monotonic()
         self.count = 0
@@ -267,6 +289,7 @@ class DaskPool:
         if self._cluster is not None:
             with suppress(Exception):
                 self._cluster.close(timeout=20.0)
+        self._script.close()
 
     def _hush(self) -> None:
         with suppress(Exception):

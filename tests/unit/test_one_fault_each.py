@@ -21,6 +21,7 @@ from gapbeam.solver.case.reading.overrides import parse_value
 from gapbeam.solver.case.reading.value_words import options
 from gapbeam.solver.messages.errors import CaseError, Key
 from tests.shared.case_texts import BEAM
+from tests.shared.command import PROJECT
 
 CHOICES = len(all_choices())
 
@@ -277,3 +278,26 @@ def test_keys_of_other_programs_are_one_fault_each(tmp_path: Path) -> None:
     assert set(found) == set(meant)
     for key, name in meant.items():
         assert f"did you mean `{name}`?" in found[key]
+
+
+PARTS_OF_TYPES = {
+    "harmonic_force": ("force", "point = 0.3\namplitude = 2.0\nfrequency = 3.0"),
+    "constant_force": ("force", "point = 0.3\namplitude = 2.0"),
+    "recorded_force": ("recorded", 'point = 0.3\nfile = "x.csv"'),
+    "recorded_motion": ("recorded", 'file = "x.csv"'),
+    "base_motion": ("motion", "amplitude = 1.0\nfrequency = 3.0"),
+    "support_motion": ("motion", 'support = "base"\namplitude = 1.0\nfrequency = 3.0'),
+    "recorded_support_motion": ("motion", 'support = "base"\nfile = "x.csv"'),
+}
+
+
+@pytest.mark.parametrize("name", PARTS_OF_TYPES)
+def test_a_part_of_a_type_means_the_one_that_takes_the_keys(name: str, tmp_path: Path) -> None:
+    """Several types have the word: the hint was the nearest spelling, a step for a harmonic force."""
+    word, keys = PARTS_OF_TYPES[name]
+    case = tmp_path / "case.toml"
+    case.write_text(
+        (PROJECT / "cases" / "demo.toml").read_text() + f'\n[[load]]\nname = "more"\ntype = "{word}"\n{keys}\n'
+    )
+    with pytest.raises(CaseError, match=f'did you mean "{name}"'):
+        gapbeam.read_case(case)

@@ -344,9 +344,23 @@ def _union_fault(key: Key, value: object, models: list[type[BaseModel]]) -> Faul
         line = ", ".join([f"type = {toml_value(names[0])}", *(example(models[0], field) for field in needed)])
         hint = f"for example {key[-1]} = {{ {line} }}"
         return Fault(key, "nothing: the key is missing", f"a table with type = {known}", hint)
-    close = near(chosen, names)
+    close = _meant_type(chosen, value if isinstance(value, Mapping) else {}, models)
     hint = f"did you mean {toml_value(close)}?" if close else ""
     return Fault(key, shown(chosen), known, hint)
+
+
+def _meant_type(chosen: object, table: Mapping[str, Any], models: list[type[BaseModel]]) -> str | None:
+    """Return the type that was probably meant: of those spelled alike the one that takes the keys of the table."""
+    word, given = str(chosen).lower(), set(table) - {"type"}
+
+    def strange(model: type[BaseModel]) -> tuple[int, int]:
+        fields = model.model_fields
+        needed = {name for name, info in fields.items() if info.is_required()} - {"type"}
+        return len(given - set(fields)), len(needed - given)
+
+    alike = [one for one in models if near(chosen, [type_name(one)]) or word in type_name(one).split("_")]
+    exact = near(chosen, map(type_name, models)) if not given else None
+    return exact or (type_name(min(alike, key=strange)) if alike else None)
 
 
 def _not_a_table(

@@ -311,3 +311,21 @@ def test_a_section_that_does_not_exist_is_refused_with_those_that_do(kind: str) 
     """In the words of all refusals."""
     with pytest.raises(gb.UserError, match=rf"type: found '{kind}', expected one of 'rectangle', .*'tube'"):
         gb.section(kind, thickness=0.02)
+
+
+@pytest.mark.parametrize("bad", ["times", "values"])
+@pytest.mark.parametrize(
+    "given", ["a", ["1"] * 9, 1j * np.arange(9.0), np.arange(9).astype("timedelta64[s]"), [object()] * 9]
+)
+def test_recordings_are_of_real_numbers(bad: str, given: Any) -> None:
+    """Complex numbers lost a part, and spans of time became numbers of their unit."""
+    sound: dict[str, Any] = {"times": np.arange(9.0), "values": np.arange(9.0) ** 2}
+    with pytest.raises(gb.UserError, match=f"recording: {bad}: expected real numbers"):
+        gb.Recording(**{**sound, bad: given}, quantity="displacement")
+
+
+def test_an_argument_too_many_or_too_few_is_one_error() -> None:
+    """Not one while another is handled."""
+    with pytest.raises(TypeError, match=r"history\(\) missing 1 required") as raised:
+        gb.history(gb.Scene(gb.mass(1.0)), 1e-3)  # type: ignore[call-arg]
+    assert raised.value.__context__ is None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import fields
 from functools import cache, partial, wraps
 from numbers import Integral, Real
@@ -79,10 +80,9 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        try:
+        bound = dict[str, Any]()
+        with suppress(TypeError):  # the function raises it, with its name
             bound = signature.bind(*args, **kwargs).arguments
-        except TypeError:
-            return function(*args, **kwargs)  # raises the error, with the name of the function
         for name, value in bound.items():
             for one in value if name in several else (value,):
                 _refuse(called, name, one, wanted.get(name))
@@ -153,19 +153,28 @@ NO_NUMBERS = {"c": "complex numbers", "U": "text", "S": "text", "m": "spans of t
 """Kinds of arrays that NumPy would make real numbers of, by their letter."""
 
 
-def finite(value: Any, where: str) -> Array:
-    """Return numbers as an array of floats.
+def reals(value: Any, where: str) -> Array:
+    """Return numbers as an array of floats, which need not be finite.
 
     Raises:
-        UserError: A value is no number, complex, text, a date, or not finite.
+        UserError: A value is no number, complex, text or a date.
     """
     try:
         found = np.asarray(value)
         if found.dtype.kind in NO_NUMBERS:
             raise TypeError(NO_NUMBERS[found.dtype.kind])
-        found = found.astype(float)
+        return found.astype(float)
     except (TypeError, ValueError) as error:
         raise UserError(f"{where}: expected real numbers ({error})") from None
+
+
+def finite(value: Any, where: str) -> Array:
+    """Return numbers as an array of floats.
+
+    Raises:
+        UserError: A value is none of `reals`, or not finite.
+    """
+    found = reals(value, where)
     if not np.all(np.isfinite(found)):
         raise UserError(f"{where}: expected finite numbers, found {np.count_nonzero(~np.isfinite(found))} that are not")
     return found

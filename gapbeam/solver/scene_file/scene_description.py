@@ -165,6 +165,8 @@ class SceneDescription:
             lines += [heading, *(f"  {name}: {value}{f' ({why})' if why else ''}" for name, value, why in rows)]
         return "\n".join(lines)
 
+    __repr__ = __str__
+
     def tables(self) -> list[Table | Text]:
         """Return the description for the terminal."""
         found: list[Table | Text] = [Text(self.title, style="bold")]
@@ -205,7 +207,7 @@ def describe_scene(read: ReadScene) -> SceneDescription:
             "march": (
                 ("steps", f"{steps} of {read.step:.4g} s", f"scheme {time.scheme.type}"),
                 *([("step", "computed", read.reason)] if read.reason else []),
-                ("with", how, f"{scene.size} DOFs"),
+                ("with", how, counted(scene.size, "DOF")),
             ),
             "seat at t = 0": rest,
             **({"feedback" if controlled else "flow": flow} if flow else {}),
@@ -222,7 +224,7 @@ def _full(point: StructurePoint) -> str:
 def _body(structure: Structure) -> Row:
     squares = lowest_squares(structure)
     shown = ", ".join(f"{np.sqrt(one) / (2.0 * pi):.5g}" for one in squares)
-    return structure.name, f"{structure.size} DOFs", f"first frequencies {shown} Hz"
+    return structure.name, counted(structure.size, "DOF"), f"first frequencies {shown} Hz"
 
 
 def lowest_squares(structure: Structure, most: int = MOST) -> list[float]:

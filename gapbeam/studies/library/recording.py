@@ -25,7 +25,7 @@ from scipy.io import wavfile
 from gapbeam.solver.loads.record_file import Column, RecordError, read_record
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import either, near
-from gapbeam.solver.scene.argument_checks import checked, positive
+from gapbeam.solver.scene.argument_checks import checked, positive, reals
 from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.universal_file import UNIVERSAL, DataSet, data_sets
 from gapbeam.solver.system.operators import Array
@@ -141,7 +141,7 @@ class Recording:
     name: str = "recording"
 
     def __post_init__(self) -> None:
-        t, y = (np.asarray(one, dtype=float) for one in (self.times, self.values))
+        t, y = (reals(one, f"{self.name}: {word}") for word, one in (("times", self.times), ("values", self.values)))
         object.__setattr__(self, "times", t)
         object.__setattr__(self, "values", y)
         if self.quantity not in QUANTITIES:

@@ -233,6 +233,11 @@ ONE = [(10.0, 1.0, {3: [1.0, 0.0, 0.0]})]
         (universal([(10.0, 1.0, {})]), "found 0 nodes"),
         (universal(ONE).replace("  1.00000E+01", "    frequency"), "'frequency' in line 10, column 1"),
         (universal(ONE)[:-7], "has no end, -1"),
+        (universal([(float("inf"), 1.0, ONE[0][2])]), "'INF' in line 10"),
+        (
+            UNITS.replace("1.0", "0.0") + universal(ONE),
+            "the factors 0 of lengths and 0 of forces; expected factors above 0",
+        ),
         (universal(ONE).replace("    55", "   55b"), "found the binary data set 55b"),
     ],
 )

@@ -82,6 +82,8 @@ def read_modes(path: str | Path, name: str = "", points: Collection[str] = ()) -
 def _of_universal(path: Path, name: str, points: Collection[str]) -> Structure:
     units = one_data_set(path, "164")
     length, force = (1.0, 1.0) if units is None else units.numbers(1, (25, 25))
+    if units is not None and not min(length, force) > 0.0:
+        raise units.fault(f"the factors {length:g} of lengths and {force:g} of forces", "factors above 0")
     modes, first = list[tuple[float, float]](), dict[int, list[Array]]()
     for one in data_sets(path, "55", "data at nodes"):
         _, analysis, _, quantity, kind, count = map(int, one.numbers(5, (10,) * 6))

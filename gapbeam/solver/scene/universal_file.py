@@ -9,6 +9,7 @@ Source: SDRC, Universal file data sets (numbers 55, 58 and 164).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite, nan
 from pathlib import Path
 
 from gapbeam.solver.loads.record_file import LARGEST
@@ -53,10 +54,13 @@ class DataSet:
         for width in widths:
             part = text[at : at + width].strip()
             try:
-                found.append(float(part.upper().replace("D", "E")))
+                value = float(part.upper().replace("D", "E"))
             except ValueError:
+                value = nan
+            if not isfinite(value):
                 where = f"{printable(part)!r} in line {self.first + line}, column {at + 1}"
-                raise self.fault(where, f"a number of {width} characters") from None
+                raise self.fault(where, f"a number of {width} characters")
+            found.append(value)
             at += width
         return found
 

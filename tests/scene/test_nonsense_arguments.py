@@ -329,3 +329,18 @@ def test_an_argument_too_many_or_too_few_is_one_error() -> None:
     with pytest.raises(TypeError, match=r"history\(\) missing 1 required") as raised:
         gb.history(gb.Scene(gb.mass(1.0)), 1e-3)  # type: ignore[call-arg]
     assert raised.value.__context__ is None
+
+
+@pytest.mark.parametrize("bad", [-1.0, 0.0, nan, "1"])
+@pytest.mark.parametrize("name", [*gb.CrossSection._fields, "torsion_constant", "lateral_shear_area"])
+def test_no_beam_has_a_section_that_none_can_have(name: str, bad: Any) -> None:
+    """A second moment of 0 made a mechanism, and a negative shear area softened the beam."""
+    steel = gb.material(2e11, 7850.0)
+    whole = gb.SpaceSection(1e-4, 1e-9, 1e-9, 2e-9)._replace(**{name: bad})
+    with pytest.raises(gb.UserError, match=rf"section: {name}: .*expected"):
+        gb.frame([[0, 0, 0], [1, 0, 0]], whole, steel, {}, clamped=[0.0], elements=4)
+    if name in gb.CrossSection._fields:
+        plane = gb.CrossSection(1e-4, 1e-9)._replace(**{name: bad})
+        for model in ("beam", "rigid"):
+            with pytest.raises(gb.UserError, match=rf"section: {name}: .*expected"):
+                gb.beam(1.0, plane, steel, {}, model=model)  # type: ignore[arg-type]

@@ -192,6 +192,23 @@ def positive(value: Any, where: str, zero: bool = False) -> Array:
     return found
 
 
+def check_section(section: Any, where: str) -> None:
+    """Refuse figures of a cross-section that none can have.
+
+    Args:
+        section: Area and moments, which are finite, and shear areas, which may be infinite.
+        where: Owner of the section in the message.
+
+    Raises:
+        UserError: A figure is not above 0.
+    """
+    for name, value in section._asdict().items():
+        if not np.all(reals(value, f"{where}: section: {name}") > 0.0) and name not in ("mean_radius", "wall"):
+            raise UserError(f"{where}: section: {name}: found {value}, expected a number above 0")
+        if "shear" not in name:
+            finite(value, f"{where}: section: {name}")
+
+
 def positives(where: str, zero: bool = False, **values: Any) -> list[float]:
     """Return numbers above zero, or from zero on, given by their names, and refuse others by these; see `positive`."""
     return [float(positive(value, f"{where}: {name}", zero)) for name, value in values.items()]

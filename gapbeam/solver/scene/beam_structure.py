@@ -16,7 +16,7 @@ from pydantic import TypeAdapter, ValidationError
 from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, heave_and_pitch_at, of_elements
-from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive
+from gapbeam.solver.scene.argument_checks import ArgumentError, check_section, checked, finite, positive
 from gapbeam.solver.scene.imported_points import has_negative_direction
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.schema.table import faults_in
@@ -163,6 +163,7 @@ def beam(
     off = {key: x for key, x in (places | {f"support at {x:g}": x for x in held}).items() if not 0.0 <= x <= size}
     if off:
         raise UserError(f"{where}: expected places from 0 to {size:g} m, found {off}")
+    check_section(section, where)
     mass, bending = material.density * section.area, material.young_modulus * section.second_moment
     rotary = material.density * section.second_moment
     added = float(positive(added_mass, f"{where}: added mass", zero=True))

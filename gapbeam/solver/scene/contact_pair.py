@@ -64,8 +64,8 @@ class Contact:
         counts = {len(point.rows) for point in self.points}
         if counts != {self.region.motions}:
             raise UserError(
-                f"{where}: its points have {' and '.join(map(str, sorted(counts)))} motions, region "
-                f"{self.region.kind.name} {self.region.motions}; expected the same number"
+                f"{where}: found points of {' and '.join(counted(one, 'motion') for one in sorted(counts))}, expected "
+                f"{counted(self.region.motions, 'motion')} for the region {self.region.kind.name}"
             )
         positive(self.friction, f"{where}: friction", zero=True)
         slow = positive(self.sliding, f"{where}: sliding", zero=True)

@@ -24,7 +24,7 @@ from scipy.linalg import block_diag, null_space
 from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
-from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, positive, shown
+from gapbeam.solver.scene.argument_checks import ArgumentError, check_section, checked, finite, positive, shown
 from gapbeam.solver.scene.beam_structure import element_count, refuse_buckling, section_table
 from gapbeam.solver.scene.frame_route import FrameAxes, FrameRoute, Station
 from gapbeam.solver.scene.structure import LARGE, Structure
@@ -333,6 +333,7 @@ def _assembled(
             raise UserError(f"{where}: found up {shown(one.up)}, expected three numbers that are not all 0")
         if one.flexibility is not None:
             positive(one.flexibility, f"{where}: flexibility")
+        check_section(one.section, where)
         for (a, b), (i, j) in zip(pairwise(s), pairwise(some), strict=True):
             part, soft = axis.part_at(0.5 * (a + b)), one.flexibility
             if part.inward is None:

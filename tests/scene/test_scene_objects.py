@@ -306,7 +306,7 @@ def refusals() -> dict[str, tuple[object, str]]:
         ),
         "value": (lambda: scene.with_({"stop.clearance": "wide"}), "expected real numbers"),
         "strained": (lambda: gb.Structure(np.eye(2), np.eye(2), rigid=[[1.0], [1.0]]), "a rigid motion strains"),
-        "motions": (lambda: gb.Contact(flat["at"], gb.Slot(1e-3), law), "points of 2 motions, expected 1 motion for the region Slot"),
+        "motions": (lambda: gb.Contact(flat["at"], gb.Slot(1e-3), law), "of 2 motions, expected 1 motion for"),
         "no law": (lambda: gb.Contact(one["at"], gb.Slot(1e-3), gb.KelvinVoigt), "expected a law with its parameters"),
         "friction": (lambda: gb.Contact(one["at"], gb.Slot(1e-3), law, friction=0.1), "points of two or three motions"),
         "parameter": (lambda: gb.KelvinVoigt(stifness=1.0), "unknown stifness, missing stiffness"),

@@ -508,3 +508,30 @@ def test_slips_of_frames_in_files_are_refused_by_their_key(
     given = route_file()
     put(*path, value=value)(given, Path())
     check_refused(given, where, words)
+
+
+@pytest.mark.parametrize("scale", [0.2, 2.0])
+@pytest.mark.parametrize("name", ["frame", "clamp", "nodes"])
+def test_coordinates_in_another_unit_are_asked_about(name: str, scale: float, tmp_path: Path) -> None:
+    """Millimeters took the end of the structure. Those that are beside it by less than its size are taken."""
+    steel, place = gb.material(2e11, 7850.0), scale * np.array([0.9, 0.3, 0.0])
+
+    def made(place: Any) -> gb.Structure:
+        if name == "nodes":
+            text = "".join(f"{k + 1} {scale * k / 10} 0 0\n" for k in range(11))
+            (tmp_path / "nodes.txt").write_text(text, encoding="utf-8")
+            (tmp_path / "rows.dof").write_text("".join(f"{k + 1}.2\n" for k in range(11)), encoding="utf-8")
+            for stem, matrix in (("K", 2.0 * np.eye(11)), ("M", np.eye(11))):
+                np.save(tmp_path / f"{stem}.npy", matrix)
+            point = {"p": {"nearest": place, "direction": [0.0, 1.0, 0.0]}}
+            files = (tmp_path / "K.npy", tmp_path / "M.npy")
+            return gb.read_structure(
+                *files, units="m-kg-s", dofs=tmp_path / "rows.dof", nodes=tmp_path / "nodes.txt", points=point
+            )
+        points = {"p": (place, [0.0, 1.0, 0.0])} if name == "frame" else {}
+        held = [place] if name == "clamp" else [0.0]
+        return gb.frame([[0, 0, 0], [scale, 0, 0]], ROUND, steel, points, clamped=held, elements=10)
+
+    made(place.tolist())
+    with pytest.raises(gb.UserError, match=r"m away from the structure, expected them near it.*are they in m\?"):
+        made((1e3 * place).tolist())

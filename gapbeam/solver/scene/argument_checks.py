@@ -149,6 +149,38 @@ class ArgumentError(UserError):
         self.argument = argument
 
 
+def coordinates(value: Any, where: str, argument: str) -> Array:
+    """Return coordinates, (3,), m.
+
+    Raises:
+        ArgumentError: Their number is another one.
+    """
+    found = finite(value, where)
+    if found.shape != (3,):
+        raise ArgumentError(f"{where}: found {value!r}, expected coordinates (x, y, z)", argument)
+    return found
+
+
+def check_near(where: str, argument: str, apart: float, size: float) -> None:
+    """Refuse coordinates that are farther from a structure than it is large: they are often of another unit.
+
+    Args:
+        where: Name of the point in the message.
+        argument: See `ArgumentError`.
+        apart: Distance of the coordinates from the nearest place of the structure, m.
+        size: Size of the structure, m.
+
+    Raises:
+        ArgumentError: Coordinates are too far away.
+    """
+    if apart > size:
+        raise ArgumentError(
+            f"{where}: found coordinates {apart:.4g} m away from the structure, expected them near it, which is "
+            f"{size:.4g} m large; are they in m?",
+            argument,
+        )
+
+
 NO_NUMBERS = {"c": "complex numbers", "U": "text", "S": "text", "m": "spans of time, not s", "M": "dates, not s"}
 """Kinds of arrays that NumPy would make real numbers of, by their letter."""
 

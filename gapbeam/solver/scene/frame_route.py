@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.scene.argument_checks import ArgumentError, finite, positive
+from gapbeam.solver.scene.argument_checks import ArgumentError, check_near, finite, positive
 from gapbeam.solver.system.operators import Array
 
 SAME = 1e-9  # of the length: places that are one
@@ -220,11 +220,15 @@ class FrameAxes:
         """Return the route of a station, and the length along it.
 
         Raises:
-            UserError: The station is off the first route.
+            UserError: The station is off the first route, or coordinates are far from all.
         """
         given, length = finite(at, where), self.routes[0].length
         if given.shape == (3,):
-            return self.nearest(given)
+            found = self.nearest(given)
+            ends = [route.at(s) for route in self.routes for s in (*(one.begin for one in route.parts), route.length)]
+            apart, size = (float(np.linalg.norm(one)) for one in (self.at(found) - given, np.ptp(ends, axis=0)))
+            check_near(where, argument, apart, size)
+            return found
         if given.shape != () or not 0.0 <= given <= length * (1.0 + 1e-12):
             raise ArgumentError(
                 f"{where}: found {at!r}, expected a length along the axis from 0 to {length:.6g} m, or (x, y, z)",

@@ -21,7 +21,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from gapbeam.solver.scene.argument_checks import ArgumentError, finite
+from gapbeam.solver.scene.argument_checks import ArgumentError, check_near, coordinates, finite
 from gapbeam.solver.scene.structure_geometry import Pose
 from gapbeam.solver.system.operators import Array
 
@@ -52,11 +52,12 @@ class Nodes:
             raise ArgumentError(f"found the set {name!r}, expected one of the file of nodes: {known}", argument)
         return self.sets[name.upper()]
 
-    def nearest(self, place: Array, among: Mapping[str, object]) -> str:
-        """Return the node nearest to a place, in the unit of the file, of some nodes."""
+    def nearest(self, place: Array, among: Mapping[str, object]) -> tuple[str, float, float]:
+        """Return the node nearest to a place, of some nodes, its distance, and the size of all, in the file's unit."""
         names = [one for one in self.places if one in among]
         distances = np.linalg.norm(np.array([self.places[one] for one in names]) - place, axis=1)
-        return names[int(distances.argmin())]
+        span = np.ptp([*self.places.values()], axis=0)
+        return names[int(distances.argmin())], float(distances.min()), float(np.linalg.norm(span))
 
 
 def read_nodes(path: Path) -> Nodes:
@@ -233,10 +234,9 @@ class Rows:
         rows = np.zeros((len(wanted), len(self.labels)))
         for row, label in zip(rows, wanted, strict=True):
             if label not in self.places:
-                near = [one for one in self.labels if one.partition(".")[0] == label.partition(".")[0]]
-                known = f"; that node has {', '.join(near)}" if near else ""
-                words = f"found {label!r}, expected a DOF of the matrices, {self.labels[0]} to {self.labels[-1]}{known}"
-                raise ArgumentError(f"point {key}: {words}", argument)
+                known = ", ".join(one for one in self.labels if one.partition(".")[0] == label.partition(".")[0])
+                words = f"found {label!r}, expected a DOF of the matrices, {self.labels[0]} to {self.labels[-1]}"
+                raise ArgumentError(f"point {key}: {words}{known and f'; that node has {known}'}", argument)
             if self.places[label] in fixed:
                 raise ArgumentError(f"point {key}: DOF {label} is clamped", argument)
             row[self.places[label]] = 1.0
@@ -294,10 +294,10 @@ class Rows:
         if self.nodes is None:
             raise ArgumentError(f"point {key}: `{where}` needs the coordinates: expected `nodes`", argument)
         if where == "nearest":
-            place = finite(value, f"point {key}: nearest")
-            if place.shape != (3,):
-                raise ArgumentError(f"point {key}: found nearest {value!r}, expected coordinates (x, y, z)", argument)
-            return [self.nodes.nearest(np.asarray(self.place.own(place) / self.meter), self.of_node)]
+            place = np.asarray(self.place.own(coordinates(value, f"point {key}: nearest", argument)) / self.meter)
+            node, apart, size = self.nodes.nearest(place, self.of_node)
+            check_near(f"point {key}", argument, apart * self.meter, size * self.meter)
+            return [node]
         try:
             found = [node for node in self.nodes.of_set(str(value), argument) if node in self.of_node]
         except ArgumentError as error:

@@ -76,7 +76,7 @@ def test_beams_that_cross_touch_where_they_are_nearest() -> None:
     scene = gb.scene(crossed())
     by_hand = crossed()
     by_hand["point"] = [
-        {"name": "cross", "structure": "upper", "nearest": [0.2, 5.0, 1.0]},
+        {"name": "cross", "structure": "upper", "nearest": [0.2, 0.3, 0.2]},
         {"name": "cross", "structure": "lower", "at": 0.1},
     ]
     region = {"type": "half-plane", "clearance": 0.0005, "normal": -1}
@@ -156,6 +156,10 @@ def sideways(given: Tables) -> None:
     given["structure"][1]["place"] |= {"across": [1.0, 0.0, 0.0]}
 
 
+def in_millimeters(given: Tables) -> None:
+    given["point"] = [{"name": "c", "structure": "upper", "nearest": [200.0, 0.0, 12.5]}]
+
+
 def load(**keys: Any) -> Any:
     def change(given: Tables) -> None:
         given["load"] = [{"type": "base_motion", "structure": "lower", "amplitude": 1.0, "frequency": 9.0, **keys}]
@@ -180,6 +184,7 @@ SLIPS = {
     "overlap as placed": (deep, '"cross".*between', "overlap by 0.002 m where they are placed"),
     "inward": (through, '"cross".*normal', "points inward"),
     "a skew frame": (put("structure", 1, "place", "across", value=[0.0, 1.0, 1.0]), '"lower".*place', "right angles"),
+    "coordinates in mm": (in_millimeters, '"c"', r"within 0\.5 m, its size"),
     "an upright axis": (put("structure", 1, "place", "axis", value=[0.0, 0.0, 1.0]), '"lower".*place', "across"),
     "an axis of 0": (put("structure", 1, "place", "axis", value=[0.0, 0.0, 0.0]), '"lower".*place', "not all 0"),
     "a velocity without direction": (put("structure", 0, "velocity", value=0.3), '"upper".*velocity', "a vector"),

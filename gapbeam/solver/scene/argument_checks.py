@@ -175,8 +175,8 @@ def check_near(where: str, argument: str, apart: float, size: float) -> None:
     """
     if apart > size:
         raise ArgumentError(
-            f"{where}: found coordinates {apart:.4g} m away from the structure, expected them near it, which is "
-            f"{size:.4g} m large; are they in m?",
+            f"{where}: found coordinates {apart:.4g} m away from the structure, expected some within {size:.4g} m, its "
+            "size; are they in m?",
             argument,
         )
 

@@ -17,7 +17,7 @@ from gapbeam.solver.loads.scene_load_choice import (
     structure_of,
 )
 from gapbeam.solver.messages.errors import CaseError, Fault, Key, RunError, UserError
-from gapbeam.solver.scene.argument_checks import ArgumentError
+from gapbeam.solver.scene.argument_checks import ArgumentError, check_near
 from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import FlowSpan
@@ -266,9 +266,16 @@ def _with_masses(site: Site, table: BodyTable, one: Structure) -> Structure:
 
 
 def _along(extent: PlacedBody | None, point: PointTable) -> float:
-    """Return the place of a point along its beam, m."""
+    """Return the place of a point along its beam, m.
+
+    Raises:
+        ArgumentError: Its coordinates are far from the beam.
+    """
     if point.nearest is not None and extent is not None:
-        return float(extent.nearest(np.asarray(point.nearest))[0])
+        x, place = extent.nearest(np.asarray(point.nearest))
+        apart, size = (float(np.linalg.norm(one)) for one in (place - point.nearest, np.ptp(extent.places, axis=0)))
+        check_near(f"point {point.name}", f"points.{point.name}", apart, size)
+        return float(x)
     return float(point.at or 0.0)
 
 

@@ -162,5 +162,5 @@ def test_nonsense_is_refused_in_python() -> None:
     ):  # fmt: skip
         with pytest.raises(gb.UserError, match=words):
             gb.snubber(at, **{"stiffness": 1.0, "release": 0.5, **given})  # type: ignore[arg-type]
-    with pytest.raises(gb.UserError, match="expected the same number"):
+    with pytest.raises(gb.UserError, match="expected 1 motion"):
         gb.snubber(gb.mass(1.0, 2)["at"], 1.0, velocity=1.0, release=0.5)

@@ -6,6 +6,7 @@ refused by name.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -34,6 +35,7 @@ from gapbeam.solver.system.semi_discrete import ContactOperator
 if TYPE_CHECKING:
     from gapbeam.solver.models.model import Model
 
+LOG = logging.getLogger("gapbeam")
 UP = -1
 """Component of a probe that its point has: across the beam, in the bending plane."""
 
@@ -86,6 +88,8 @@ def scene_of_model(model: Model) -> Scene:
     refused = list(_refusals(model))
     if refused:
         raise UserError("no scene of this case: " + "; ".join(refused))
+    if model.case.wear is not None:
+        LOG.info("[wear] is left out: it is of runs, sweeps and lives, and does not change the motion")
     system = model.system
     operators = system.operators
     assert isinstance(operators, DenseOperators)
@@ -159,8 +163,6 @@ def _refusals(model: Model) -> Iterator[str]:
         )
     if case.time.adaptive:
         yield "adaptive steps; set time.adaptive = false"
-    if case.wear is not None:
-        yield "[wear], which is of runs of cases; leave it out"
     if not isinstance(system.operators, DenseOperators):
         yield 'a full model has its mesh; choose [model] type = "reduced", "beam" or "rigid"'
     elif system.contact_is_massless:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,6 +20,10 @@ from gapbeam.solver.case.reading.known_keys import candidates, check_types
 from gapbeam.solver.case.reading.overrides import parse_value
 from gapbeam.solver.case.reading.value_words import options
 from gapbeam.solver.messages.errors import CaseError, Key
+from gapbeam.studies.identification.identification_file import read_identification
+from gapbeam.studies.library.library_file import read_library_study
+from gapbeam.studies.optimum.optimum_study import read_optimum_study
+from gapbeam.studies.uncertain.uncertain_file import read_uncertain
 from tests.shared.case_texts import BEAM
 from tests.shared.command import PROJECT
 
@@ -301,3 +305,15 @@ def test_a_part_of_a_type_means_the_one_that_takes_the_keys(name: str, tmp_path:
     )
     with pytest.raises(CaseError, match=f'did you mean "{name}"'):
         gapbeam.read_case(case)
+
+
+@pytest.mark.parametrize("read", [read_library_study, read_optimum_study, read_uncertain, read_identification])
+def test_hints_of_studies_name_what_is_missing(read: Callable[[Path], Any], tmp_path: Path) -> None:
+    """Of an empty file each hint has keys with values: one read "add [recorded] with , "."""
+    study = tmp_path / "study.toml"
+    study.write_text("")
+    with pytest.raises(CaseError) as refused:
+        read(study)
+    hints = [fault.hint for fault in refused.value.faults if fault.found.startswith(("nothing", "no "))]
+    assert hints
+    assert not [hint for hint in hints if re.search(r"with *(,|$)|, *(,|$)", hint)]

@@ -21,9 +21,14 @@ class RecordingTable(Table):
     """Point, quantity and length of the recordings."""
 
     point: str = Field(
-        min_length=1, max_length=100, description="probe of the case whose motion across the beam is recorded"
+        min_length=1,
+        max_length=100,
+        description="probe of the case whose motion across the beam is recorded",
+        examples=["tip"],
     )
-    quantity: Quantity = Field(description="recorded quantity, relative to the frame of the case")
+    quantity: Quantity = Field(
+        description="recorded quantity, relative to the frame of the case", examples=["velocity"]
+    )
     periods: Whole = Field(
         default=100, ge=8, le=10_000, multiple_of=2, description="periods of the load that an estimate is made from"
     )

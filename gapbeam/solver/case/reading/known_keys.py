@@ -301,7 +301,8 @@ def _fault(key: Key, data: Mapping[str, Any], root: type[BaseModel]) -> Fault:
         return _not_a_table(key, value, models[0], data, root)
     if models:
         keys = [field for field, info in models[0].model_fields.items() if info.is_required()]
-        hint = f"add {header(key, data, root)} with {', '.join(example(models[0], field) for field in keys)}"
+        lines = [example(models[0], field) or field for field in keys]
+        hint = f"add {header(key, data, root)} with {', '.join(lines)}"
         return Fault(key, "no such table", f"{header(key, data, root)} with {', '.join(keys)}", hint)
     if _is_missing(key, data):
         line = example(owners[0], name)
@@ -341,7 +342,9 @@ def _union_fault(key: Key, value: object, models: list[type[BaseModel]]) -> Faul
         return Fault(key, shown(value), f"a table with type = {known}")
     elif value is None:
         needed = [field for field, info in models[0].model_fields.items() if info.is_required() and field != "type"]
-        line = ", ".join([f"type = {toml_value(names[0])}", *(example(models[0], field) for field in needed)])
+        line = ", ".join(
+            [f"type = {toml_value(names[0])}", *filter(None, (example(models[0], field) for field in needed))]
+        )
         hint = f"for example {key[-1]} = {{ {line} }}"
         return Fault(key, "nothing: the key is missing", f"a table with type = {known}", hint)
     close = _meant_type(chosen, value if isinstance(value, Mapping) else {}, models)

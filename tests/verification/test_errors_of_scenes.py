@@ -69,8 +69,7 @@ def shares(seed: int, folder: Path, patch: pytest.MonkeyPatch) -> list[float]:
     with Signals(None) as signals:
         finer = replace(asked, step=asked.step / FINER, every=FINER * asked.every)
         fine = scene_errors.marched(finer, signals).first(len(run.times))
-    given = {"smoothing": {"window": 0.05 * run.end}, "errors": summary["errors"]}
-    return [error / max(row["error"], 1e-300) for row, error in true_errors(given, fine) if error or row["error"]]
+    return [error / max(row["error"], 1e-300) for row, error in true_errors(summary, fine) if error or row["error"]]
 
 
 @pytest.mark.parametrize("seed", BY_CHANCE)

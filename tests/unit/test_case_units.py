@@ -16,7 +16,7 @@ from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.reading.file_units import slips
 from gapbeam.solver.case.reading.known_keys import tables
-from gapbeam.solver.case.reading.overrides import UNITS, convert, factor_of, override, size_of
+from gapbeam.solver.case.reading.overrides import UNITS, convert, factor_of, override, size_of, unit_of_key
 from gapbeam.solver.messages.errors import CaseError
 
 PROJECT = Path(__file__).parents[2]
@@ -304,3 +304,14 @@ def test_an_override_in_the_units_of_the_file_is_asked_about(key: str, factor: f
     found = list(slips(before, after, typed, "mm-t-s"))
     assert len(found) == slipped
     assert all(f"in the units of the file is {LIKELY[key] * factor:g} " in words for words in found)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "unit"), [(None, "m/s^2"), ("acceleration", "m/s^2"), ("velocity", "m/s"), ("displacement", "m")]
+)
+def test_the_amplitude_of_a_motion_has_the_unit_of_its_quantity(quantity: str | None, unit: str) -> None:
+    """Axes and columns of studies named all three units."""
+    load = {"type": "base_motion", "name": "table", "amplitude": 1.0} | (
+        {} if quantity is None else {"quantity": quantity}
+    )
+    assert unit_of_key("load.table.amplitude", {"load": [load]}) == unit

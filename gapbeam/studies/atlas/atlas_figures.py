@@ -47,7 +47,8 @@ def draw_responses(found: Atlas, point: str) -> Figure:
         counts = np.array([len(one.responses) for one in found.points]).reshape([len(a) for a in axes_of])
         chaos = np.array([one.chaotic for one in found.points]).reshape(counts.shape)
         for axes, table, label in ((grid[0][0], counts, "stable responses"), (grid[0][1], chaos, "chaotic share")):
-            shown = axes.pcolormesh(axes_of[0], axes_of[1], table.T, shading="nearest", cmap="Greys", vmin=0)
+            most = max(1, counts.max()) if table is counts else 1.0
+            shown = axes.pcolormesh(axes_of[0], axes_of[1], table.T, shading="nearest", cmap="Greys", vmin=0, vmax=most)
             ticks = MaxNLocator(integer=True) if table is counts else None
             figure.colorbar(shown, ax=axes, label=label, ticks=ticks)
             axes.xaxis.set_major_locator(MaxNLocator(3))

@@ -179,6 +179,8 @@ UNITS = {SI: (1.0, 1.0), "mm-t-s": (1e-3, 1e3), "mm-kg-s": (1e-3, 1.0)}
 """Length in m and mass in kg of a system of units whose time is s."""
 MILLIMETERS = "mm-t-s"
 FORCE_OR_ACCELERATION, DENSITY = "N or m/s^2", "N^2/Hz or (m/s^2)^2/Hz"
+MOTION = "m/s^2, m/s or m"
+OF_MOTIONS = {"acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}
 
 LIGHT = 1e-6  # kg/m^3: no solid is so light, and in t/mm^3 they are
 HEAVY, STIFF = 100.0, 1e9  # kg/m^3 and Pa: a solid so dense is stiffer than rubber; in MPa, none is as stiff
@@ -311,6 +313,8 @@ def unit_of(place: Key, data: dict[str, Any], root: type[BaseModel] = Case) -> s
         return unit
     if load.get("type") == "recorded_force" and "N or, for motion" in description:
         return "N"
+    if unit == MOTION:
+        return OF_MOTIONS.get(load.get("quantity", "acceleration"), unit)
     if unit not in (FORCE_OR_ACCELERATION, DENSITY):
         return unit
     along, force = load.get("type") == "random-line-load", load.get("quantity", "force") == "force"

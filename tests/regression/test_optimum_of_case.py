@@ -30,6 +30,7 @@ def test_the_best_stop_is_that_of_a_grid_of_members(tmp_path: Path) -> None:
     (record,) = json.loads((tmp_path / "found" / "optimum.json").read_text())
     best = {one["path"]: one["found"] for one in record["values"]}
     figures = {one["figure"]: one for one in record["figures"]}
+    assert {name: one["unit"] for name, one in figures.items()} == {"tip.rms": "m", "stop*.peak_force": "N"}
     study = read_optimum_study(STUDY)
     one = repeating_scene(STUDY.parent / study.case, settings_of_study(STUDY, study.set, []))
     ((path, value),) = best.items()

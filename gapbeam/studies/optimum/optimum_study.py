@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,10 @@ from gapbeam.solver.case.reading.case_reader import read_tables
 from gapbeam.solver.messages.errors import CaseError, Fault, NotConverged, UserError
 from gapbeam.solver.scene.least_figure import Optimum, optimize
 from gapbeam.solver.scene.limit_cycle import periodic
-from gapbeam.solver.scene.scene import SceneState
+from gapbeam.solver.scene.recorded_places import turning_places
+from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import history
+from gapbeam.solver.schema.record_table import OF_ROTATIONS
 from gapbeam.solver.schema.table import Number, Positive, Table, Whole
 from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of
 from gapbeam.studies.printed_results import PrintedResult
@@ -172,7 +175,7 @@ def run_optimum(study: OptimumStudy, one: PeriodicScene, folder: Path, plan: Stu
             one.scene, study.least, over, limits=study.limits, period=period, steps=steps, passes=study.passes,
             start=_response(study, one, period, steps),
         )  # fmt: skip
-        record = _record(study, found)
+        record = _record(study, found, one.scene)
         rows = [(*values.values(), *figures.values()) for values, figures in found.orbits]
         paths = [folder / name for name in (OPTIMUM_FILE, SEARCH, OPTIMUM_PICTURE)]
         write_table(paths[1], (*over, *found.orbits[0][1]), rows)
@@ -196,12 +199,25 @@ def _response(study: OptimumStudy, one: PeriodicScene, period: float, steps: int
         ) from None
 
 
-def _record(study: OptimumStudy, found: Optimum) -> dict[str, Any]:
+OF_FIGURES = {"peak": "m", "rms": "m", "peak_force": "N", "impulse": "N s", "work": "J"}
+
+
+def unit_of_figure(scene: Scene, name: str) -> str:
+    """Return the SI unit of a figure of a search, which is of a rotation where its place turns."""
+    place, _, kind = name.rpartition(".")
+    unit = OF_FIGURES.get(kind, "m")  # of harmonics
+    turns = any(fnmatchcase(one, place) for one in turning_places(scene))
+    return OF_ROTATIONS.get(unit, unit) if turns else unit
+
+
+def _record(study: OptimumStudy, found: Optimum, scene: Scene) -> dict[str, Any]:
     """Return the record of optimum.json."""
     at, begin, limits = found.tangents, found.orbits[0][1], study.limits
+    unit = unit_of_figure(scene, study.least)
     values = ", ".join(f"{path} = {value:.5g}" for path, value in found.values.items())
     unstable = "" if found.is_stable else "; this response is unstable: a march leaves it"
-    head = f"{study.least} falls from {begin[study.least]:.5g} to {at.values[study.least]:.5g} at {values}{unstable}"
+    fall = f"from {begin[study.least]:.5g} {unit} to {at.values[study.least]:.5g} {unit}"
+    head = f"{study.least} falls {fall} at {values}{unstable}"
     return {
         "headline": head, "stable": found.is_stable, "responses": len(found.orbits), "least": study.least,
         "largest_multiplier": float(np.abs(at.multipliers).max()),
@@ -211,7 +227,8 @@ def _record(study: OptimumStudy, found: Optimum) -> dict[str, Any]:
             for free in study.free
         ],
         "figures": [
-            {"figure": name, "first": begin[name], "found": value, "limit": limits.get(name), "slopes": at.slopes[name]}
+            {"figure": name, "unit": unit_of_figure(scene, name), "first": begin[name], "found": value,
+             "limit": limits.get(name), "slopes": at.slopes[name]}
             for name, value in at.values.items()
         ],
     }  # fmt: skip

@@ -155,7 +155,8 @@ def optimum_tables(record: Mapping[str, Any]) -> list[tuple[str, tuple[str, ...]
     for one in figures:
         limit = None if one["limit"] is None else float(one["limit"])
         slopes = (float(one["slopes"][other["path"]]) for other in values)
-        found.append((str(one["figure"]), float(one["first"]), float(one["found"]), limit, *slopes))
+        name = f"{one['figure']} ({one['unit']})" if one.get("unit") else str(one["figure"])
+        found.append((name, float(one["first"]), float(one["found"]), limit, *slopes))
     return [
         ("Values of the search", ("value", *names), rows),
         ("Figures of the response at the first and at the found values, and their derivatives there", heads, found),

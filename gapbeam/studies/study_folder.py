@@ -164,8 +164,11 @@ class StudyPlan:
     records: tuple[str, ...] = ()
     words: Mapping[str, str] = field(default_factory=dict)
 
-    def keep(self, folder: Path) -> None:
+    def keep(self, folder: Path) -> str | None:
         """Write the inputs into a folder, unless results of other inputs are there.
+
+        Returns:
+            The text that stood there before, maybe none; None: these inputs stood there, and the study resumes.
 
         Raises:
             UserError: The folder holds a study of other inputs: which differ, and how.
@@ -176,11 +179,28 @@ class StudyPlan:
         known = path.exists() and not self.overwrite
         if known and (text := differing(read_object(path, remedy=REMEDY), inputs, self.words)):
             raise UserError(f"{folder} holds a study of other inputs: {text}. {REMEDY[0].upper()}{REMEDY[1:]}")
-        if not known:
-            with study_written(path):
-                for old in (folder / name for name in self.records):
-                    shutil.rmtree(old) if old.is_dir() else old.unlink(missing_ok=True)
-                write_beside(path, json.dumps(inputs, indent=1) + "\n")
+        if known:
+            return None
+        with study_written(path):
+            before = path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+            for old in (folder / name for name in self.records):
+                shutil.rmtree(old) if old.is_dir() else old.unlink(missing_ok=True)
+            write_beside(path, json.dumps(inputs, indent=1) + "\n")
+        return before
+
+    def withdraw(self, folder: Path, before: str | None) -> None:
+        """Put back what stood in a folder, where a study that began anew failed before its first record."""
+        records = [folder / name for name in self.records]
+        begun = any(any(one.iterdir()) if one.is_dir() else one.exists() and one.stat().st_size for one in records)
+        if before is None or begun:
+            return
+        with suppress(OSError):
+            for one in records:
+                one.rmdir() if one.is_dir() else one.unlink(missing_ok=True)
+            if before:
+                write_beside(folder / PLAN_FILE, before)
+            else:
+                (folder / PLAN_FILE).unlink()
 
 
 @contextmanager
@@ -209,9 +229,13 @@ def study_folder(folder: Path, comm: MPI.Comm | None = None, plan: StudyPlan | N
     made = by_one(comm, looked_at)
     try:
         with locked(folder, comm):
-            if plan is not None:
-                by_one(comm, lambda: plan.keep(folder))
-            yield
+            before = by_one(comm, lambda: None if plan is None else plan.keep(folder))
+            try:
+                yield
+            except BaseException:
+                if plan is not None and (comm is None or comm.rank == 0):
+                    plan.withdraw(folder, before)
+                raise
     finally:
         with suppress(OSError):
             for path in made:

@@ -252,7 +252,7 @@ def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch, tmp_p
 
 
 def test_a_killed_map_of_stability_goes_on(tmp_path: Path) -> None:
-    """What a journal holds of the same grid is not computed again; that of another grid, or what is cut off, is."""
+    """What a journal holds is not computed again, what is cut off is; another grid is refused, or begun anew."""
     grid = {"stiffness": [1e10, 1e12], "step": [5e-4], "scheme": ["newmark", "discrete-gradient"]}
     found = gapbeam.stability(CASE, **grid, overrides=list(QUICK), output=tmp_path / "whole", workers=2)
     assert not (tmp_path / "whole" / "trials.jsonl").exists()
@@ -267,17 +267,20 @@ def test_a_killed_map_of_stability_goes_on(tmp_path: Path) -> None:
     killed = {"overrides": list(QUICK), "output": tmp_path / "killed", "workers": 1}
     with pytest.raises(KeyboardInterrupt):
         gapbeam.stability(CASE, **grid, **killed, progress=stop)
-    assert len(kept) == 3  # the plan and two trials
+    assert len(kept) == 2
     path = tmp_path / "killed" / "trials.jsonl"
-    place, record = json.loads(kept[1])
-    marked = [kept[0], json.dumps([place, record | {"verdict": "kept"}]), kept[2][:20]]
-    path.write_text("\n".join(marked), encoding="utf-8")
+    place, record = json.loads(kept[0])
+    marked = "\n".join([json.dumps([place, record | {"verdict": "kept"}]), kept[1][:20]])
+    path.write_text(marked, encoding="utf-8")
     again = gapbeam.stability(CASE, **grid, **killed)
     assert [record["verdict"] for record in again.records] == ["kept", *verdicts[1:]]
     for one, other in zip(found.records, again.records, strict=True):
         assert all(one[key] == other[key] for key in one if key not in ("seconds", "verdict"))
-    path.write_text("\n".join(["another plan", *marked[1:]]), encoding="utf-8")
-    assert [record["verdict"] for record in gapbeam.stability(CASE, **grid, **killed).records] == verdicts
+    path.write_text(marked, encoding="utf-8")
+    with pytest.raises(UserError, match="holds a study of other inputs"):
+        gapbeam.stability(CASE, **{**grid, "step": [1e-3]}, **killed)
+    anew = gapbeam.stability(CASE, **grid, **killed, overwrite=True)
+    assert [record["verdict"] for record in anew.records] == verdicts
 
 
 @pytest.mark.parametrize("guard", ["", 'if __name__ == "__main__": pass'])

@@ -19,7 +19,7 @@ from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.results.columns_of_run import as_history
 from gapbeam.postprocess.signals.steady_figures import steady
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.overrides import unit_of_key
 from gapbeam.solver.messages.errors import CaseError
@@ -224,6 +224,7 @@ def test_slopes_are_differences_of_periodic_responses(tmp_path: Path) -> None:
     )
     problem = read_identification(file)
     (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "case.toml").write_text(case_to_toml(problem.base))
     values = problem.values(problem.start)
     places = difference_places(problem.scaled(values), 1e-3)
     with Engine(Workers(1)) as engine:

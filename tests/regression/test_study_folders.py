@@ -121,3 +121,30 @@ def test_plans_differ_as_their_inputs_do(first: dict[str, object], second: dict[
                 records(StudyPlan(second, records=("done", "log")))
             assert (folder / "log").exists()
         assert records(StudyPlan(second, overwrite=True, records=("done", "log"))) == []
+
+
+@pytest.mark.parametrize("begun", [False, True])
+@pytest.mark.parametrize("before", [False, True])
+def test_a_study_that_fails_before_its_first_record_stands_in_the_way_of_none(
+    before: bool, begun: bool, tmp_path: Path
+) -> None:
+    """Its inputs stay where it left records, from which it resumes; else those of the study before are back."""
+    folder = tmp_path / "out"
+
+    def study(number: int, *, overwrite: bool = False, fails: bool = False) -> None:
+        with study_folder(folder, plan=StudyPlan({"number": number}, overwrite, ("log",))):
+            (folder / "log").write_text("one" if begun else "")
+            if fails:
+                raise KeyboardInterrupt
+
+    if before:
+        study(1)
+    with pytest.raises(KeyboardInterrupt):
+        study(2, overwrite=True, fails=True)
+    assert folder.exists() is (before or begun)
+    if begun or before:
+        with pytest.raises(UserError, match=r"number: [12] there, 3 now"):
+            study(3)
+        study(2 if begun else 1)
+    else:
+        study(3)

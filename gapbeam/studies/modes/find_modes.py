@@ -117,7 +117,7 @@ def find_modes(
     Collective.
     """
     settings = {"count": count, "measured": dict(measured or {}), "accuracy": accuracy}
-    inputs = shared_inputs([CaseSubject(case)]) | settings
+    inputs = on_rank_zero(comm, lambda: shared_inputs([CaseSubject(case)]) | settings)
     with study_folder(folder, comm, StudyPlan(inputs, overwrite)):
         on_rank_zero(comm, lambda: _made(folder / SEATED))
         model = build_model(case, comm)

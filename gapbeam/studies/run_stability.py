@@ -82,9 +82,10 @@ def run_stability(
         UserError: The grid is too large, or the folder cannot be written or holds a study of other inputs.
         NotWritten: A trial could not be written.
     """
-    subjects = [CaseSubject(one) for one in sound_cases(case, fixed, axes)]
-    with study_folder(folder, plan=StudyPlan(shared_inputs(subjects, axes), overwrite, (JOURNAL,))):
-        records = run_grid(case, fixed, axes, workers, progress, folder / JOURNAL)
+    sound = sound_cases(case, fixed, axes)
+    inputs = shared_inputs([CaseSubject(one) for one in sound], axes)
+    with study_folder(folder, plan=StudyPlan(inputs, overwrite, (JOURNAL,))):
+        records = run_grid(case, fixed, axes, workers, progress, folder / JOURNAL, sound)
         write_json(folder / "stability.json", records)
         write_table(folder / "stability.csv", records[0], [one.values() for one in records])
         pictures = [folder / f"stability-{name}.png" for name in QUANTITIES]

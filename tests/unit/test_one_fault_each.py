@@ -287,6 +287,8 @@ def test_keys_of_other_programs_are_one_fault_each(tmp_path: Path) -> None:
 PARTS_OF_TYPES = {
     "harmonic_force": ("force", "point = 0.3\namplitude = 2.0\nfrequency = 3.0"),
     "constant_force": ("force", "point = 0.3\namplitude = 2.0"),
+    "step_force": ("step-force", "point = 0.3"),
+    "random": ("randon", "point = 0.3\namplitude = 2.0"),
     "recorded_force": ("recorded", 'point = 0.3\nfile = "x.csv"'),
     "recorded_motion": ("recorded", 'file = "x.csv"'),
     "base_motion": ("motion", "amplitude = 1.0\nfrequency = 3.0"),

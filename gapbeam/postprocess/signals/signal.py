@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gapbeam.solver.schema.record_table import HISTORY, OF_ROTATIONS, TURNING
+from gapbeam.solver.schema.record_table import HISTORY, TURNING, unit_where
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,7 +120,7 @@ def unit_at(history: xr.Dataset, record: str, labels: Iterable[str]) -> str:
     """
     unit = str(history[record].attrs.get("units", "1"))
     turns = TURNING in history.coords and not set(labels).isdisjoint(history[TURNING].values.tolist())
-    return OF_ROTATIONS.get(unit, unit) if turns else unit
+    return unit_where(unit, turns)
 
 
 def units_of(signals: Iterable[Signal], prefix: str = "") -> str:

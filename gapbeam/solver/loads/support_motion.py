@@ -34,6 +34,7 @@ from gapbeam.solver.loads.recorded_function import signal_of
 from gapbeam.solver.loads.recorded_load import RecordedLoad
 from gapbeam.solver.loads.time_function import Harmonic, TimeFunction, smooth
 from gapbeam.solver.messages.errors import Fault, Key
+from gapbeam.solver.schema.record_table import OF_MOTIONS
 from gapbeam.solver.schema.table import Name, NonNegative, Number
 
 
@@ -148,12 +149,12 @@ class SupportMotion(LoadTable):
     @property
     def derivative(self) -> int:
         """Order of the time derivative of the quantity that the acceleration is."""
-        return ("acceleration", "velocity", "displacement").index(self.quantity)
+        return list(OF_MOTIONS).index(self.quantity)
 
     @property
     def quantity_unit(self) -> str:
         """Unit of the quantity."""
-        return ("m/s^2", "m/s", "m")[self.derivative]
+        return OF_MOTIONS[self.quantity]
 
 
 class RecordedMotion(RecordedLoad, SupportMotion):

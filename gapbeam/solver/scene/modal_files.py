@@ -20,7 +20,7 @@ import numpy as np
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite
 from gapbeam.solver.scene.structure import Structure, from_modes
-from gapbeam.solver.scene.universal_file import UNIVERSAL, data_sets, one_data_set
+from gapbeam.solver.scene.universal_file import UNIVERSAL, UniversalFile
 from gapbeam.solver.system.operators import Array
 
 FREQUENCY, DAMPING, FRAME = "frequency", "damping", "frame"
@@ -80,12 +80,13 @@ def read_modes(path: str | Path, name: str = "", points: Collection[str] = ()) -
 
 
 def _of_universal(path: Path, name: str, points: Collection[str]) -> Structure:
-    units = one_data_set(path, "164")
+    file = UniversalFile.read(path)
+    units = file.first("164")
     length, force = (1.0, 1.0) if units is None else units.numbers(1, (25, 25))
     if units is not None and not min(length, force) > 0.0:
         raise units.fault(f"the factors {length:g} of lengths and {force:g} of forces", "factors above 0")
-    modes, first = list[tuple[float, float]](), dict[int, list[Array]]()
-    for one in data_sets(path, "55", "data at nodes"):
+    modes, shapes = list[tuple[float, float]](), dict[int, list[Array]]()
+    for one in file.of_kind("55", "data at nodes"):
         _, analysis, _, quantity, kind, count = map(int, one.numbers(5, (10,) * 6))
         if analysis != NORMAL_MODE:
             raise one.fault(ANALYSES.get(analysis, f"analysis type {analysis}"), "normal modes, analysis type 2")
@@ -99,21 +100,21 @@ def _of_universal(path: Path, name: str, points: Collection[str]) -> Structure:
         modes.append((frequency, viscous + 0.5 * hysteretic))
         scale = np.sqrt(modal_mass * length / force)
         nodes = [int(one.numbers(line, (10,))[0]) for line in range(8, len(one.lines), 2)]
-        if count not in (3, 6) or not nodes or (first and nodes != list(first)):
+        if count not in (3, 6) or not nodes or (shapes and nodes != list(shapes)):
             found = f"{counted(len(nodes), 'node')} with {counted(count, 'number')} each"
             raise one.fault(found, "the nodes of the first mode, with 3 or 6 numbers each")
         for place, node in enumerate(nodes):
-            first.setdefault(node, []).append(np.array(one.numbers(9 + 2 * place, (13,) * 3)) / scale)
+            shapes.setdefault(node, []).append(np.array(one.numbers(9 + 2 * place, (13,) * 3)) / scale)
     kept = dict[str, Array]()
-    for point in points or [f"{node}{axis}" for node in first for axis in AXES]:
+    for point in points or [f"{node}{axis}" for node in shapes for axis in AXES]:
         parts = re.fullmatch("([0-9]+)(x?y?z?)", point)
-        if parts is None or int(parts[1]) not in first:
-            node, others = next(iter(first)), ", ".join(map(str, list(first)[:9])) + ", ..." * (len(first) > 9)
+        if parts is None or int(parts[1]) not in shapes:
+            node, others = next(iter(shapes)), ", ".join(map(str, list(shapes)[:9])) + ", ..." * (len(shapes) > 9)
             raise ArgumentError(
                 f"{path}: found no point {point}, expected a node with its directions, such as {node}x, {node}xz, or "
                 f"{node} in space; nodes: {others}", "file",
             )  # fmt: skip
-        kept[point] = np.array(first[int(parts[1])]).T[[AXES.index(axis) for axis in parts[2] or AXES]]
+        kept[point] = np.array(shapes[int(parts[1])]).T[[AXES.index(axis) for axis in parts[2] or AXES]]
     frequencies, ratios = np.array(modes).T
     return from_modes(2.0 * pi * frequencies, ratios, kept, name=name)
 

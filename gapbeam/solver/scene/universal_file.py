@@ -8,6 +8,7 @@ Source: SDRC, Universal file data sets (numbers 55, 58 and 164).
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from math import isfinite, nan
 from pathlib import Path
@@ -65,35 +66,53 @@ class DataSet:
         return found
 
 
-def data_sets(path: Path, kind: str, what: str) -> list[DataSet]:
-    """Return the data sets of a kind in a universal file, at least one.
+@dataclass(frozen=True)
+class UniversalFile:
+    """The data sets of a universal file.
 
-    Args:
+    Attributes:
         path: The file.
-        kind: Number of the kind.
-        what: Name of the kind in messages.
-
-    Raises:
-        UserError: There is no such file or data set, or it is binary or too large.
+        sets: Its data sets, in their order.
     """
-    found, others = list[DataSet](), set[str]()
-    for one in _all_sets(path):
-        if one.kind == f"{kind}b":
-            raise UserError(f"{path}: found the binary data set {one.kind} in line {one.first - 1}, expected text: "
-                            "export it as ASCII")  # fmt: skip
-        if one.kind == kind:
-            found.append(DataSet(path, kind, len(found) + 1, one.first, one.lines))
-        else:
-            others.add(printable(one.kind))
-    if not found:
-        words = f"data sets {', '.join(sorted(others))}" if others else "no data set between lines of -1"
-        raise UserError(f"{path}: found {words}, expected a data set {kind} ({what})")
-    return found
 
+    path: Path
+    sets: list[DataSet]
 
-def one_data_set(path: Path, kind: str) -> DataSet | None:
-    """Return the first data set of a kind; None: there is none."""
-    return next((one for one in _all_sets(path) if one.kind == kind), None)
+    @classmethod
+    def read(cls, path: Path) -> UniversalFile:
+        """Read a file.
+
+        Raises:
+            UserError: There is no such file, it is too large, or a data set is cut off.
+        """
+        return cls(path, _all_sets(path))
+
+    def first(self, kind: str) -> DataSet | None:
+        """Return the first data set of a kind; None: there is none."""
+        return next((one for one in self.sets if one.kind == kind), None)
+
+    def of_kind(self, kind: str, what: str) -> list[DataSet]:
+        """Return the data sets of a kind, at least one.
+
+        Args:
+            kind: Number of the kind.
+            what: Name of the kind in messages.
+
+        Raises:
+            UserError: No data set is of the kind, or one is binary.
+        """
+        binary = self.first(f"{kind}b")
+        if binary is not None:
+            raise UserError(
+                f"{self.path}: found the binary data set {binary.kind} in line {binary.first - 1}, expected text: "
+                "export it as ASCII"
+            )
+        found = [one for one in self.sets if one.kind == kind]
+        if not found:
+            others = sorted({printable(one.kind) for one in self.sets})
+            words = f"data sets {', '.join(others)}" if others else "no data set between lines of -1"
+            raise UserError(f"{self.path}: found {words}, expected a data set {kind} ({what})")
+        return found
 
 
 def _all_sets(path: Path) -> list[DataSet]:
@@ -105,6 +124,7 @@ def _all_sets(path: Path) -> list[DataSet]:
     if len(content) > LARGEST:
         raise UserError(f"{path}: found more than {LARGEST} bytes, expected fewer; export less, such as one channel")
     lines, at, found = content.decode("ascii", errors="replace").splitlines(), 0, list[DataSet]()
+    numbers = Counter[str]()
     while at < len(lines):
         if lines[at].strip() != MARK:
             at += 1
@@ -113,6 +133,7 @@ def _all_sets(path: Path) -> list[DataSet]:
         end = next((k for k in range(at + 2, len(lines)) if lines[k].strip() == MARK), None)
         if end is None and not kind.endswith("b"):
             raise UserError(f"{path}: the data set that begins in line {at + 1} has no end, -1: was the file cut off?")
-        found.append(DataSet(path, kind, 1, at + 3, lines[at + 2 : end]))
+        numbers[kind] += 1
+        found.append(DataSet(path, kind, numbers[kind], at + 3, lines[at + 2 : end]))
         at = len(lines) if end is None else end + 1
     return found

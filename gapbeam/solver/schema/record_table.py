@@ -74,10 +74,19 @@ class HistoryVariable:
     meaning: str
 
 
+OF_MOTIONS = {"acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}
+"""Units of motions; each is the derivative of the one behind it."""
 OF_ROTATIONS = {
     "m": "rad", "m/s": "rad/s", "m/s^2": "rad/s^2", "N": "N m", "N s": "N m s", "N^2 s": "N^2 m^2 s"
 }  # fmt: skip
 """Units of rotations and moments in records of displacements and forces."""
+
+
+def unit_where(unit: str, turns: bool) -> str:
+    """Return the SI unit of a record at a place: of one that rotates rad and N m in place of m and N."""
+    return OF_ROTATIONS.get(unit, unit) if turns else unit
+
+
 TURNING = "turning"
 """Coordinate of a history with the names of probes that are rotations, and of faces between them."""
 

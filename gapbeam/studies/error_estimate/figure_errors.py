@@ -352,13 +352,10 @@ def _apart(
         force=np.abs(left.force - right.force),
     )
     figures = key_figures(between, span, averages)
-    shares = {HARMONIC: 1.0, **{f" {name}": share for name, share in least.items()}}
-    return {
-        name: share * figure.mean
-        for name, figure in figures.items()
-        for part, share in shares.items()
-        if (part in name if part == HARMONIC else name.endswith(part))
-    }
+    found = {name: figure.mean for name, figure in figures.items() if HARMONIC in name}
+    for end, share in least.items():
+        found |= {name: share * figure.mean for name, figure in figures.items() if name.endswith(f" {end}")}
+    return found
 
 
 def _later_meshes(parts: Mapping[str, float]) -> dict[str, float]:

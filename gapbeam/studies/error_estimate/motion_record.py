@@ -10,7 +10,7 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.schema.record_table import OF_ROTATIONS
+from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
 
 STRESSES = ("axial_stress", "von_mises_stress")
@@ -60,7 +60,7 @@ class MotionRecord:
 
     def unit(self, place: str | None, unit: str) -> str:
         """Return the unit of a probe or face for one of displacements and forces: it may be a rotation or a moment."""
-        return OF_ROTATIONS.get(unit, unit) if place in self.turning else unit
+        return unit_where(unit, place in self.turning)
 
     @property
     def pressed(self) -> tuple[tuple[int, str], ...]:

@@ -27,7 +27,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import either, near
 from gapbeam.solver.scene.argument_checks import checked, positive, reals
 from gapbeam.solver.scene.printed_values import result_words
-from gapbeam.solver.scene.universal_file import UNIVERSAL, DataSet, data_sets
+from gapbeam.solver.scene.universal_file import UNIVERSAL, DataSet, UniversalFile
 from gapbeam.solver.system.operators import Array
 
 HEADER = 11
@@ -95,7 +95,7 @@ def read_universal(path: Path, channel: int) -> DataSet:
     Raises:
         UserError: There is no such file or data set, or it is binary or too large.
     """
-    found = data_sets(path, "58", "function at a point")
+    found = UniversalFile.read(path).of_kind("58", "function at a point")
     if not 1 <= channel <= len(found):
         raise UserError(f"{path}: channel: found {channel}, expected 1 to {len(found)}: its data sets 58")
     one = found[channel - 1]

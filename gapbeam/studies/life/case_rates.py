@@ -41,6 +41,7 @@ from gapbeam.studies.life.worn_march import Array, DepthRates
 from gapbeam.studies.trials.response import TrialResponse, respond
 from gapbeam.studies.trials.scene_subject import CaseSubject, SceneSubject
 from gapbeam.studies.trials.starts import KeptBody, seated
+from gapbeam.studies.trials.subject import shared_inputs
 
 PERIODS = 100  # of a forcing, of which statistics need some dozens behind the burn-in
 WHOLE = 1.0e-6
@@ -159,8 +160,7 @@ class CaseRates:
     @property
     def inputs(self) -> dict[str, Any]:
         """All that decides the rates."""
-        one = CaseSubject(self.case)
-        return one.tables | one.contents
+        return shared_inputs([CaseSubject(self.case)])
 
     @cached_property
     def limits(self) -> Array:
@@ -321,7 +321,7 @@ class SceneRates:
     @property
     def inputs(self) -> dict[str, Any]:
         """All that decides the rates."""
-        return self.subject.tables | self.subject.contents
+        return shared_inputs([self.subject])
 
     @cached_property
     def limits(self) -> Array:

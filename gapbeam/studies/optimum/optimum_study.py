@@ -23,7 +23,7 @@ from gapbeam.solver.scene.limit_cycle import periodic
 from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import history
-from gapbeam.solver.schema.record_table import OF_ROTATIONS
+from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.schema.table import Number, Positive, Table, Whole
 from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of
 from gapbeam.studies.printed_results import PrintedResult
@@ -206,8 +206,7 @@ def unit_of_figure(scene: Scene, name: str) -> str:
     """Return the SI unit of a figure of a search, which is of a rotation where its place turns."""
     place, _, kind = name.rpartition(".")
     unit = OF_FIGURES.get(kind, "m")  # of harmonics
-    turns = any(fnmatchcase(one, place) for one in turning_places(scene))
-    return OF_ROTATIONS.get(unit, unit) if turns else unit
+    return unit_where(unit, any(fnmatchcase(one, place) for one in turning_places(scene)))
 
 
 def _record(study: OptimumStudy, found: Optimum, scene: Scene) -> dict[str, Any]:

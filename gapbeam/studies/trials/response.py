@@ -235,6 +235,7 @@ def run_grid(
     workers: Workers | None = None,
     progress: Callable[[int, int], None] | None = None,
     journal: Path | None = None,
+    sound: Sequence[Case] = (),
 ) -> list[dict[str, Any]]:
     """Try a case at every point of a grid.
 
@@ -245,6 +246,7 @@ def run_grid(
         workers: Workers that compute; by default one a core of this machine.
         progress: Called with the number of points done and all.
         journal: File of the trials that are done, with which a killed grid goes on; it goes when all are. None: none.
+        sound: Cases without faults, of `sound_cases`, where they were read before.
 
     Returns:
         One flat record a point, keys and then `FIGURES`, in the order of the product of the axes; a point whose case
@@ -261,7 +263,7 @@ def run_grid(
 
     points = points_of(axes)
     works = [(case.absolute(), overrides_of(axes, point, fixed)) for point in points]
-    sound = sound_cases(case, fixed, axes)
+    sound = sound or sound_cases(case, fixed, axes)
     kept = None if journal is None else StudyJournal(journal)
     done = {} if kept is None else dict(kept.kept)
     missing = [place for place in range(len(works)) if place not in done]

@@ -353,17 +353,18 @@ def _union_fault(key: Key, value: object, models: list[type[BaseModel]]) -> Faul
 
 
 def _meant_type(chosen: object, table: Mapping[str, Any], models: list[type[BaseModel]]) -> str | None:
-    """Return the type that was probably meant: of those spelled alike the one that takes the keys of the table."""
-    word, given = str(chosen).lower(), set(table) - {"type"}
+    """Return the type that was probably meant: of those that have the word the one that takes the keys of the table."""
+    names, given = list(map(type_name, models)), set(table) - {"type"}
 
     def strange(model: type[BaseModel]) -> tuple[int, int]:
         fields = model.model_fields
         needed = {name for name, info in fields.items() if info.is_required()} - {"type"}
         return len(given - set(fields)), len(needed - given)
 
-    alike = [one for one in models if near(chosen, [type_name(one)]) or word in type_name(one).split("_")]
-    exact = near(chosen, map(type_name, models)) if not given else None
-    return exact or (type_name(min(alike, key=strange)) if alike else None)
+    parts = [one for one in models if str(chosen).lower() in type_name(one).split("_")]
+    if parts and not same(chosen, names):
+        return type_name(min(parts, key=strange))
+    return near(chosen, names)
 
 
 def _not_a_table(

@@ -21,6 +21,7 @@ from gapbeam.solver.case.reading.toml_text import read_toml
 from gapbeam.solver.case.reading.value_words import shown
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import either, near, printable
+from gapbeam.solver.schema.record_table import OF_MOTIONS
 from gapbeam.solver.schema.table import type_name
 
 QUOTED = re.compile(r"""("(?:[^"\\]|\\.)*"|'[^']*')""")
@@ -180,7 +181,6 @@ UNITS = {SI: (1.0, 1.0), "mm-t-s": (1e-3, 1e3), "mm-kg-s": (1e-3, 1.0)}
 MILLIMETERS = "mm-t-s"
 FORCE_OR_ACCELERATION, DENSITY = "N or m/s^2", "N^2/Hz or (m/s^2)^2/Hz"
 MOTION = "m/s^2, m/s or m"
-OF_MOTIONS = {"acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}
 
 LIGHT = 1e-6  # kg/m^3: no solid is so light, and in t/mm^3 they are
 HEAVY, STIFF = 100.0, 1e9  # kg/m^3 and Pa: a solid so dense is stiffer than rubber; in MPa, none is as stiff

@@ -54,6 +54,7 @@ def symmetric_part(matrix: Array) -> Array:
     return np.asarray(0.5 * (matrix + matrix.T))
 
 
+AT_ONCE = 64  # columns whose products with M and K are held
 INDEPENDENT = (1.0e-14, 1.0e-10)  # of the largest eigenvalue of a Gram matrix of unit vectors: see `first_kept`
 
 
@@ -95,19 +96,24 @@ def modal_basis(operators: Operators, vectors: Array, shift: float) -> Basis:
 
     Collective.
     """
-    energy, _ = _projected(operators, vectors, shift)
-    columns = vectors @ unit_directions(energy, INDEPENDENT)
-    energy, inertia = _projected(operators, columns, shift)
+    (energy,) = _energies(operators, vectors, shift, False)
+    vectors = vectors @ unit_directions(energy, INDEPENDENT)
+    energy, inertia = _energies(operators, vectors, shift, True)
     combine = unit_directions(energy, INDEPENDENT)
     compliances, modes = np.linalg.eigh(symmetric_part(combine.T @ inertia @ combine))
     heavy = compliances > np.finfo(float).eps * compliances[-1]
     compliances, modes = compliances[heavy][::-1], modes[:, heavy][:, ::-1]
-    columns = columns @ (combine @ (modes / np.sqrt(compliances)))
-    return Basis(np.asfortranarray(columns), np.maximum(1.0 / compliances - shift, 0.0))
+    columns = ((combine @ (modes / np.sqrt(compliances))).T @ vectors.T).T  # in the order of columns
+    return Basis(columns, np.maximum(1.0 / compliances - shift, 0.0))
 
 
-def _projected(operators: Operators, vectors: Array, shift: float) -> tuple[Array, Array]:
-    """Return V^T (K + sigma M) V and V^T M V, (k, k). Collective."""
-    inertia = operators.sum(np.ascontiguousarray(vectors.T @ operators.apply_mass(vectors)))
-    energy = operators.sum(np.ascontiguousarray(vectors.T @ operators.apply_stiffness(vectors)))
-    return energy + shift * inertia, inertia
+def _energies(operators: Operators, vectors: Array, shift: float, inertia: bool) -> Array:
+    """Return V^T (K + sigma M) V and, if asked for, V^T M V, (1 or 2, k, k): some columns at a time. Collective."""
+    found = np.empty((1 + inertia, vectors.shape[1], vectors.shape[1]))
+    for first in range(0, vectors.shape[1], AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        heavy = operators.apply_mass(vectors[:, some])
+        whole = operators.apply_stiffness(vectors[:, some]) + shift * heavy
+        for part, images in zip(found, (whole, heavy), strict=False):
+            part[:, some] = vectors.T @ images
+    return operators.sum(found)

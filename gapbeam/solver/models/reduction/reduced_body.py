@@ -98,8 +98,8 @@ class KeptContact(Protocol):
     def inputs(self) -> tuple[Any, ...]:
         """Inputs that the vectors and their neglected share follow from, besides the contact rows of the mesh."""
 
-    def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[Array, float]:
-        """Return modes and shapes, (n, k), and the largest `Modes.left`. Collective.
+    def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[list[Array], float]:
+        """Return modes and shapes, each (n, k), and the largest `Modes.left`. Collective.
 
         Args:
             operators: M and K.
@@ -148,10 +148,10 @@ class RigidSections:
         """The forces on the sections, and the pressures that measure the error of rigid sections."""
         return (csr_matrix(self.rings.fits), _lobes(self.body.contact))
 
-    def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[Array, float]:  # noqa: ARG002
-        """Return modes and the responses to forces on the sections, (n, k), and `Modes.left`. Collective."""
+    def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[list[Array], float]:  # noqa: ARG002
+        """Return modes and the responses to forces on the sections, each (n, k), and `Modes.left`. Collective."""
         responses = modes.factor.solve_columns(self.rings.interface, csr_matrix(self.rings.fits.T))
-        return np.concatenate([modes.shapes, responses], axis=1), modes.left
+        return [modes.shapes, responses], modes.left
 
     def neglected(self, operators: PetscOperators, modes: Modes, basis: Basis, shift: float) -> Neglected:
         """Return the neglected flexibility, for random pressures and for half of the circumference. Collective."""
@@ -339,18 +339,18 @@ class DeformableSections:
         """The pressures whose shapes are kept, where they are, and which points can touch."""
         return (self._pressures, self.body.contact.positions, self._touching)
 
-    def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[Array, float]:
-        """Return modes and contact shapes, (n, k), and the largest `Modes.left`. Collective."""
+    def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[list[Array], float]:
+        """Return modes and contact shapes, each (n, k), and the largest `Modes.left`. Collective."""
         contact, shapes = self.body.contact, self._pressures
         if self.settings.interface == "fixed":
             vectors, left = fixed_interface_vectors(operators, contact, modes, shapes, self.settings, shift)
-            return vectors, max(modes.left, left)
+            return [vectors], max(modes.left, left)
         interface = contact.interface
         if shapes is None:
             columns = csr_matrix(identity(interface.size))
         else:
             columns = csr_matrix(contact.resultants @ (contact.weights[:, None] * shapes))
-        return np.concatenate([modes.shapes, modes.factor.solve_columns(interface, columns)], axis=1), modes.left
+        return [modes.shapes, modes.factor.solve_columns(interface, columns)], modes.left
 
     def neglected(self, operators: PetscOperators, modes: Modes, basis: Basis, shift: float) -> Neglected:
         """Return the neglected flexibility, for random pressures at the points, and of half the length of a shape."""
@@ -420,9 +420,9 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
         factor = operators.shifted_factor(shift)
         modes = lowest_modes(*operators.products(), factor, shift, count, settings.frequency, operators.has_massless)
         modes = with_rigid_motions(modes, operators)
-        loads = np.stack([modes.factor.solve(row) for row in acting], axis=1) if acting else None
+        loads = [modes.factor.solve(row)[:, None] for row in acting]
         vectors, left = contact.vectors(operators, modes, shift)
-        floating = modal_basis(operators, np.concatenate([vectors, *([] if loads is None else [loads])], axis=1), shift)
+        floating = modal_basis(operators, np.concatenate([*vectors, *loads], axis=1), shift)
         highest = float(modes.frequencies.max(initial=0.0))
         return FoundBasis(
             floating, len(modes.squares), highest, left, contact.neglected(operators, modes, floating, shift)

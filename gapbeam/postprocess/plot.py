@@ -72,6 +72,7 @@ from gapbeam.postprocess.signals.shock_spectrum import (
     shock_rows,
     shock_spectrum,
 )
+from gapbeam.postprocess.signals.signal import turning_in
 from gapbeam.postprocess.signals.spectra import Sampling, Window
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.schema.record_table import CURVE_FILE, HISTORY
@@ -233,16 +234,16 @@ def plot(
     target = Path(output) if output is not None else run.folder / FOLDER
     span = None if whole else (float(history["time"][0]), float(history["time"][-1]))
     figures = _figures(run, history, analysis, harmonics, zoom)
-    first, last = float(history["time"][0]), float(history["time"][-1])
+    first, last, turning = float(history["time"][0]), float(history["time"][-1]), turning_in(history)
     impacts = {} if is_periodic(run) or not last > first else in_span(impacts_of(run.folder), first, last)
     if impacts:
-        figures["impacts"] = partial(draw_impacts, impacts)
+        figures["impacts"] = partial(draw_impacts, impacts, turning)
     figures |= {f"psd_{found.record}": partial(draw_power_density, found) for found in densities}
     figures |= {f"shock_{found.record}": partial(draw_shock_spectrum, found) for found in shocks}
     figures |= {f"cycles_{found.record}": partial(draw_cycles, found) for found in cycles}
     tables = _Tables(
         [
-            *([impact_rows(impacts, last - first)] if impacts else []),
+            *([impact_rows(impacts, last - first, turning)] if impacts else []),
             *map(density_rows, densities),
             *map(shock_rows, shocks),
             *map(cycle_rows, cycles),

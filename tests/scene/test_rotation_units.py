@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import gapbeam as gb
+from gapbeam.postprocess.figures.curve_figures import draw_impacts
 from gapbeam.postprocess.figures.motion_figures import draw_contact
-from gapbeam.postprocess.report.sections.statistics_section import peak_rows
+from gapbeam.postprocess.report.sections.statistics_section import impacts_section, peak_rows
+from gapbeam.postprocess.results.columns_of_run import impacts_of
+from gapbeam.postprocess.signals.cycle_counts import impact_data, impact_rows
 
 STEEL = {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}
 
@@ -96,3 +100,59 @@ def test_columns_and_pictures_have_the_units_of_their_places(
     assert ("penetration (µrad or µm)" in labels) is ("play" in turning)
     peaks = {words.removeprefix("largest displacement of "): unit for words, _, unit in peak_rows(outcome.history)}
     assert {place: peaks[place] for place in ("tip", "yaw")} == {"tip": "mm", "yaw": "rad"}
+
+
+@pytest.mark.parametrize("places", [("play",), ("stop",), ("play", "stop")])
+def test_impacts_have_the_units_of_their_faces(
+    places: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The speed of the fastest impact, read back with its unit, is the closing speed in the history."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "none")
+    tables = hinged(about=[0.0, 1.0, 0.0])
+    stop = {"name": "stop", "between": ["bar.tip"], "region": {"type": "half-plane", "clearance": 0.5e-3}}
+    pairs = [one for one in [*tables["pair"], stop] if one["name"] in places]
+    case = tables | {"pair": pairs, "figure": []}
+    outcome = gb.run(case, output=tmp_path / "run")
+    described = str(gb.check(case))
+    impacts, turning = impacts_of(tmp_path / "run"), {"play"}
+    history = outcome.history
+    section = impacts_section(impacts, 0.5, turning=turning)
+    assert section is not None
+    cells = {row[:2]: row[-1] for row in section.blocks[1].rows}
+    drawn = [panel.get_xlabel() for panel in draw_impacts(impacts, turning).axes]
+    words, data = "\n".join(impact_rows(impacts, 0.5, turning)), impact_data(impacts, 0.5)
+    speeds, pulses = [], []
+    for face in places:
+        deep = history.penetration.sel(face=face).values
+        rates = [(b - a) / 5e-4 for a, b in pairwise(deep) if a <= 0.0 < b]
+        unit, factor, pulse = ("rad/s", 1.0, "N m s") if face == "play" else ("mm/s", 1e3, "mN s")
+        assert cells[face, f"approach speed ({unit})"] == pytest.approx(factor * max(rates), rel=0.1)
+        assert (face, f"impulse ({pulse})") in cells
+        assert f"{face}: 0 {pulse.removesuffix(' s').removeprefix('m')} (open)" in described
+        assert data[face]["approach_speed"]["largest"] == pytest.approx(max(rates), rel=0.1)
+        assert f"approach speed, {unit}" in words
+        speeds.append(unit)
+        pulses.append(pulse)
+    assert drawn[:2] == [f"approach speed ({' or '.join(speeds)})", f"impulse ({' or '.join(pulses)})"]
+    columns = gb.export(outcome, tmp_path / "impacts.csv", table="impacts").read_text().splitlines()[0]
+    assert f"approach_speed ({' or '.join(unit.replace('mm', 'm') for unit in speeds)})" in columns
+    assert f"impulse ({' or '.join(unit.replace('mN', 'N') for unit in pulses)})" in columns
+
+
+def test_statistics_have_the_units_of_their_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also beside points that move: the tip is 1 m from the hinge, so that both have the same rms."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "none")
+    tables = hinged(about=[0.0, 1.0, 0.0])
+    noise = {"type": "random", "name": "noise", "quantity": "force", "point": "bar.tip", "seed": 1,
+             "spectrum": {"type": "white", "density": 0.02, "low": 0.5, "high": 10.0}}  # fmt: skip
+    own = [{"name": "own", "quantity": "displacement", "place": "hinge", "statistic": "rms"}]
+    outcome = gb.run(
+        tables | {"load": [noise], "figure": own, "time": {"step": 1e-3, "end": 40.0}}, output=tmp_path / "run"
+    )
+    found = {one["name"]: one for one in outcome.summary["statistics"]["figures"]}
+    of_play = {"mean_force": "N m", "rms_force": "N m", "impact_impulse": "N m s", "approach_speed": "rad/s"}
+    assert {name: found[f"face.play.{name}"]["unit"] for name in of_play} == of_play
+    assert [found[f"probe.{name}.rms"]["unit"] for name in ("hinge", "yaw", "tip")] == ["rad", "rad", "m"]
+    assert found["probe.hinge.acceleration_rms"]["unit"] == "rad/s^2"
+    assert found["own"]["unit"] == "rad"
+    assert found["probe.hinge.rms"]["value"] == pytest.approx(found["probe.tip.rms"]["value"], rel=0.02)

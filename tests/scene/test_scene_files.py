@@ -299,6 +299,8 @@ SLIPS: dict[str, tuple[Callable[[Tables, Path], None], str, str]] = {
     "a wide circle": (put("structure", 0, "model", value={**beam(0.5), "width": 0.1, "section": {"type": "round"}}),
                       "tube.*section", "both the outer diameter"),
     "a seat in flight": (put("structure", 0, "velocity", value=1.0), "tube.*velocity", "at rest"),
+    "a seat in flight in space": (lambda given, _: given["structure"][0].update(velocity=[0.0, 0.0, 1.0], place={}),
+                                  "tube.*velocity", "at rest"),
 }  # fmt: skip
 
 

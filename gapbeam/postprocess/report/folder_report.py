@@ -57,7 +57,7 @@ from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results.run_watch import SpanOfRun
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.postprocess.signals.signal import SignalError
+from gapbeam.postprocess.signals.signal import SignalError, turning_in
 from gapbeam.solver.schema.record_table import CURVE_FILE, HISTORY_FILE, SUMMARY_FILE
 
 
@@ -208,7 +208,7 @@ def span_report(
     if rows := peak_rows(run.history):
         opening.append(TableBlock(f"Results {span}", FIGURE_HEADS, rows))
     chance = statistics_section({"statistics": statistics}) if statistics else None
-    impacts = impacts_section(run.impacts, last - first, span)
+    impacts = impacts_section(run.impacts, last - first, span, turning_in(run.history))
     worn = None if wear is None else wear_section({"wear": wear}, {}, command, since=f"t = {first:.6g} s")
     records = sections_of_records(run, command)
     rest = [chance, worn, *records, impacts, *_energy(run, command), case_section(run)]

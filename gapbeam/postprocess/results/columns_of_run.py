@@ -6,6 +6,7 @@ along the beam, or in one direction.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -219,8 +220,9 @@ def columns_of_table(folder: Path, name: str) -> list[Column]:
         raise OptionError(f"{folder} has no {table.file} with rows; it takes {table.asked}")
     faces = np.repeat(list(rows), [len(one) for one in rows.values()])
     numbers = np.concatenate(list(rows.values()))
+    head = dict(re.findall(r"(\w+) \(([^)]+)\)", (folder / table.file).read_text("utf-8").partition("\n")[0]))
     behind = [
-        Column((title,), unit or "1", values)
+        Column((title,), head.get(title, unit) or "1", values)
         for (title, unit), values in zip(table.columns.items(), numbers.T, strict=True)
     ]
     return [Column(("face",), "1", faces), *behind]

@@ -12,7 +12,7 @@ Source: ASTM E1049-85, section 5.4.4, as the library rainflow counts; Miner, J. 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -140,6 +140,8 @@ def cycle_data(found: CycleCounts) -> dict[str, object]:
 
 QUANTITIES = {"approach speed": ("mm/s", 1.0e3), "impulse": ("mN s", 1.0e3), "duration": ("ms", 1.0e3)}
 """Unit shown and factor to it, in the order of the columns behind the time."""
+TURNING_QUANTITIES = QUANTITIES | {"approach speed": ("rad/s", 1.0), "impulse": ("N m s", 1.0)}
+"""Likewise, of faces between rotations."""
 PERCENTILES = (5.0, 50.0, 95.0)
 HEADS = ("face", "", "mean", "5 %", "median", "95 %", "largest")
 
@@ -155,24 +157,31 @@ def rates(impacts: Mapping[str, np.ndarray], seconds: float) -> dict[str, float]
     return {face: float(rows[:, 4].sum()) / seconds for face, rows in impacts.items()}
 
 
-def distributions(rows: np.ndarray) -> dict[str, tuple[float, ...]]:
-    """Return mean, percentiles and largest value of speed, impulse and duration, in the units shown."""
+def distributions(rows: np.ndarray, turns: bool = False) -> dict[str, tuple[str, float, tuple[float, ...]]]:
+    """Return unit shown, factor to it, and mean, percentiles and largest value of speed, impulse and duration.
+
+    Args:
+        rows: Impacts of a face, (k, 5).
+        turns: Whether the face is between rotations: speeds are rad/s, impulses of moments.
+    """
     found = {}
-    for column, (name, (_, factor)) in enumerate(QUANTITIES.items(), start=1):
+    shown = TURNING_QUANTITIES if turns else QUANTITIES
+    for column, (name, (unit, factor)) in enumerate(shown.items(), start=1):
         values = factor * rows[:, column]
-        found[name] = (float(values.mean()), *map(float, np.percentile(values, PERCENTILES)), float(values.max()))
+        spread = (float(values.mean()), *map(float, np.percentile(values, PERCENTILES)), float(values.max()))
+        found[name] = (unit, factor, spread)
     return found
 
 
-def impact_rows(impacts: Mapping[str, np.ndarray], seconds: float) -> list[str]:
-    """Return lines of text: the rate and the distributions of every face."""
+def impact_rows(impacts: Mapping[str, np.ndarray], seconds: float, turning: Collection[str] = ()) -> list[str]:
+    """Return lines of text: the rate and the distributions of every face; `turning`: faces between rotations."""
     rows = [f"Impacts in {seconds:.4g} s", f"  {'':32}" + "".join(f"{head:>12}" for head in HEADS[2:])]
     for face, rate in rates(impacts, seconds).items():
         every = int(impacts[face][0, 4])
         rest = f", distributions from one in {every}" if every > 1 else ""
         rows.append(f"  {face}: {rate:.4g} in a second{rest}")
-        for name, values in distributions(impacts[face]).items():
-            label = f"{name}, {QUANTITIES[name][0]}"
+        for name, (unit, _, values) in distributions(impacts[face], face in turning).items():
+            label = f"{name}, {unit}"
             rows.append(f"    {label:30}" + "".join(f"{value:12.4g}" for value in values))
     return rows
 
@@ -182,8 +191,8 @@ def impact_data(impacts: Mapping[str, np.ndarray], seconds: float) -> dict[str, 
     return {
         face: {"rate": rate}
         | {
-            name.replace(" ", "_"): dict(zip(HEADS[2:], (value / QUANTITIES[name][1] for value in values), strict=True))
-            for name, values in distributions(impacts[face]).items()
+            name.replace(" ", "_"): dict(zip(HEADS[2:], (value / factor for value in values), strict=True))
+            for name, (_, factor, values) in distributions(impacts[face]).items()
         }
         for face, rate in rates(impacts, seconds).items()
     }

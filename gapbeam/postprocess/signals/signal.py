@@ -119,8 +119,12 @@ def unit_at(history: xr.Dataset, record: str, labels: Iterable[str]) -> str:
         labels: Names along its dimensions.
     """
     unit = str(history[record].attrs.get("units", "1"))
-    turns = TURNING in history.coords and not set(labels).isdisjoint(history[TURNING].values.tolist())
-    return unit_where(unit, turns)
+    return unit_where(unit, not turning_in(history).isdisjoint(labels))
+
+
+def turning_in(history: xr.Dataset) -> set[str]:
+    """Return the names of probes that are rotations, and of faces between them."""
+    return set(history[TURNING].values.tolist()) if TURNING in history.coords else set()
 
 
 def units_of(signals: Iterable[Signal], prefix: str = "") -> str:

@@ -47,7 +47,7 @@ from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.recorded_places import struck_places
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
-from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE, unit_where
+from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE, TURNING, unit_where
 from gapbeam.solver.schema.table import faults_in
 
 LOG = logging.getLogger("gapbeam")
@@ -373,7 +373,8 @@ class SceneMarch:
         finally:
             self.seconds += time.perf_counter() - clock
             with suppress(NotWritten):
-                write_impacts(folder, self.records.labels["face"], self.accounts.impacts)
+                labels = self.records.labels
+                write_impacts(folder, labels["face"], self.accounts.impacts, labels[TURNING])
                 shown = float(self.accounts.shown[0]), self.accounts.shape
                 write_shapes(folder, self.asked.scene, {"start": self.begun, "largest": shown})
 

@@ -153,10 +153,10 @@ def _bodies(tables: Mapping[str, Any], bodies: Mapping[int, BodyTable]) -> Itera
             yield Fault((*where, "velocity"), f"{one.velocity} m/s of a structure that moves a fluid",
                         "no velocity at the start, or no added_mass")  # fmt: skip
         if one.velocity and isinstance(model, ModesOfFile):
-            yield Fault((*where, "velocity"), f"{one.velocity:g} m/s of a file of modes",
+            yield Fault((*where, "velocity"), f"{one.velocity} m/s of a file of modes",
                         "no velocity: modes do not say how the whole structure moves")  # fmt: skip
         if one.velocity and getattr(tables.get("start"), "state", "rest") == "seat":
-            yield Fault((*where, "velocity"), f"{one.velocity:g} m/s of a structure that is seated",
+            yield Fault((*where, "velocity"), f"{one.velocity} m/s of a structure that is seated",
                         'a structure at rest, or [start] state = "rest"', related=(("start", "state"),))  # fmt: skip
 
 

@@ -24,12 +24,14 @@ from gapbeam.solver.scene.flow_margin import (
     leading,
 )
 from gapbeam.solver.scene.lagged_force import CoefficientFit
+from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene_file.feedback_tables import ConnorsCheck, Controller
 from gapbeam.solver.scene_file.scene_reader import ReadScene
+from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.dense_operators import SparseOperators
 
 
@@ -257,6 +259,11 @@ def _rest(scene: Scene) -> tuple[bool, tuple[Row, ...]]:
 
 
 def _forces(scene: Scene, forces: np.ndarray) -> Iterator[Row]:
+    turning = turning_places(scene)
     for one, at in zip(scene.contacts, scene.first, strict=False):
         force = forces[at : at + one.motions]
-        yield one.name, f"{np.linalg.norm(force):.6g} N", "closed" if np.any(force) else "open"
+        yield (
+            one.name,
+            f"{np.linalg.norm(force):.6g} {unit_where('N', one.name in turning)}",
+            "closed" if np.any(force) else "open",
+        )

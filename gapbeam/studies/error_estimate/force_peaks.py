@@ -17,7 +17,7 @@ Key figures are taken over the spans of a run, in windows of equal length; their
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import floor
 
@@ -38,6 +38,7 @@ from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 
@@ -355,14 +356,16 @@ SMALLER_STEP = ", or a smaller time.step"
 
 
 def doubtful_peaks(
-    found: Mapping[str, Mapping[str, Mapping[str, float]]], interval: float, instead: str = SMALLER_STEP
-) -> Iterator[str]:
+    found: Mapping[str, Mapping[str, Mapping[str, float]]], interval: float, instead: str = SMALLER_STEP,
+    turning: Collection[str] = (),
+) -> Iterator[str]:  # fmt: skip
     """Yield a sentence where the largest forces belong to contacts that records do not resolve; of faces the worst.
 
     Args:
         found: As `force_peaks` returns them.
         interval: Interval between records, s.
         instead: Another remedy, after the use of mean forces.
+        turning: Faces between rotations, whose forces are moments.
     """
     worst: dict[str, Mapping[str, float]] = {}
     for faces in found.values():
@@ -374,12 +377,12 @@ def doubtful_peaks(
         return
     face, peaks = max(worst.items(), key=lambda one: one[1][LARGEST_FORCE] / one[1][MEAN_FORCE])
     largest, mean, count = peaks[LARGEST_FORCE], peaks[MEAN_FORCE], round(peaks[DURATION] / interval)
+    unit = unit_where("N", face in turning)
     others = f" (and so on {', '.join(one for one in worst if one != face)})" if len(worst) > 1 else ""
     yield (
-        f"the {LARGEST_FORCE} on {face}{others}, {largest:.4g} N, is {largest / mean:.2g} times the {MEAN_FORCE}, "
-        f"{mean:.4g} N: a contact of {counted(count, 'record')} is not resolved, and its {LARGEST_FORCE} depends on "
-        "the step; "
-        f"use the {MEAN_FORCE}{instead}"
+        f"the {LARGEST_FORCE} on {face}{others}, {largest:.4g} {unit}, is {largest / mean:.2g} times the {MEAN_FORCE}, "
+        f"{mean:.4g} {unit}: a contact of {counted(count, 'record')} is not resolved, and its {LARGEST_FORCE} "
+        f"depends on the step; use the {MEAN_FORCE}{instead}"
     )
 
 

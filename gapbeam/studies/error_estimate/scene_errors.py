@@ -168,7 +168,7 @@ def _errors(
     for own in figure_spans(run, run.end, horizon, settled):
         lost = lost_by_own(run, own, asked.step)
         figures += figure_errors(run, motions, None, own, False, averages, lost=lost, factors=FIRST_ORDER)
-    warnings = list(doubtful_peaks(peaks, run.interval))
+    warnings = list(doubtful_peaks(peaks, run.interval, turning=run.turning))
     if horizon is not None:
         beyond = words_beyond(figures, statistics is not None, frequency, 0.0, horizon)
         warnings.append(

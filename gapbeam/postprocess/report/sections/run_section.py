@@ -61,7 +61,7 @@ from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.run_comparison import ComparisonError, RunComparison, compare, is_raw
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.postprocess.signals.probe_analysis import Analysis, Options, analyze
-from gapbeam.postprocess.signals.signal import SignalError
+from gapbeam.postprocess.signals.signal import SignalError, turning_in
 from gapbeam.solver.schema.record_table import CASE_FILE, CURVE_FILE, HISTORY_FILE
 
 PARTS = {"real": "real part", "imaginary": "imaginary part"}
@@ -272,7 +272,10 @@ def _of_history(results: Results, command: str) -> list[ReportSection]:
     found += _made("Contact points", "contact-points", lambda: [points_section(points_of(results.folder), command)])
     if not periodic:
         span = float(history["time"][-1] - history["time"][0])
-        found += _made("Impacts", "impacts", lambda: [impacts_section(impacts_of(results.folder), span)])
+        turning = turning_in(history)
+        found += _made(
+            "Impacts", "impacts", lambda: [impacts_section(impacts_of(results.folder), span, turning=turning)]
+        )
     return found + _made("Energy", "energy", lambda: [energy_section(history, results.summary, command)])
 
 

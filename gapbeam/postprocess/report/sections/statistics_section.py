@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableB
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
 from gapbeam.postprocess.report.sections.support_section import chart_along
 from gapbeam.postprocess.results.columns_of_run import PointMap
-from gapbeam.postprocess.signals.cycle_counts import HEADS, QUANTITIES, distributions, rates
+from gapbeam.postprocess.signals.cycle_counts import HEADS, distributions, rates
 from gapbeam.postprocess.signals.signal import SignalError, unit_at
 from gapbeam.solver.schema.record_table import HISTORY
 
@@ -268,7 +268,7 @@ def _charts(name: str, unit: str, faces: Mapping[str, tuple[PointMap, np.ndarray
 
 
 def impacts_section(
-    impacts: Mapping[str, np.ndarray], seconds: float, span: str = "over the whole run"
+    impacts: Mapping[str, np.ndarray], seconds: float, span: str = "over the whole run", turning: Collection[str] = ()
 ) -> ReportSection | None:
     """Return the impacts of a run, or of a part of it; None where there were none.
 
@@ -276,14 +276,15 @@ def impacts_section(
         impacts: Impacts by face, as `impacts_of` has them.
         seconds: Span of time, s.
         span: Name of this span, in words.
+        turning: Faces between rotations.
     """
     if not impacts or not seconds > 0.0:
         return None
     found = ", ".join(f"{face} {number(rate)}" for face, rate in rates(impacts, seconds).items())
     rows: list[tuple[Cell, ...]] = []
     for face, mine in impacts.items():
-        for name, values in distributions(mine).items():
-            rows.append((face, f"{name} ({QUANTITIES[name][0]})", *values))
+        for name, (unit, _, values) in distributions(mine, face in turning).items():
+            rows.append((face, f"{name} ({unit})", *values))
     notes = [
         f"{face}: one in {int(mine[0, 4])} impacts was kept for the distributions."
         for face, mine in impacts.items()

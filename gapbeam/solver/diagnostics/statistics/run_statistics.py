@@ -19,7 +19,7 @@ Sources: Law, Simulation Modeling and Analysis (2015), section 9.5, for independ
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, log
 from typing import Any
 
@@ -56,7 +56,7 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import (
     probe_series,
 )
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.schema.record_table import SLIP_MODES
+from gapbeam.solver.schema.record_table import SLIP_MODES, TURNING, unit_where
 
 Array = np.ndarray
 
@@ -207,16 +207,23 @@ class RunStatistics:
         found: list[AveragedSeries] = []
         for number, face in enumerate(self.faces):
             first = self._columns * number
-            found += face_series(face, means[:, first : first + self._columns])
+            found += self._at(face, face_series(face, means[:, first : first + self._columns]))
         first = self._columns * len(self.faces)
         for probe in self.probes:
             for direction in self.directions:
-                found += probe_series(probe, means[:, first : first + PER_PROBE], ends[:, first], direction)
+                mine = means[:, first : first + PER_PROBE]
+                found += self._at(probe, probe_series(probe, mine, ends[:, first], direction))
                 first += PER_PROBE
         for one in self.own:
-            found.append(own_series(one.name, one.unit, means[:, first : first + PER_OWN], one.statistic))
+            mine = means[:, first : first + PER_OWN]
+            found += self._at(one.place, [own_series(one.name, one.unit, mine, one.statistic)])
             first += PER_OWN
         return found
+
+    def _at(self, place: str | None, series: Sequence[AveragedSeries]) -> list[AveragedSeries]:
+        """Return the series of a place in its units: rad and N m where it rotates."""
+        turns = place in self.labels.get(TURNING, ())
+        return [replace(one, unit=unit_where(one.unit, turns)) for one in series]
 
     def _slowest_of(self, series: Sequence[AveragedSeries]) -> float:
         """Return the longest relaxation time, as measured or by the damping, in blocks; percentiles are left out."""

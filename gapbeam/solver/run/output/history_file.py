@@ -40,6 +40,7 @@ from gapbeam.solver.schema.record_table import (
     POINT_COLUMNS,
     POINTS_FILE,
     history_pieces,
+    unit_where,
 )
 from gapbeam.solver.system.operators import Array
 
@@ -339,16 +340,26 @@ def recorded_figures(
     return figure_values(figures, records, labels) if "time" in records and len(records["time"]) else {}
 
 
-IMPACT_HEAD = ",".join(["face", *(f"{name} ({unit})" if unit else name for name, unit in IMPACT_COLUMNS.items())])
-
-
-def write_impacts(folder: Path, faces: Sequence[str], impacts: Sequence[ImpactList]) -> None:
+def write_impacts(
+    folder: Path, faces: Sequence[str], impacts: Sequence[ImpactList], turning: Collection[str] = ()
+) -> None:
     """Write the impacts that were kept of each face, with how many each of them stands for.
+
+    Args:
+        folder: The results folder.
+        faces: Names of the faces.
+        impacts: Impacts of each.
+        turning: Places that rotate, whose speeds are rad/s and impulses of moments.
 
     Raises:
         NotWritten: The impacts could not be written.
     """
-    lines = [IMPACT_HEAD]
+    turns = dict.fromkeys(face in turning for face in faces)
+    units = {
+        name: " or ".join(dict.fromkeys(unit_where(unit, one) for one in turns))
+        for name, unit in IMPACT_COLUMNS.items()
+    }
+    lines = [",".join(["face", *(f"{name} ({unit})" if unit else name for name, unit in units.items())])]
     for face, kept in zip(faces, impacts, strict=True):
         lines += [f"{face},{','.join(map(repr, row))},{kept.every}" for row in kept.rows.tolist()]
     path = folder / IMPACTS_FILE

@@ -213,13 +213,42 @@ def test_a_tie_rod_of_a_frame_and_its_fluid() -> None:
     dry = gb.frame(ends, ROUND, STEEL, points, clamped=[0.0, 1.5])
     assert rod.inertia == pytest.approx(dry.inertia)
     assert dense(rod.M) @ rod["along"].rows[0] == pytest.approx(dense(dry.M) @ dry["along"].rows[0])
-    for slip, words in (({"tension": -900.0}, "buckles"), ({"clamped": []}, "moves as a whole")):
+    for slip, words in (({"tension": -900.0}, "buckles"), ({"clamped": []}, "tilts as a whole")):
         with pytest.raises(gb.UserError, match=words):
             gb.frame(ends, ROUND, STEEL, points, **(given | slip))
     with pytest.raises(gb.UserError, match="compression of 1e\\+06 N") as refused:
         gb.frame(ends, ROUND, STEEL, points, **given, branches=[gb.Member([[0, 0, 0], [0.2, 0, 0]], ROUND, STEEL,
                                                                           tension=-1e6)])  # fmt: skip
     assert getattr(refused.value, "argument", "") == "members.0.tension"
+
+
+@pytest.mark.parametrize("length", [2.0, 2e-3])
+@pytest.mark.parametrize("way", [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 2.0, -0.5]])
+def test_a_string_in_space_may_spin_about_its_axis(length: float, way: list[float]) -> None:
+    """Pinned ends, or ends that slide along the axis, too: (pi/L)^2 (EI (pi/L)^2 + N)/(rho A) in both planes.
+
+    Euler's load buckles it; an end that is free to swing is refused.
+    """
+    u = np.array(way) / np.linalg.norm(way)
+    across = np.linalg.svd(u[None])[2][1:]
+    d = 1e-3 * length
+    section, area, bends = gb.space_section("round", d), pi * d**2 / 4.0, E * pi * d**4 / 64.0
+    critical = bends * (pi / length) ** 2
+    slides = {"pinned": [], "held": [(at, way) for at in (0.0, length) for way in across]}
+    for supports, free in (({"pinned": [0.0, length]}, 1), (slides, 2)):
+        given: dict[str, Any] = {**supports, "elements": 20}
+        for share in (-0.999, -0.5, 100.0):
+            wire = gb.frame([[0, 0, 0], length * u], section, STEEL, {}, tension=share * critical, **given)
+            squares = (pi / length) ** 2 * (1.0 + share) * critical / (RHO * area)
+            assert wire.rigid is not None
+            assert wire.rigid.shape[1] == free
+            assert wire.modes[0][free : free + 2] == pytest.approx(
+                2 * [squares], rel=1e-5 * max(1.0, 1.0 / (1.0 + share))
+            )
+        with pytest.raises(gb.UserError, match="buckles"):
+            gb.frame([[0, 0, 0], length * u], section, STEEL, {}, tension=-1.001 * critical, **given)
+    with pytest.raises(gb.UserError, match="tilts as a whole"):
+        gb.frame([[0, 0, 0], length * u], section, STEEL, {}, tension=critical, pinned=[0.0])
 
 
 def test_a_grid_is_that_of_a_direct_stiffness_script() -> None:

@@ -19,7 +19,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
-from scipy.linalg import block_diag, null_space
+from scipy.linalg import block_diag, null_space, qr
 
 from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.messages.errors import UserError
@@ -172,7 +172,7 @@ def frame(
 
     Raises:
         UserError: A route is none, a place is off the route, a direction is none, a branch meets no other member, all
-            members at a joint are hinged, a preload is not of a straight member or of a frame that moves as a whole,
+            members at a joint are hinged, a preload is not of a straight member or supports let it tilt,
             or compression buckles it.
     """
     where = f"frame {name or '?'}"
@@ -227,7 +227,7 @@ def frame(
     moved = {key: rows @ along for key, rows in rows_of.items()}
     inertia = np.asarray(Z.T @ (M @ along))
     Kf, Mf = Z.T @ K @ Z, Z.T @ (M + fluid) @ Z
-    _check_preload(members, Kf, left.shape[1] == 0, where)
+    _check_preload(members, _without(Kf, Z.T @ (R @ left)), left, where)
     if Z.shape[1] <= LARGE:
         Kf, Mf = Kf.toarray(), Mf.toarray()
     still = np.asarray(Z.T @ (R @ left)) if left.shape[1] else None
@@ -350,21 +350,39 @@ def _assembled(
     return K, M, fluid
 
 
-def _check_preload(members: Sequence[Member], K: Any, is_held: bool, where: str) -> None:
-    """Refuse preloads of bent members, of frames that move as a whole, and those that buckle the frame."""
+def _check_preload(members: Sequence[Member], K: Any, left: Array, where: str) -> None:
+    """Refuse preloads of bent members, of those that supports let tilt, (6, free), and those that buckle the frame."""
     pressed, pressed_key = 0.0, ""
     for k, one in enumerate(members):
         key = "tension" if k == 0 else f"members.{k - 1}.tension"
         tension = float(finite(one.tension, f"{where}: tension"))
-        if tension and (len(one.route) > 2 or not is_held):
-            found = "a route with corners" if len(one.route) > 2 else "a frame that moves as a whole"
-            raise ArgumentError(
-                f"{where}: found a tension of {found}, expected a straight member of a frame that is held", key
+        if tension:
+            way = np.subtract(one.route[-1], one.route[0])
+            tilts = np.abs(np.cross(left[3:].T, way)) > ALONG * np.linalg.norm(way)
+            found = (
+                "a route with corners" if len(one.route) > 2 else "a frame that tilts as a whole" if tilts.any() else ""
             )
+            if found:
+                raise ArgumentError(
+                    f"{where}: found a tension of {found}, expected a straight member of a frame whose supports keep "
+                    "its direction",
+                    key,
+                )
         if tension < pressed:
             pressed, pressed_key = tension, key
     if pressed < 0.0:
         refuse_buckling(K, pressed, where, pressed_key)
+
+
+def _without(K: Any, still: Array) -> Any:
+    """Return a sparse stiffness without as many DOFs as there are motions that do not strain it, and move them.
+
+    It is as definite as the stiffness of all other motions.
+    """
+    if not still.shape[1]:
+        return K
+    kept = np.sort(qr(still.T, mode="r", pivoting=True)[1][still.shape[1] :])
+    return sp.csr_matrix(K)[kept][:, kept]
 
 
 def _element(

@@ -320,10 +320,11 @@ def _lost_of(name: str, faces: Iterable[str], lost: Mapping[str, float], span: S
     """Return the share of a figure that short contacts falsify: of faces, and of all statistics of a motion."""
     if isinstance(span, FigureSpan):
         assert span.figure is not None
-        return lost.get(span.figure.place or OF_MOTION, 0.0)
+        place, asked = span.figure.place or OF_MOTION, (span.figure.quantity, span.figure.statistic)
+        return lost.get(f"{place} {LARGEST_FORCE}" if asked == ("contact_force", "maximum") else place, 0.0)
     for face in faces:
         if name.startswith(f"{face} "):
-            return lost.get(face, 0.0)
+            return lost.get(name, lost.get(face, 0.0))
     return 0.0 if span.predictable else lost.get(OF_MOTION, 0.0)
 
 

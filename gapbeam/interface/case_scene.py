@@ -165,29 +165,30 @@ def _refusals(model: Model) -> Iterator[str]:
         yield "adaptive steps; set time.adaptive = false"
     if not isinstance(system.operators, DenseOperators):
         yield 'a full model has its mesh; choose [model] type = "reduced", "beam" or "rigid"'
-    elif system.contact_is_massless:
-        yield "contact points without mass move by the contact alone; leave out the redistribution of mass"
     if not contact.symmetric:
         yield 'Nitsche\'s method; choose [contact] formulation = "penalty"'
     if contact.rubbed is not None:
-        yield "friction along the beam: a contact of a scene has its slip in the section plane"
+        yield "friction along the beam: a contact of a scene has its slip in the section plane; leave friction out"
     laws = [law, *(one for _, one in law.groups)] if isinstance(law, MixedLaw) else [law]
     yield from dict.fromkeys(refusal for one in laws for refusal in _refusals_of_law(one))
 
 
+LINEAR = 'choose law = "kelvin-voigt" at its support or in [contact], with a damping or a restitution'
+
+
 def _refusals_of_law(law: ContactLaw) -> Iterator[str]:
     if law.bends or law.spring.law:
-        yield "a law that keeps a state or is piecewise; choose a spring with an exponent"
+        yield f"a law that keeps a state or is piecewise; {LINEAR}"
     if law.touch_product is not None:
-        yield "damping that follows from the speed at touch; choose contact.damping"
+        yield f"damping that follows from the speed at touch; {LINEAR}"
     elif law.damper.law not in (NO_DAMPER.law, "hunt-crossley"):
-        yield f'the damper of the law "{law.damper.law}"'
+        yield f'the damper of the law "{law.damper.law}"; {LINEAR}'
     elif law.damper.law == NO_DAMPER.law and law.spring.exponent != 1.0 and np.any(law.damper.coefficient):
-        yield "a constant damper beside a spring with an exponent"
+        yield f"a constant damper beside a spring with an exponent; {LINEAR}"
     if law.adhesive:
-        yield "a law that pulls; set contact.adhesive = false"
+        yield 'a law that pulls; set contact.tension = "clipped"'
     if law.augmented is not None:
-        yield "augmented multipliers; choose the penalty alone"
+        yield 'augmented multipliers; choose [contact] formulation = "penalty"'
 
 
 def _laws(law: ContactLaw, weights: Array) -> list[ForceLaw]:

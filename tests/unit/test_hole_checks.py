@@ -8,6 +8,7 @@ import pytest
 
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
+from gapbeam.solver.messages.errors import CaseError
 from tests.shared.case_texts import BEAM, assert_says, faults_of, written
 
 HEAD = (
@@ -144,6 +145,28 @@ def test_holes_that_do_not_fit_are_refused(name: str, tmp_path: Path) -> None:
     """With the key, what was found, what was expected and what to try."""
     whole, words = BAD[name]
     assert_says("\n".join(map(str, faults_of(written(tmp_path, whole)))), words)
+
+
+REGION, STIFFNESS = 'region = { type = "hole", contact = "circle" }', "support_stiffness = 1e6"
+NO_WAYS = ("a circle that deforms", "a circle of squares")  # the stiffness of the whole keeps sections; a wrong word
+WAYS = [REGION, f'region = "hole"\n{STIFFNESS}', f"{REGION}\n{STIFFNESS}"]
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", [name for name, (text, _) in BAD.items() if REGION in text and name not in NO_WAYS])
+def test_advice_to_take_points_leaves_no_circle(name: str, way: str, tmp_path: Path) -> None:
+    """Advice followed to the letter at all holes, however a circle was asked for, leaves no fault that names one."""
+    text = BAD[name][0].replace(REGION, way)
+    for fault in faults_of(written(tmp_path, text)):
+        hint = fault.hint or ""
+        if 'contact = "points"' in hint:
+            text = text.replace('contact = "circle"', 'contact = "points"')
+        if "stiffness, per area" in hint:
+            text = text.replace(STIFFNESS, "stiffness = 1e10")
+    try:
+        read_case(written(tmp_path, text))
+    except CaseError as refused:
+        assert "circle" not in str(refused)  # noqa: PT017
 
 
 def test_a_beam_rests_in_holes_alone(tmp_path: Path) -> None:

@@ -113,7 +113,8 @@ BAD = {
             "hub",
             "0.02 m, beside 0.01 m at the start",
             "in a hollow of 0.016 m, and touches no wall",
-            "more than 0.005 m",
+            "a solid segment between them",
+            "thicker than 0.005 m",
         ],
     ),
     "fields of stress of two materials": (
@@ -134,6 +135,31 @@ def test_a_contradiction_is_explained(name: str, tmp_path: Path) -> None:
     faults = faults_of(written(tmp_path, text))
     assert len(faults) == 1, faults
     assert_says(faults[0], words)
+
+
+@pytest.mark.parametrize(("hollow", "solid"), [("tube", "round"), ("box", "rectangle")])
+@pytest.mark.parametrize("inner", ["hub", "rest"])
+def test_what_is_advised_joins_a_part_within_a_hollow(hollow: str, solid: str, inner: str, tmp_path: Path) -> None:
+    """Solid caps of the thicker part; a wall a little thinner than advised is refused again."""
+    thin, thick = 0.01, 0.02
+
+    def text(wall: float, cap: str = "") -> str:
+        beam, hub = (thin, thick) if inner == "rest" else (thick, thin)
+        walls = f'section = {{ type = "{hollow}", wall = {wall} }}\n'
+        whole = HEAD.replace("thickness = 0.012\nwidth = 0.02\n", f"thickness = {beam}\nwidth = {beam}\n{walls}")
+        return (
+            whole + SUPPORTS + HUB.replace("0.02\n", f"{hub}\nwidth = {hub}\n{walls}") + cap + "[mesh]\ndimension = 3\n"
+        )
+
+    size = f'thickness = {thick}\nwidth = {thick}\nsection = "{solid}"\n'
+    caps = "".join(
+        f'[[segment]]\nname = "cap{i}"\nfrom = {a}\nto = {b}\n{size}'
+        for i, (a, b) in enumerate(((0.19, 0.2), (0.3, 0.31)))
+    )
+    (fault,) = faults_of(written(tmp_path, text(0.002)))
+    assert_says(fault, ["touches no wall", "a solid segment between them", "thicker than 0.005 m"])
+    assert read_case(written(tmp_path, text(0.002, caps))).segment
+    assert faults_of(written(tmp_path, text(0.00499)))
 
 
 def test_a_mesh_file_has_no_segments(tmp_path: Path) -> None:

@@ -107,6 +107,7 @@ def test_values_of_an_independent_march_are_found(found: gb.Library) -> None:
     error = np.abs(table[..., 0] / true - 1.0)
     assert np.median(error[:, 0]) < 0.01
     stated = [row[3] for row in found.rows()]
+    assert found.units == {"stop.clearance": "m", "stop.stiffness": "N/m", "stop.damping": "N s/m"}
     assert np.all(np.median(error, axis=0) < 2.0 * np.array(stated))
     inside = ((table[..., 1] <= true) & (true <= table[..., 2])).sum(axis=0)
     assert np.all(inside >= stats.binom(48, 0.95).ppf(1e-3))

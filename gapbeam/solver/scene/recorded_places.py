@@ -1,8 +1,24 @@
-"""Recorded places of a scene by kind: those that impulses strike, and those that turn."""
+"""Recorded places of a scene by kind, those that impulses strike and those that turn, and units of its values."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from fnmatch import fnmatchcase
+from math import log2
+
+from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.scene import Scene
+from gapbeam.solver.scene.scene_load import Load
+from gapbeam.solver.schema.record_table import unit_where
+
+OF_CONTACTS = {"clearance": "m", "center": "m", "offset": "m"}
+_SPRING = {"stiffness": "N/m", "damping": "N s/m"}
+OF_LAWS = {
+    "KelvinVoigt": _SPRING, "ElastoGap": _SPRING, "Cubic": {"stiffness": "N/m", "scale": "m"},
+    "HuntCrossley": {"stiffness": "N/m", "chi": "s/m"}, "Adhesive": {"stiffness": "N/m", "pull": "N", "reach": "m"},
+}  # fmt: skip
+OF_LOADS = {"frequency": "Hz", "phase": "degrees", "ramp": "s"}
+OF_FLOWS = {"velocity": "m/s", "density": "kg/m^3"}
 
 
 def struck_places(scene: Scene) -> tuple[str, ...]:
@@ -20,3 +36,30 @@ def turning_places(scene: Scene) -> tuple[str, ...]:
     probes = [one for one in scene.probe_names if one in points or one.rpartition(" ")[0] in points]
     pairs = zip(scene.contact_names, scene.contacts, strict=True)
     return (*probes, *(name for name, one in pairs if one.points[0].turns))
+
+
+def units_of_values(scene: Scene, paths: Iterable[str]) -> dict[str, str]:
+    """Return the SI units of values of a scene by path, as of `Scene.with_`; "": none, or none that is known."""
+    return {path: _unit_of_value(scene, path) for path in paths}
+
+
+def _unit_of_value(scene: Scene, path: str) -> str:
+    name, _, key = path.partition(".")
+    owners = [one for group in (scene.contacts, scene.loads, scene.feedbacks) for one in group]
+    found = {_unit_at(one, key) for one in owners if one.name and fnmatchcase(one.name, name)}
+    return found.pop() if len(found) == 1 else ""
+
+
+def _unit_at(owner: object, key: str) -> str:
+    if isinstance(owner, Load):
+        own = owner.unit.replace("s2", "s^2")
+        return own if key in ("value", "amplitude", "mean") else OF_LOADS.get(key, "")
+    if not isinstance(owner, Contact):
+        return OF_FLOWS.get(key, "")
+    kind, turns = owner.law.kind, owner.points[0].turns
+    unit = OF_CONTACTS.get(key.rstrip("0123456789")) or OF_LAWS.get(kind.name, {}).get(key, "")
+    if (kind.name, key) == ("HuntCrossley", "stiffness"):
+        double, single = (kind.potential.py_func(x, 1.0, 0.0) for x in (2.0, 1.0))
+        exponent = log2(double / single) - 1.0
+        return "N/m" if exponent == 1.0 else f"N/m^{exponent:.6g}"
+    return unit_where(unit, turns)

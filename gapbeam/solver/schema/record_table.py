@@ -77,7 +77,8 @@ class HistoryVariable:
 OF_MOTIONS = {"acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}
 """Units of motions; each is the derivative of the one behind it."""
 OF_ROTATIONS = {
-    "m": "rad", "m/s": "rad/s", "m/s^2": "rad/s^2", "N": "N m", "N s": "N m s", "N^2 s": "N^2 m^2 s"
+    "m": "rad", "m/s": "rad/s", "m/s^2": "rad/s^2", "N": "N m", "N s": "N m s", "N^2 s": "N^2 m^2 s",
+    "N/m": "N m/rad", "N s/m": "N m s/rad",
 }  # fmt: skip
 """Units of rotations and moments in records of displacements and forces."""
 

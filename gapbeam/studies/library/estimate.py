@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf, sqrt
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from rich.table import Table
 from scipy.stats import norm
 
+from gapbeam.postprocess.study_figures.study_axis import si_key
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, positive
 from gapbeam.solver.system.operators import Array
@@ -34,12 +35,14 @@ class EstimatedValues(PrintedResult):
             features are means.
         rarity: Share of members of the library that are as far off, at most 1.
         ends: Paths whose interval comes to an end of their range: the value may lie beyond it.
+        units: SI units by path, as far as they are known.
     """
 
     name: str
     values: dict[str, IntervalEstimate]
     rarity: float
     ends: tuple[str, ...]
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def is_outside(self) -> bool:
@@ -58,7 +61,10 @@ class EstimatedValues(PrintedResult):
                 f"{self.name}: outside of the library ({self.rarity:.2g} of its members are as far off): another "
                 "structure, load, unit or point, more noise, or values beyond the ranges; do not use the values"
             )
-        parts = [f"{path} {one.value:.4g} ({one.low:.4g} to {one.high:.4g})" for path, one in self.values.items()]
+        parts = [
+            f"{si_key(path, self.units)} {one.value:.4g} ({one.low:.4g} to {one.high:.4g})"
+            for path, one in self.values.items()
+        ]
         ends = f"; at an end of the range, may lie beyond: {', '.join(self.ends)}" if self.ends else ""
         return f"{self.name}: {', '.join(parts)}{ends}"
 
@@ -85,7 +91,7 @@ def estimate(found: Library, recording: Recording, period: float | None = None) 
         path: IntervalEstimate(float(middle), float(a), float(b), len(features))
         for path, (middle, a, b) in zip(found.paths, table.T, strict=True)
     }
-    return EstimatedValues(recording.name, values, float(rarity[0]), ends)
+    return EstimatedValues(recording.name, values, float(rarity[0]), ends, found.units)
 
 
 def features_of(found: Library, recording: Recording, period: float | None) -> Array:
@@ -153,8 +159,10 @@ class Series(PrintedResult):
         """Return the trends in one line."""
         outside = [one.name for one in self.estimates if one.is_outside]
         words = [f"{', '.join(outside)} outside of the library"] if outside else []
+        units = self.estimates[0].units
         for path, one in self.trends.items():
-            rate = f"{path} {one.rate.value:+.3g} ({one.rate.low:+.3g} to {one.rate.high:+.3g}) each unit of time"
+            rate = f"{si_key(path, units)} {one.rate.value:+.3g} ({one.rate.low:+.3g} to {one.rate.high:+.3g})"
+            rate += " each unit of time"
             words.append(rate if one.is_seen else f"{rate}: no change seen")
             if one.reached is not None:
                 words.append(
@@ -167,9 +175,9 @@ class Series(PrintedResult):
 
     def rows(self) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
         """Return heads and one row for each recording and value."""
-        heads = ("time", "recording", "value", "estimate", "from", "to", "windows", "rarity", "verdict")
+        heads = ("time", "recording", "value", "unit", "estimate", "from", "to", "windows", "rarity", "verdict")
         rows = [
-            (float(t), one.name, path, x.value, x.low, x.high, x.count, one.rarity,
+            (float(t), one.name, path, one.units.get(path, ""), x.value, x.low, x.high, x.count, one.rarity,
              "outside" if one.is_outside else "at an end" if path in one.ends else "inside")
             for t, one in zip(self.times, self.estimates, strict=True) for path, x in one.values.items()
         ]  # fmt: skip

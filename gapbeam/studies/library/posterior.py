@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -12,6 +12,7 @@ from rich.table import Table
 from scipy.spatial.distance import cdist
 from scipy.stats import chi2, qmc
 
+from gapbeam.postprocess.study_figures.study_axis import si_key
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import checked
@@ -131,11 +132,13 @@ class Posterior(PrintedResult):
         name: Name of the recording.
         samples: Samples by path, (samples,), one row of all paths for each sample.
         independent: Number of independent samples that they are worth.
+        units: SI units by path, as far as they are known.
     """
 
     name: str
     samples: dict[str, Array]
     independent: float
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def quantiles(self) -> dict[str, tuple[float, ...]]:
@@ -144,15 +147,17 @@ class Posterior(PrintedResult):
 
     def headline(self) -> str:
         """Return medians and 95 % intervals in one line."""
-        parts = [f"{path} {q[2]:.4g} ({q[0]:.4g} to {q[-1]:.4g})" for path, q in self.quantiles.items()]
+        parts = [
+            f"{si_key(path, self.units)} {q[2]:.4g} ({q[0]:.4g} to {q[-1]:.4g})" for path, q in self.quantiles.items()
+        ]
         count = len(next(iter(self.samples.values())))
         return f"{self.name}: {counted(count, 'sample')}, {self.independent:.0f} independent: {', '.join(parts)}"
 
     def tables(self) -> list[Table]:
         """Return the quantiles."""
-        table = Table("recording", "value", *(f"{100 * q:g} %" for q in QUANTILES))
+        table = Table("recording", "value", "unit", *(f"{100 * q:g} %" for q in QUANTILES))
         for path, row in self.quantiles.items():
-            table.add_row(self.name, path, *(f"{one:.4g}" for one in row))
+            table.add_row(self.name, path, self.units.get(path, ""), *(f"{one:.4g}" for one in row))
         return [table]
 
 
@@ -193,4 +198,4 @@ def posterior(
     paths = [path for path in found.paths if "." in path]
     drawn, independent = Likelihood(found.regression, len(paths)).sampled(u[0, : len(paths)], samples, seed)
     values = found.values_at(drawn)
-    return Posterior(recording.name, dict(zip(paths, values.T, strict=True)), independent)
+    return Posterior(recording.name, dict(zip(paths, values.T, strict=True)), independent, found.units)

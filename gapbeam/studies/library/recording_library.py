@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from gapbeam.solver.scene.argument_checks import checked, positive
 from gapbeam.solver.scene.ensemble_members import arrays_in, ensemble_key, response_figure_faults
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
+from gapbeam.solver.scene.recorded_places import units_of_values
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.touch_kernel import WIDTH
 from gapbeam.solver.system.operators import Array
@@ -56,6 +57,7 @@ class Library(PrintedResult):
         members: Members that have features; the others failed.
         failed: Members that failed.
         regression: Regression of the positions of values in their ranges, from 0 to 1.
+        units: SI units by path, as far as they are known.
     """
 
     paths: tuple[str, ...]
@@ -67,6 +69,7 @@ class Library(PrintedResult):
     members: int
     failed: int
     regression: Regression
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def values_at(self, u: Array) -> Array:
         """Return values at positions in their ranges, (..., paths), of all paths or the first."""
@@ -90,9 +93,9 @@ class Library(PrintedResult):
 
     def tables(self) -> list[Table]:
         """Return the tables of the errors of members held out."""
-        table = Table("value", "from", "to", "median relative error", "19 of 20 below")
+        table = Table("value", "unit", "from", "to", "median relative error", "19 of 20 below")
         for path, *numbers in self.rows():
-            table.add_row(path, *(f"{one:.4g}" for one in numbers))
+            table.add_row(path, self.units.get(path, ""), *(f"{one:.4g}" for one in numbers))
         return [table]
 
 
@@ -239,7 +242,8 @@ def library(
         parts += [np.column_stack(list(found.figures.values()))[whole], np.column_stack([u[which][whole], *places])]
         lost += int(np.sum(~whole))
     paths = (*own, *(one.name for one in wanted))
-    result = Library(paths, grid, point, quantity, T, kind, members - lost, lost, regression(*parts))
+    units = units_of_values(scene, own) | {one.name: one.unit for one in wanted if one.unit != "1"}
+    result = Library(paths, grid, point, quantity, T, kind, members - lost, lost, regression(*parts), units)
     if folder is not None:
         _write(result, folder)
     return result
@@ -314,6 +318,7 @@ def _write(found: Library, folder: Path) -> None:
         "paths": found.paths, "point": found.point, "quantity": found.quantity, "period": found.period,
         "periods": found.kind.periods, "harmonics": found.kind.harmonics, "noise": found.kind.noise,
         "members": found.members, "failed": found.failed, "headline": found.headline(), "rows": found.rows(),
+        "units": dict(found.units),
     }  # fmt: skip
     arrays: dict[str, Any] = {"grid": found.grid, **found.regression.flat()}
     path, part = folder / ARRAYS, folder / (ARRAYS + ".part")
@@ -342,7 +347,7 @@ def read_library(folder: str | Path) -> Library:
         kind = FeatureKind(note["periods"], note["harmonics"], note["noise"])
         return Library(
             tuple(note["paths"]), grid, note["point"], note["quantity"], note["period"], kind, note["members"],
-            note["failed"], Regression(**parts),
+            note["failed"], Regression(**parts), note.get("units", {}),
         )  # fmt: skip
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UserError(f"{path}: the library is damaged ({error}); march it again: gapbeam library") from error

@@ -20,7 +20,7 @@ from gapbeam.solver.case.reading.case_reader import read_tables
 from gapbeam.solver.messages.errors import CaseError, Fault, NotConverged, UserError
 from gapbeam.solver.scene.least_figure import Optimum, optimize
 from gapbeam.solver.scene.limit_cycle import periodic
-from gapbeam.solver.scene.recorded_places import turning_places
+from gapbeam.solver.scene.recorded_places import turning_places, units_of_values
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import history
 from gapbeam.solver.schema.record_table import unit_where
@@ -213,7 +213,8 @@ def _record(study: OptimumStudy, found: Optimum, scene: Scene) -> dict[str, Any]
     """Return the record of optimum.json."""
     at, begin, limits = found.tangents, found.orbits[0][1], study.limits
     unit = unit_of_figure(scene, study.least)
-    values = ", ".join(f"{path} = {value:.5g}" for path, value in found.values.items())
+    units = units_of_values(scene, found.values)
+    values = ", ".join(f"{path} = {value:.5g} {units[path]}".rstrip() for path, value in found.values.items())
     unstable = "" if found.is_stable else "; this response is unstable: a march leaves it"
     fall = f"from {begin[study.least]:.5g} {unit} to {at.values[study.least]:.5g} {unit}"
     head = f"{study.least} falls {fall} at {values}{unstable}"
@@ -221,8 +222,8 @@ def _record(study: OptimumStudy, found: Optimum, scene: Scene) -> dict[str, Any]
         "headline": head, "stable": found.is_stable, "responses": len(found.orbits), "least": study.least,
         "largest_multiplier": float(np.abs(at.multipliers).max()),
         "values": [
-            {"path": free.path, "lower": free.lower, "first": free.range[1], "found": found.values[free.path],
-             "upper": free.upper}
+            {"path": free.path, "unit": units[free.path], "lower": free.lower, "first": free.range[1],
+             "found": found.values[free.path], "upper": free.upper}
             for free in study.free
         ],
         "figures": [

@@ -9,6 +9,7 @@ from typing import Any
 
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict, picture_section
 from gapbeam.postprocess.report.study_json import read_records
+from gapbeam.postprocess.study_figures.study_axis import si_key
 from gapbeam.solver.messages.wording import counted
 
 ATLAS_FILE, ATLAS_PICTURE = "atlas.json", "atlas-responses.png"
@@ -149,18 +150,22 @@ def optimum_tables(record: Mapping[str, Any]) -> list[tuple[str, tuple[str, ...]
     """Return caption, heads and rows of the values, and of the figures with their derivatives."""
     values, figures = record["values"], record["figures"]
     names = ("lower", "first", "found", "upper")
-    rows: Rows = [(str(one["path"]), *(float(one[name]) for name in names)) for one in values]
+    rows: Rows = [(_with_unit(one, "path"), *(float(one[name]) for name in names)) for one in values]
     heads = ("figure", "first", "found", "limit", *(f"by {one['path']}" for one in values))
     found: Rows = []
     for one in figures:
         limit = None if one["limit"] is None else float(one["limit"])
         slopes = (float(one["slopes"][other["path"]]) for other in values)
-        name = f"{one['figure']} ({one['unit']})" if one.get("unit") else str(one["figure"])
-        found.append((name, float(one["first"]), float(one["found"]), limit, *slopes))
+        found.append((_with_unit(one, "figure"), float(one["first"]), float(one["found"]), limit, *slopes))
     return [
         ("Values of the search", ("value", *names), rows),
         ("Figures of the response at the first and at the found values, and their derivatives there", heads, found),
     ]
+
+
+def _with_unit(record: Mapping[str, Any], name: str) -> str:
+    """Return the name in a record with the unit beside it."""
+    return si_key(str(record[name]), {str(record[name]): str(record.get("unit", ""))})
 
 
 def optimum_sections(folder: Path, command: str) -> list[ReportSection]:

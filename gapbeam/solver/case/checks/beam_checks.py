@@ -99,8 +99,8 @@ def segments_join_their_neighbors(beam: Beam, segment: Segments) -> Iterator[Fau
                     f"{here.thickness:g} m, beside {there.thickness:g} m at the {end} of the segment {one.name}: a "
                     f"part of {inner.thickness:g} m lies within a hollow of {high:g} m, and touches no wall",
                     "parts of the beam that are joined",
-                    f"a thicker wall of the part of {outer.thickness:g} m, more than "
-                    f"{0.5 * (outer.thickness - inner.thickness):g} m",
+                    f"a solid segment between them, such as the cap of a tube, or a wall of the part of "
+                    f"{outer.thickness:g} m that is thicker than {0.5 * (outer.thickness - inner.thickness):g} m",
                     (("beam", "section"),),
                 )
                 break

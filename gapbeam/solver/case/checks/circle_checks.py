@@ -35,10 +35,9 @@ def _circles(support: AnySupports) -> Iterator[_Circle]:
     for key, one in keyed(support):
         if any(face.circle for face in one.faces):
             whole = one.support_stiffness is not None
-            chosen = "support_stiffness" if whole else "region"
-            yield _Circle(
-                key, (*key, chosen) if whole else (*key, chosen, "contact"), one, PER_AREA if whole else POINTS
-            )
+            chosen = (*key, "support_stiffness") if whole else (*key, "region", "contact")
+            both = f"{POINTS}, and {PER_AREA}" if one.met_region is one.region else PER_AREA
+            yield _Circle(key, chosen, one, both if whole else POINTS)
 
 
 def circles_are_round(support: AnySupports, model: ModelTable) -> Iterator[Fault]:

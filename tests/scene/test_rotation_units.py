@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -9,11 +10,14 @@ from typing import Any
 import pytest
 
 import gapbeam as gb
+from gapbeam.commands.study_choice import atlas
 from gapbeam.postprocess.figures.curve_figures import draw_impacts
 from gapbeam.postprocess.figures.motion_figures import draw_contact
 from gapbeam.postprocess.report.sections.statistics_section import impacts_section, peak_rows
 from gapbeam.postprocess.results.columns_of_run import impacts_of
 from gapbeam.postprocess.signals.cycle_counts import impact_data, impact_rows
+from gapbeam.studies.atlas import run_atlas
+from gapbeam.studies.uncertain.member_responses import figure_units
 
 STEEL = {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}
 
@@ -156,3 +160,36 @@ def test_statistics_have_the_units_of_their_places(tmp_path: Path, monkeypatch: 
     assert found["probe.hinge.acceleration_rms"]["unit"] == "rad/s^2"
     assert found["own"]["unit"] == "rad"
     assert found["probe.hinge.rms"]["value"] == pytest.approx(found["probe.tip.rms"]["value"], rel=0.02)
+
+
+@pytest.mark.parametrize("given", [{"about": [0.0, 1.0, 0.0]}, {"direction": [0.0, 0.0, 1.0]}])
+def test_studies_have_the_units_of_their_places(given: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sweeps with figures of one's own, atlases, and figures of uncertain values."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "none")
+    tables, path, drawn = hinged(**given), tmp_path / "bar.toml", list[Any]()
+    tables["structure"][0]["ratio"] = 0.05
+    tables["point"], tables["joint"] = tables["point"][:1], [{"type": "clamped", "structure": "bar", "at": 0.0}]
+    tables["point"][0]["at"] = 1.0
+    tables["load"][0] |= {"point": "bar.hinge", "amplitude": 1000.0, "frequency": 20.0}
+    path.write_text("\n".join(f"{name} = {inline(value)}" for name, value in tables.items()))
+    angle, moment = ("rad", "N m") if "about" in given else ("m", "N")
+    key = "pair.play.region.clearance"
+    gb.sweep(path, {key: [1e-3, 2e-3]}, output=tmp_path / "sweep", workers=1)
+    heads = (tmp_path / "sweep/sweep.csv").read_text().splitlines()[0].split(",")
+    assert {f"turn ({angle})", f"own ({moment})", f"hinge peak-to-peak displacement ({angle})"} <= set(heads)
+    monkeypatch.setattr(run_atlas, "write_figure", lambda picture, _: drawn.append(picture))
+    options: dict[str, Any] = {"settle": 20, "rounds": 1, "orders": 1, "reach": 2.0, "seed": 0}
+    atlas(path, [f"{key}=1e-3,2e-3"], None, 2, output=tmp_path / "atlas", **options)
+    heads = (tmp_path / "atlas/atlas.csv").read_text().splitlines()[0].split(",")
+    assert {f"force ({moment})", f"hinge: peak ({angle})"} <= set(heads)
+    assert drawn[0].axes[0].get_ylabel() == f"hinge, each period ({angle})"
+    units = figure_units(gb.scene(tables), [gb.figure("turn", "displacement", "hinge", statistic="maximum")])
+    wanted = {"turn": angle, "peak/hinge": angle, "rms/hinge": angle, "mean_force/play": moment, "closed/play": ""}
+    assert {name: units[name] for name in wanted} == wanted
+
+
+def inline(value: Any) -> str:
+    """Return a value as inline TOML."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{name} = {inline(one)}" for name, one in value.items()) + "}"
+    return f"[{', '.join(map(inline, value))}]" if isinstance(value, list) else json.dumps(value)

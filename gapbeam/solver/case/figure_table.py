@@ -27,7 +27,7 @@ from pydantic import Field, ValidationError
 
 from gapbeam.solver.messages.errors import Fault, Key, UserError
 from gapbeam.solver.messages.wording import apart, either, near
-from gapbeam.solver.schema.record_table import HISTORY
+from gapbeam.solver.schema.record_table import HISTORY, TURNING, unit_where
 from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Switch, Table, faults_in
 
 Array = np.ndarray
@@ -192,6 +192,10 @@ class Figure(Table):
             return "1"
         return "s" if self.statistic.startswith("time-of") else RECORDED[self.quantity].unit
 
+    def unit_in(self, labels: Mapping[str, Sequence[str]]) -> str:
+        """Return the SI unit among these names: rad and N m in place of m and N where its place rotates."""
+        return unit_where(self.unit, self.place in labels.get(TURNING, ()))
+
     @property
     def last(self) -> float | None:
         """Time after which records do not count, s; None: all do."""
@@ -244,7 +248,8 @@ class Figure(Table):
         """
         records = {str(name): values.values for name, values in history.data_vars.items()}
         labels = labels_of(history)
-        return self.value(np.asarray(history["time"].values, dtype=float), self.series(records, labels))
+        found = self.value(np.asarray(history["time"].values, dtype=float), self.series(records, labels))
+        return replace(found, unit=self.unit_in(labels))
 
     def value(self, times: Array, series: Array) -> FigureValue:
         """Return the figure of a quantity.
@@ -350,7 +355,7 @@ def figure_values(
             value = one.value(records["time"], one.series(records, labels))
         except UserError as error:
             value = FigureValue(one.name, one.unit, None, reason=str(error))
-        found[one.name] = value.as_data()
+        found[one.name] = replace(value, unit=one.unit_in(labels)).as_data()
     return found
 
 

@@ -47,7 +47,7 @@ from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.recorded_places import struck_places
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
-from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE, TURNING, unit_where
+from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE, TURNING
 from gapbeam.solver.schema.table import faults_in
 
 LOG = logging.getLogger("gapbeam")
@@ -224,9 +224,6 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
                 march.describe(summary)
                 if asked.figures:
                     summary["figures"] = recorded_figures(asked.figures, folder, march.records.labels)
-                    for one in asked.figures:
-                        turns = one.place in summary["scene"]["turning"]
-                        summary["figures"][one.name]["unit"] = unit_where(one.unit, turns)
                 summary["wall_time"]["total"] = time.perf_counter() - signals.started
                 _close(folder, summary)
     return Outcome(folder, summary["exit_status"], summary["message"], summary)

@@ -7,6 +7,7 @@ record means the same on both sides.
 from __future__ import annotations
 
 import re
+from collections.abc import Container, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -86,6 +87,11 @@ OF_ROTATIONS = {
 def unit_where(unit: str, turns: bool) -> str:
     """Return the SI unit of a record at a place: of one that rotates rad and N m in place of m and N."""
     return OF_ROTATIONS.get(unit, unit) if turns else unit
+
+
+def unit_of_places(unit: str, places: Iterable[object], turning: Container[object]) -> str:
+    """Return the SI unit of a record at several places: "N", "N m", or "N or N m" where both are among them."""
+    return " or ".join(dict.fromkeys(unit_where(unit, one in turning) for one in places)) or unit
 
 
 TURNING = "turning"

@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas
 from gapbeam.studies.atlas.response_search import CHAOTIC, NEVER
@@ -61,7 +62,7 @@ def draw_responses(found: Atlas, point: str) -> Figure:
         mine = found.which >= 0 if kind == 0 else (found.which == kind)
         where = np.broadcast_to(over[:, None, None], x.shape)[mine]
         strobes.plot(where.ravel(), x[mine].ravel(), ".", color=color, ms=2.5, mew=0.0, rasterized=True)
-    strobes.set_ylabel(f"{point}, each period (m)")
+    strobes.set_ylabel(f"{point}, each period ({unit_where('m', point in found.turning)})")
     shares = grid[1][0]
     orders = sorted({one.order for each in found.points for one in each.responses})
     base = np.zeros(len(over))
@@ -138,8 +139,8 @@ def draw_basins(found: Atlas, x: tuple[str, str], y: tuple[str, str], scene: Any
         if np.any(kind == number):
             axes.plot([], [], "s", color=palette[number], label=name)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
-    axes.set_xlabel(f"{x[0]}: {x[1]} at the start ({UNITS[x[1]]})")
-    axes.set_ylabel(f"{y[0]}: {y[1]} at the start ({UNITS[y[1]]})")
+    axes.set_xlabel(f"{x[0]}: {x[1]} at the start ({unit_where(UNITS[x[1]], x[0] in found.turning)})")
+    axes.set_ylabel(f"{y[0]}: {y[1]} at the start ({unit_where(UNITS[y[1]], y[0] in found.turning)})")
     return figure
 
 

@@ -9,7 +9,7 @@ from motions that nearly repeat; what is left may have two frequencies.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from math import pi
 from typing import Any
@@ -35,6 +35,7 @@ from gapbeam.solver.scene.linear_scheme import MIDPOINT
 from gapbeam.solver.scene.linear_scheme import rest as touched
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.schema.record_table import unit_of_places
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, share_of
 from gapbeam.studies.atlas.response_search import BATCHES, CHAOTIC, FAILED, NEVER, UNSETTLED, StrobeMap, growth
@@ -261,7 +262,7 @@ def cycle_atlas(
 
 
 @journal_style()
-def draw_cycles(points: Sequence[AtlasPoint], over: dict[str, Array]) -> Figure:
+def draw_cycles(points: Sequence[AtlasPoint], over: dict[str, Array], turning: Collection[str] = ()) -> Figure:
     """Draw the peak force of each cycle or motion of two frequencies, and shares of starts, over the first key."""
     path = next(iter(over), "")
     figure, grid = panels(2, height=2.0, sharex=True)
@@ -274,7 +275,8 @@ def draw_cycles(points: Sequence[AtlasPoint], over: dict[str, Array]) -> Figure:
         others = one.chaotic + one.unsettled + one.failed
         if others > 0.0:
             grid[1][0].plot(x, others, "o", color=BLACK, ms=4.0, mfc="none")
-    grid[0][0].set_ylabel("largest force (N)")
+    pressed = dict.fromkeys(name for one in points for r in one.responses for name in r.peak_force)
+    grid[0][0].set_ylabel(f"largest force ({unit_of_places('N', pressed, turning)})")
     grid[1][0].set_ylabel("share (gray: rest, square: two frequencies, open: others)")
     for row in grid:
         row[0].margins(0.05, 0.1)

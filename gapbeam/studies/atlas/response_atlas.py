@@ -20,6 +20,7 @@ from gapbeam.solver.scene.ensemble_members import response_figure_faults
 from gapbeam.solver.scene.limit_cycle import state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.printed_values import result_words
+from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, ResponseSearch, repeating
@@ -99,6 +100,7 @@ class Atlas:
         which: Response of each start, (points, starts): its number in `responses`; -1 chaotic, -2 unsettled, -3 failed.
         starts: The starts.
         strobes: Displacements by point at the last periods, (points, starts, periods), or (..., motions).
+        turning: Points that are rotations, rad, and contacts between them.
     """
 
     __repr__ = result_words
@@ -108,6 +110,7 @@ class Atlas:
     which: Any
     starts: SceneState
     strobes: dict[str, Array]
+    turning: tuple[str, ...] = ()
 
     @property
     def is_complete(self) -> bool:
@@ -178,7 +181,7 @@ def atlas(
         x = np.einsum("mn,knl->lkm", scene.rows_at(point), search.late[:, : scene.size])
         x = x.reshape(count, each, *x.shape[1:])
         strobes[name] = x[..., 0] if x.shape[-1] == 1 else x
-    return Atlas(axes, points, which, starts, strobes)
+    return Atlas(axes, points, which, starts, strobes, turning_places(scene))
 
 
 def _numbered(search: ResponseSearch, i: int) -> Any:

@@ -23,6 +23,7 @@ from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.scene.ensemble_members import response_figure_faults
 from gapbeam.solver.scene.lane_ensemble import ensemble
+from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import NoSeat, seat
 from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
@@ -212,18 +213,19 @@ def run_atlas(
             found.append(part)
             if progress is not None:
                 progress(number + 1, len(points))
+        assert scene is not None
         whole = Atlas(
             over, [part.points[0] for part in found], np.vstack([part.which for part in found]), found[0].starts,
             {name: np.concatenate([part.strobes[name] for part in found]) for name in found[0].strobes},
+            turning_places(scene),
         )  # fmt: skip
-        records = [finite(_record(one)) for one in whole.points]
+        records = [finite(_record(one) | {"turning": list(whole.turning)}) for one in whole.points]
         paths = [folder / ATLAS_FILE, folder / "atlas.csv", folder / ATLAS_PICTURE]
         with study_written(paths[0]):
             write_beside(paths[0], json.dumps(records, indent=1) + "\n")
         write_table(paths[1], *responses_of(records))
         with study_written(paths[2]):
-            assert scene is not None
-            picture = draw_cycles(whole.points, over) if cycles else _picture(whole, scene)
+            picture = draw_cycles(whole.points, over, whole.turning) if cycles else _picture(whole, scene)
             give_units(picture, over, units or {})
             write_figure(picture, paths[2])
         branches = _followed(whole, scene_at) if follow and not cycles else []

@@ -21,7 +21,9 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import finite
 from gapbeam.solver.scene.ensemble_members import EnsembleFolder, Members
 from gapbeam.solver.scene.linear_scheme import LinearScheme
+from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.schema.record_table import TURNING, unit_where
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, FoundOrbit, ResponseSearch, repeating
 
@@ -242,13 +244,17 @@ def figure_units(scene: Scene, figures: Iterable[Figure]) -> dict[str, str]:
         scene: Scene of all members.
         figures: Figures of one's own.
     """
-    found = {one.name: "" if one.unit == "1" else one.unit for one in figures}
+    turning = turning_places(scene)
+    found = {one.name: one.unit_in({TURNING: turning}).removeprefix("1") for one in figures}
     for kind in ("peak", "rms"):
         for point, one in scene.point_names.items():
             count = len(one.rows)
-            found |= {f"{kind}/{point}" + (f".{i + 1}" if count > 1 else ""): "m" for i in range(count)}
+            unit = unit_where("m", point in turning)
+            found |= {f"{kind}/{point}" + (f".{i + 1}" if count > 1 else ""): unit for i in range(count)}
     faces = faces_of(dict.fromkeys(one.name or i for i, one in enumerate(scene.contacts)))
-    return found | {f"{kind}/{face}": unit for kind, unit in OF_CONTACTS.items() for face in faces}
+    for kind, unit in OF_CONTACTS.items():
+        found |= {f"{kind}/{face}": unit_where(unit, face in turning) for face in faces}
+    return found
 
 
 BLOCK = 1024

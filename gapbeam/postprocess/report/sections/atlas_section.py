@@ -11,6 +11,7 @@ from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableB
 from gapbeam.postprocess.report.study_json import read_records
 from gapbeam.postprocess.study_figures.study_axis import si_key
 from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.schema.record_table import unit_of_places, unit_where
 
 ATLAS_FILE, ATLAS_PICTURE = "atlas.json", "atlas-responses.png"
 ATLAS_KEYS = ("values", "responses", "chaotic", "unsettled", "failed")
@@ -22,8 +23,11 @@ def responses_of(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple
     keys = tuple(records[0]["values"])
     probes = tuple(dict.fromkeys(name for one in records for r in one["responses"] for name in r["peak"]))
     own = tuple(dict.fromkeys(name for one in records for r in one["responses"] for name in r.get("figures", ())))
-    heads = (*keys, "response", "share", "from", "to", "largest multiplier", "impacts a period", "force (N)",
-             *(f"{name}: peak (m)" for name in probes), *own)  # fmt: skip
+    turning = records[0].get("turning", ())
+    pressed = dict.fromkeys(name for one in records for r in one["responses"] for name in r["peak_force"])
+    heads = (*keys, "response", "share", "from", "to", "largest multiplier", "impacts a period",
+             f"force ({unit_of_places('N', pressed, turning)})",
+             *(f"{name}: peak ({unit_where('m', name in turning)})" for name in probes), *own)  # fmt: skip
     rows: list[tuple[Cell, ...]] = []
     for one in records:
         values = tuple(float(one["values"][key]) for key in keys)

@@ -40,7 +40,7 @@ from gapbeam.solver.schema.record_table import (
     POINT_COLUMNS,
     POINTS_FILE,
     history_pieces,
-    unit_where,
+    unit_of_places,
 )
 from gapbeam.solver.system.operators import Array
 
@@ -354,11 +354,7 @@ def write_impacts(
     Raises:
         NotWritten: The impacts could not be written.
     """
-    turns = dict.fromkeys(face in turning for face in faces)
-    units = {
-        name: " or ".join(dict.fromkeys(unit_where(unit, one) for one in turns))
-        for name, unit in IMPACT_COLUMNS.items()
-    }
+    units = {name: unit_of_places(unit, faces, turning) for name, unit in IMPACT_COLUMNS.items()}
     lines = [",".join(["face", *(f"{name} ({unit})" if unit else name for name, unit in units.items())])]
     for face, kept in zip(faces, impacts, strict=True):
         lines += [f"{face},{','.join(map(repr, row))},{kept.every}" for row in kept.rows.tolist()]

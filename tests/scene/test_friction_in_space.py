@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import gapbeam as gb
+from gapbeam.solver.scene import structure
+from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.system.operators import Array
 
 MASS, MU, STIFF, GRAVITY = 2.0, 0.3, 1e6, 9.81
@@ -109,3 +112,76 @@ def test_a_mass_that_is_thrown_in_a_file(tmp_path: Path) -> None:
     assert friction[5:] == pytest.approx(MU * force[5:], rel=1e-9)
     lost = 0.5 * MASS * (1.0 - (1.0 - MU * GRAVITY * 0.2) ** 2)
     assert run.summary["wear"]["faces"]["table"]["work"] * MU == pytest.approx(lost, rel=1e-2)
+
+
+@pytest.mark.parametrize("stiff", [1e6, 1e8, 1e11])
+@pytest.mark.parametrize("count", [1, 5])
+@pytest.mark.parametrize("d", [2, 3])
+def test_masses_between_two_faces_stick_up_to_twice_mu_n(d: int, count: int, stiff: float) -> None:
+    """M x'' = T - 2 mu N sign x' for the rigid whole of pinched masses on a rod; a step takes a few passes.
+
+    Two contacts of a point share its motion, so that their friction is known to its sum alone.
+    """
+    turn, pressed, steps, h = TURN[:, :d] if d == 3 else np.eye(2), 1e-5, 400, 1e-4
+    bodies = [gb.mass(MASS, motions=d, name=f"m{i}") for i in range(count)]
+    held = 2 * MU * stiff * pressed
+    faces = [
+        gb.Contact(one["at"], gb.HalfPlane(-pressed, normal=side * turn[:d, -1]), gb.KelvinVoigt(stiffness=stiff),
+                   friction=MU, name=f"{one.name}{side}")
+        for one in bodies for side in (-1.0, 1.0)
+    ]  # fmt: skip
+    rods = [gb.Joint((one["at"], other["at"]), stiffness=stiff, name=f"rod {one.name}")
+            for one, other in pairwise(bodies)]  # fmt: skip
+    for pull in (0.9, 1.5):
+        pulls = [gb.Force(one["at"], pull * held, direction=turn[:d, 0]) for one in bodies]
+        marcher = Marcher(gb.Scene(*bodies, contacts=faces, joints=rods, loads=pulls), h)
+        marcher.advance(steps)
+        assert marcher.passes <= 8 * steps
+        ways = marcher.q.reshape(count, d) @ turn[:d, 0] / np.sqrt(MASS)
+        moved = max(pull - 1.0, 0.0) * held / MASS * (steps * h) ** 2 / 2
+        assert ways == pytest.approx(np.full(count, moved), rel=1e-9, abs=1e-12 * held / MASS * (steps * h) ** 2)
+
+
+def test_a_pin_that_starts_in_the_center_of_a_tight_bore_moves_as_without_friction() -> None:
+    """It has no direction to slip in: x = F / k (1 - cos w t) along the force."""
+    one, force = gb.mass(MASS, motions=2), np.array([3.0, -4.0])
+    for sliding in (0.0, 1e-3):
+        bore = gb.Contact(one["at"], gb.Disc(0.0), gb.KelvinVoigt(stiffness=1e4), friction=MU, sliding=sliding)
+        found = gb.history(gb.Scene(one, contacts=[bore], loads=[gb.Force(one["at"], 1.0, direction=force)]), 1e-4, 0.1)
+        wanted = np.outer(1.0 - np.cos(np.sqrt(1e4 / MASS) * found.t), force / 1e4)
+        assert np.abs(found.displacement["at"] - wanted).max() < 1e-5 * 1e-3
+
+
+@pytest.mark.parametrize("shape", ["table", "groove", "clamp"])
+@pytest.mark.parametrize(("large", "sliding"), [(False, 0.0), (False, 1e-6), (True, 0.0)])
+def test_a_seat_holds_by_friction_what_pulls_along_a_bar_up_to_its_limit(
+    shape: str, large: bool, sliding: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a bar on a table mu W, in a groove of 90 degrees mu W / cos 45, in a clamp 2 mu k x; it stays in a march."""
+    if large:
+        monkeypatch.setattr(structure, "LARGE", 3)
+    steel, mass, stiff, pressed = gb.material(2.1e11, 7850.0), 7850.0 * 1.0 * 1e-4, 1e7, 1e-5
+    places = {"a": (0.1, np.eye(3)), "b": (0.7, np.eye(3)), "end": (1.0, np.eye(3))}
+    bar = gb.frame([[0, 0, 0], [1, 0, 0]], gb.space_section("rectangle", 0.01), steel, places, elements=6, name="bar")
+    normals = {"table": [[0, 0, -1]], "groove": [[0, 1, -1], [0, -1, -1]], "clamp": [[0, 0, -1], [0, 0, 1]]}[shape]
+    limit = MU * {"table": mass * GRAVITY, "groove": mass * GRAVITY * np.sqrt(2.0), "clamp": 4 * stiff * pressed}[shape]
+    clear = -pressed if shape == "clamp" else 0.0
+    faces = [
+        gb.Contact(bar[at], gb.HalfPlane(clear, normal=n), gb.KelvinVoigt(stiffness=stiff), friction=MU,
+                   sliding=sliding, name=f"{at}{k}")
+        for at in ("a", "b") for k, n in enumerate(normals)
+    ]  # fmt: skip
+    down = gb.weight(bar, GRAVITY, direction=[0.0, 0.0, -1.0])
+    for pull in (0.3, 0.98, 1.02):
+        scene = gb.Scene(bar, contacts=faces, loads=[down, gb.Force(bar["end"], pull * limit, direction=[1.0, 0, 0])])
+        if pull > 1.0:
+            with pytest.raises(gb.NoSeat, match="of bar that contacts do not hold, nor does their friction") as refused:
+                gb.seat(scene)
+            assert refused.value.escape.power > 0.0
+            continue
+        rest = gb.seat(scene)
+        forces = rest.F.reshape(-1, 3)
+        assert forces.sum(axis=0) == pytest.approx([-pull * limit, 0.0, mass * GRAVITY], abs=1e-6 * limit)
+        found = gb.history(scene, 1e-4, 0.05, rest)
+        creep = sliding * 0.05 / np.sqrt(pull**-2 - 1.0) if sliding else 0.0
+        assert np.ptp(found.displacement["end"][:, 0]) == pytest.approx(creep, rel=0.3, abs=1e-6 * limit / stiff)

@@ -223,21 +223,31 @@ def test_a_structure_that_nothing_holds_has_no_seat_and_says_along_what_it_falls
     assert refused.value.escape.power > 0.0
 
 
-@pytest.mark.parametrize("tilt", [0.0, 1e-12, 1e-9, 1e-3])
-def test_a_block_on_a_plane_rests_unless_its_weight_pulls_it_along(tilt: float) -> None:
-    """Round-off of a direction moves it nowhere along the plane: by a spring of 0 it went 2e8 m. A tilt is refused."""
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("tilt", [0.0, 1e-12, 1e-9, 1e-3, 0.29, 0.3])
+def test_a_block_on_a_plane_rests_unless_its_weight_pulls_it_along(tilt: float, friction: float) -> None:
+    """Round-off of a direction moves it nowhere along the plane: by a spring of 0 it went 2e8 m.
+
+    A tilt is refused where its tangent is above the coefficient of friction, 0.3 at 0.2915 rad.
+    """
     block = gb.mass(2.0, motions=2, name="block")
     down = (np.sin(tilt), -np.cos(tilt))
-    plane = gb.Contact(block["at"], gb.HalfPlane(0.0, down), gb.KelvinVoigt(stiffness=1e6), friction=0.3, name="plane")
+    plane = gb.Contact(block["at"], gb.HalfPlane(0.0, down), gb.KelvinVoigt(stiffness=1e6),
+                       friction=friction, name="plane")  # fmt: skip
     scene = gb.Scene(block, contacts=[plane], loads=[gb.Force(block["at"], 20.0, (0.0, -1.0), name="weight")])
-    if tilt > 1e-6:
-        with pytest.raises(gb.NoSeat, match="motion of block that no contact opposes without friction") as refused:
+    if tilt > 1e-6 and np.tan(tilt) > friction:
+        with pytest.raises(gb.NoSeat, match=r"motion of block that (no contact opposes|contacts do not)") as refused:
             gb.seat(scene)
         along = refused.value.escape.motion[block]
         assert abs(along @ down) < 1e-9 * np.abs(along).max()
         return
-    place = (scene.rows_at(block["at"]) @ gb.seat(scene).q)[:, 0]
-    assert place == pytest.approx([0.0, -2e-5], abs=2e-5 * max(10.0 * tilt, 1e-8))
+    rest = gb.seat(scene)
+    depth = 2e-5 * np.cos(tilt) * np.array(down)
+    assert (scene.rows_at(block["at"]) @ rest.q)[:, 0] == pytest.approx(depth, abs=2e-5 * 1e-8)
+    if tilt > 1e-6:
+        assert rest.F[:, 0] == pytest.approx([0.0, 20.0], abs=1e-5)
+        *_, step = gb.march(scene, 1e-4, 0.1, rest, every=100)
+        assert step["at"].displacement == pytest.approx(depth, abs=2e-5 * 1e-6)
 
 
 @pytest.mark.parametrize("ratio", [1e-8, 1e-10, 1e-11])

@@ -20,7 +20,7 @@ from __future__ import annotations
 from gapbeam.solver.scene.lane_code import L, add, copy, eliminate, lanewise, spread
 from gapbeam.solver.scene.touch_kernel import CREEP, FORCE, LAST, MU, NEW, OLD, SLOPE, WIDTH, call, move
 
-PASSES, PLAIN, RAMP, EPS = 120, 8, 60, 2e-16
+PASSES, PLAIN, RAMP, EPS, SUMMED = 120, 8, 60, 2e-16, 64.0
 EASY, HARDER = 20, 2  # powers of two: how easily friction slides at first, and by how much it hardens at a time
 
 
@@ -93,20 +93,34 @@ def gather(slabs, D, room):
 
 
 @lanewise
-def off(h, D, free, F, y1, room, a, tolerance):
+def off(h, D, free, F, y1, room, a, tolerance, sticks):
     """Compare F with the law, by the motion that the mobility of a contact makes of the difference.
 
-    Return 0: to round-off, 1: to the tolerance, so that one more pass of Newton will do, 2: not.
+    Where friction sticks, forces may be large whose motions cancel: places are known to round-off of the sum of these
+    motions, which stiff friction makes forces.
+
+    Return 0: to round-off, 1: to the tolerance or round-off of sums, so that one more pass of Newton will do, 2: not.
     """
-    law, J, rough, bad, i = room.law, room.J, 0, 0, 0
+    law, J, size, closed, rough, loose, bad = room.law, room.J, room.way, room.closed, 0, 0, 0
+    for i in range(a):
+        for lane in range(L):
+            size[i, lane] = abs(y1[closed[i], lane]) + abs(free[closed[i], lane])
+    for j in range(a if sticks else 0):
+        for i in range(a):
+            c = h * abs(D[closed[j], closed[i]])
+            for lane in range(L):
+                size[i, lane] += c * abs(F[closed[j], lane])
+    i = 0
     while i < a:
-        d, o = room.span[i], room.closed[i]
+        d, o = room.span[i], closed[i]
         h00 = h * D[o, o]
         if d == 1:
             for lane in range(L):
-                r, size = abs(law[o, lane] - F[o, lane]), abs(y1[o, lane]) + abs(free[o, lane])
-                miss, limit = h00 * r, tolerance * size * (1.0 - h00 * J[3 * o, lane])
-                rough += not r <= EPS * (abs(law[o, lane]) + size * abs(J[3 * o, lane]))  # NaN is bad
+                r, u = abs(law[o, lane] - F[o, lane]), size[i, lane]
+                miss, limit = h00 * r, tolerance * u * (1.0 - h00 * J[3 * o, lane])
+                near = EPS * (abs(law[o, lane]) + u * abs(J[3 * o, lane]))
+                rough += not r <= near  # NaN is bad
+                loose += not r <= SUMMED * near
                 bad += not miss <= limit
         elif d == 2:
             h01, h10, h11, p = h * D[o + 1, o], h * D[o, o + 1], h * D[o + 1, o + 1], o + 1
@@ -115,13 +129,13 @@ def off(h, D, free, F, y1, room, a, tolerance):
                 j00, j01, j10, j11 = J[3 * o, lane], J[3 * o + 1, lane], J[3 * p, lane], J[3 * p + 1, lane]
                 a00, a01 = 1.0 - j00 * h00 - j01 * h10, -j00 * h01 - j01 * h11
                 a10, a11 = -j10 * h00 - j11 * h10, 1.0 - j10 * h01 - j11 * h11
-                u, v = abs(y1[o, lane]) + abs(free[o, lane]), abs(y1[p, lane]) + abs(free[p, lane])
+                u, v = size[i, lane], size[i + 1, lane]
                 x0, x1, limit = a11 * r - a01 * s, a00 * s - a10 * r, tolerance * (u + v) * abs(a00 * a11 - a01 * a10)
                 miss = abs(h00 * x0 + h01 * x1) + abs(h10 * x0 + h11 * x1)
-                rough += not (
-                    abs(r) <= EPS * (abs(law[o, lane]) + abs(j00) * u + abs(j01) * v)
-                    and abs(s) <= EPS * (abs(law[p, lane]) + abs(j10) * u + abs(j11) * v)
-                )
+                near = EPS * (abs(law[o, lane]) + abs(j00) * u + abs(j01) * v)
+                beside = EPS * (abs(law[p, lane]) + abs(j10) * u + abs(j11) * v)
+                rough += not (abs(r) <= near and abs(s) <= beside)
+                loose += not (abs(r) <= SUMMED * near and abs(s) <= SUMMED * beside)
                 bad += not miss <= limit
         else:
             A, x = room.A[:d, :d], room.new[:d]
@@ -130,21 +144,22 @@ def off(h, D, free, F, y1, room, a, tolerance):
                     x[k, lane], near = law[o + k, lane] - F[o + k, lane], abs(law[o + k, lane])
                     for c in range(d):
                         A[k, c, lane] = 1.0 if k == c else 0.0
-                        near += abs(J[3 * (o + k) + c, lane]) * (abs(y1[o + c, lane]) + abs(free[o + c, lane]))
+                        near += abs(J[3 * (o + k) + c, lane]) * size[i + c, lane]
                         for n in range(d):
                             A[k, c, lane] -= J[3 * (o + k) + n, lane] * h * D[o + c, o + n]
                     rough += not abs(x[k, lane]) <= EPS * near
+                    loose += not abs(x[k, lane]) <= SUMMED * EPS * near
             eliminate(A, x, room.inverse, d)
             for lane in range(L):
-                size = total = 0.0
+                whole = total = 0.0
                 for k in range(d):
                     miss = 0.0
                     for c in range(d):
                         miss += D[o + c, o + k] * x[c, lane]
-                    size, total = size + abs(y1[o + k, lane]) + abs(free[o + k, lane]), total + abs(h * miss)
-                bad += not total <= tolerance * size
+                    whole, total = whole + size[i + k, lane], total + abs(h * miss)
+                bad += not total <= tolerance * whole
         i += d
-    return 0 if rough == 0 else 1 if bad == 0 else 2
+    return 0 if rough == 0 else 1 if bad == 0 or (sticks and loose == 0) else 2
 
 
 @lanewise
@@ -210,7 +225,7 @@ def newton(slabs, h, D, Q, y0, free, F, y1, room, tolerance):
             a = gather(slabs, D, room)
         else:
             ask(slabs, h, y0, y1, F, room, 1, scale, False)
-        miss = off(h, D, free, F, y1, room, a, tolerance) if scale == 1.0 else 2
+        miss = off(h, D, free, F, y1, room, a, tolerance, slabs.rough) if scale == 1.0 else 2
         done, near = miss == 0 or (miss == 1 and near), miss == 1
         if done:
             if fresh or a == m:  # the others were asked at these very places

@@ -8,6 +8,11 @@ the equilibrium of all DOFs exactly; K^+ g answers g less what accelerates the s
     P g = g - M R (R^T M R)^-1 R^T g,     K^+ = (1 - R (R^T M R)^-1 R^T M) K_s^-1 P,
 
 with the shifted K_s = K + s M factored once and the shift taken out by iteration. A held structure has no R, and s = 0.
+
+Where loads pull along a rigid motion that contacts oppose by friction alone, the scene rests without that pull first.
+Long steps of implicit Euler, each from rest, then add pull and friction: they end where nothing moves,
+
+    M (q1 - q0) / h^2 + K q1 = f + B^T F(q1, q1 - q0),     q1 = q0.
 """
 
 from __future__ import annotations
@@ -22,8 +27,9 @@ from gapbeam.solver.contact.solve.unopposed_motion import unopposed_motion
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.linear_scheme import Slabs, rest
+from gapbeam.solver.scene.linear_scheme import Slabs, euler, rest
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.scene_march import marcher_of
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.system.dense_operators import SparseOperators
@@ -115,11 +121,13 @@ TINY = 1e-9  # of the largest force, or entry of K: less is round-off
 FREE = 1e-12  # squared frequencies below this part of the highest belong to motions that no spring holds
 TOLERANCE = 1e-12
 BALANCED, ACCEPTED = 1e-9, 1e-6  # forces that remain, of the loads: where the search ends, and at most
+LONG = 10.0
+"""Step in which friction is found, over the time in which the slowest elastic motion turns by 1 rad."""
 
 
 @dataclass
 class EscapeMotion:
-    """A rigid motion along which no contact closes and the loads do work.
+    """A rigid motion along which the loads do work, and that contacts do not hold.
 
     Attributes:
         motion: DOFs of each structure.
@@ -137,11 +145,12 @@ class NoSeat(UserError):  # noqa: N818 - the field's word
         escape: The rigid motion.
     """
 
-    def __init__(self, escape: EscapeMotion) -> None:
-        names = [one.name or "?" for one, u in escape.motion.items() if np.abs(u).max() > 0.0]
+    def __init__(self, escape: EscapeMotion, why: str = "no contact opposes") -> None:
+        largest = max(float(np.abs(u).max()) for u in escape.motion.values())
+        names = [one.name or "?" for one, u in escape.motion.items() if np.abs(u).max() > TINY * largest]
         super().__init__(
-            f"no equilibrium: the loads do work along a rigid motion of {', '.join(names)} that no contact opposes "
-            "without friction; hold the structure, or march without a seat"
+            f"no equilibrium: the loads do work along a rigid motion of {', '.join(names)} that {why}; hold the "
+            "structure, or march without a seat"
         )
         self.escape = escape
 
@@ -150,16 +159,18 @@ class NoSeat(UserError):  # noqa: N818 - the field's word
 def seat(scene: Scene, t: float = 0.0) -> SceneState:
     """Return the static equilibrium under the loads at a time, by a proximal Newton method on the convex energy.
 
-    Contacts act without friction; those of impulses do not penetrate. Joints and other springs of the feedback act,
-    with its states at rest. A large structure is factored once: its rigid motions and static responses hold the
-    equilibrium of all of its DOFs.
+    Contacts act without friction, unless it alone holds what loads pull along: it sticks, up to its coefficient times
+    the force, whatever its sliding speed. Contacts of impulses do not penetrate. Joints and other springs of the
+    feedback act, with its states at rest. A large structure is factored once: its rigid motions and static responses
+    hold the equilibrium of all of its DOFs.
 
     Args:
         scene: The scene.
         t: Time at which loads and walls are taken, s.
 
     Raises:
-        NoSeat: A linear program finds a rigid motion that nothing opposes and along which the loads work.
+        NoSeat: A linear program finds a rigid motion that nothing opposes and along which the loads work, and friction
+            does not hold it.
         NotConverged: No equilibrium was found to 1e-6 of the loads.
         UserError: A feedback is no spring, or pushes farther than the structures hold; points move, and the time is
             not 0.
@@ -182,8 +193,11 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
             "several seats or none; march from rest instead"
         )
     B = at.rows(scene.contact_rows)
-    slips = slips_of(scene, at, K, f, B)
+    pull = float(np.linalg.norm(f))
+    slips, escape = slips_of(scene, at, K, f, B)
     f = f - slips @ (slips.T @ f)
+    if escape is not None and not (_may_stick(scene) and slips_of(scene, at, K, f, B)[1] is None):
+        raise NoSeat(escape)
     q: Array = np.zeros(len(K))
     offset = scene.places(np.zeros((scene.size, 1)), t)[:, 0]
     stiff = float(np.abs(K).max()) or 1.0
@@ -206,7 +220,38 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
         )
     whole = at.whole(q)[:, None]
     states = [np.zeros((0, 1)), *(one.resting @ scene.rows([one.sense]) @ whole for one in scene.feedbacks)]
-    return SceneState(t, whole, np.zeros((scene.size, 1)), np.vstack(states), F[:, None])
+    state = SceneState(t, whole, np.zeros((scene.size, 1)), np.vstack(states), F[:, None])
+    if escape is None:
+        return state
+    springs = np.linalg.eigvalsh(K - stiff * slips @ slips.T - B.T @ static(slabs, B @ q + offset)[1] @ B)
+    slowest = springs[springs > FREE * springs[-1]][0]
+    stuck = _held_by_friction(scene, state, np.array(values), LONG / float(np.sqrt(slowest)), ACCEPTED * pull)
+    if stuck is None:
+        raise NoSeat(escape, "contacts do not hold, nor does their friction")
+    return stuck
+
+
+def _may_stick(scene: Scene) -> bool:
+    """Return whether friction may hold a scene: steps of implicit Euler take neither impulses nor points that move."""
+    return any(one.is_rough for one in scene.contacts) and not (
+        scene.is_moving or any(one.is_impulsive for one in scene.contacts)
+    )
+
+
+def _held_by_friction(scene: Scene, state: SceneState, loads: Array, h: float, accepted: float) -> SceneState | None:
+    """Return the equilibrium with friction, by steps of h from rest; None where the loads move the scene on and on."""
+    contacts = [replace(one, sliding=0.0) if one.is_rough else one for one in scene.contacts]
+    marcher = marcher_of(scene.with_parts(contacts, scene.loads), h, state, euler())
+    left = np.inf
+    for _ in range(MOST_PASSES):
+        before = left
+        marcher.v[:] = 0.0
+        if marcher.march(1, loads[None, :, None], scene.walls(np.array([state.t]))) < 0:
+            raise NotConverged("seat: friction that holds the scene did not converge; march from rest instead")
+        left = float(np.sqrt(2.0 * marcher.inertia()[0][0])) / h
+        if left <= accepted and left >= 0.5 * before:  # to round-off
+            break
+    return replace(state, q=marcher.q.copy(), F=marcher.F.copy()) if left <= accepted else None
 
 
 class RestProblem(NamedTuple):
@@ -270,16 +315,17 @@ def static(slabs: Slabs, y: Array) -> tuple[Array, Array]:
     return F[:, 0], 2.0 * J
 
 
-def slips_of(scene: Scene, coordinates: Statics, K: Array, f: Array, contact_rows: Array) -> Array:
-    """Return rigid motions that move no contact along its normal, as columns; loads along them are round-off.
+def slips_of(
+    scene: Scene, coordinates: Statics, K: Array, f: Array, contact_rows: Array
+) -> tuple[Array, EscapeMotion | None]:
+    """Return rigid motions that move no contact along its normal, as columns, and one that lets the loads work.
 
-    Raises:
-        NoSeat: A rigid motion that leaves all contacts open lets the loads work; found by a linear program.
+    The latter closes no contact, and is found by a linear program; None: contacts oppose the loads without friction.
     """
     squares, X = np.linalg.eigh(K)
     rigid = X[:, squares <= FREE * max(float(squares[-1]), 1e-300)] if squares[-1] > 0.0 else X
     if not rigid.shape[1]:
-        return rigid
+        return rigid, None
     B = contact_rows @ rigid
     rows = [
         one.region.normals[:, : one.region.motions] @ B[at : at + one.region.motions]
@@ -292,9 +338,10 @@ def slips_of(scene: Scene, coordinates: Statics, K: Array, f: Array, contact_row
     size = float(np.abs(g).max())
     is_loaded = size > TINY * float(np.abs(f).max(initial=0.0))
     best = unopposed_motion(g / size, -A, np.eye(len(g))) if is_loaded else None
+    escape = None
     if best is not None:
         a, motion = coordinates.whole(rigid @ best), {}
         for one, i, j in zip(scene.structures, scene.start, scene.start[1:], strict=False):
             motion[one] = a[i:j] if scene.is_large else one.modes[2] @ a[i:j]
-        raise NoSeat(EscapeMotion(motion, float(g @ best)))
-    return np.asarray(rigid @ (sl.null_space(A, rcond=TINY) if len(A) else np.eye(len(g))))
+        escape = EscapeMotion(motion, float(g @ best))
+    return np.asarray(rigid @ (sl.null_space(A, rcond=TINY) if len(A) else np.eye(len(g)))), escape

@@ -122,8 +122,9 @@ def touch(
                 stored += W1 if level > 0 else W
                 lost += T * step - (W1 - W0) if level > 0 else beyond * step
                 if rough:
-                    mu, full, size = w[MU, i], w[CREEP, i], np.sqrt(gx * gx + gy * gy) + 1e-300
-                    tx, ty = -gy / size, gx / size
+                    mu, full, size = w[MU, i], w[CREEP, i], np.sqrt(gx * gx + gy * gy)
+                    inverse = 1.0 / size if size > 0 else 0.0  # at rest in the center of a disc there is no direction
+                    tx, ty = -gy * inverse, gx * inverse
                     s, rub = slides * (tx * dx + ty * dy), mu * abs(T)
                     if exact:
                         side = np.sign(way)
@@ -136,8 +137,8 @@ def touch(
                     uy -= force * ty
                     for col in range(2):
                         gxc, gyc, nc, tc = (g00, g10, nx, tx) if col == 0 else (g01, g11, ny, ty)
-                        along = (tx * -gyc + ty * gxc) / size  # turn of the tangent, along the tangent: none
-                        turnx, turny = (-gyc - along * size * tx) / size, (gxc - along * size * ty) / size
+                        along = tx * -gyc + ty * gxc  # turn of the tangent, along the tangent: none
+                        turnx, turny = (-gyc - along * tx) * inverse, (gxc - along * ty) * inverse
                         grow = couple * nc + bend * (turnx * dx + turny * dy + tc)
                         growx, growy = (grow, 0.0) if col == 0 else (growx, grow)
                         if col == 0:

@@ -99,20 +99,23 @@ def draw_comparison(comparison: RunComparison, path: Path) -> Path:
         names = [str(results.folder) for results in (comparison.a, comparison.b)]
     with journal_style():
         figure, axes = panels(max(len(waves), 1), 2, height=1.6, width_ratios=[2.0, 1.0])
+        clock, in_clock = shown("s", max((float(np.abs(one.time).max()) for one in waves), default=0.0))
         for one, panel in zip(waves, axes[:, 0], strict=False):
             unit, factor = shown(one.unit, np.abs(np.concatenate([one.a, one.b])).max(initial=0.0))
-            panel.plot(1e3 * one.time, factor * one.a, color=BLACK, lw=1.2, label=f"A: {names[0]}")
-            panel.plot(1e3 * one.time, factor * one.b, color=VERMILION, lw=0.8, ls="--", label=f"B: {names[1]}")
+            panel.plot(in_clock * one.time, factor * one.a, color=BLACK, lw=1.2, label=f"A: {names[0]}")
+            panel.plot(in_clock * one.time, factor * one.b, color=VERMILION, lw=0.8, ls="--", label=f"B: {names[1]}")
             limits_around(panel, factor * np.concatenate([one.a, one.b]))
             panel.set_ylabel(f"{one.name}\n({unit})")
-        axes[-1][0].set_xlabel("time (ms)")
+        axes[-1][0].set_xlabel(f"time ({clock})")
         axes[0][0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.02), ncols=2, borderaxespad=0.0)
         orders = np.arange(1, HARMONICS + 1)
         for panel, probe in zip(axes[:, 1], comparison.phases, strict=False):
-            for run, place, color in zip(comparison.steady, (-0.2, 0.2), (BLACK, VERMILION), strict=True):
-                panel.bar(orders + place, 1e3 * np.abs(run.harmonics[probe]).mean(axis=0), 0.4, color=color)
+            heights = [np.abs(run.harmonics[probe]).mean(axis=0) for run in comparison.steady]
+            unit, factor = shown("m", max(float(some.max()) for some in heights))
+            for some, place, color in zip(heights, (-0.2, 0.2), (BLACK, VERMILION), strict=True):
+                panel.bar(orders + place, factor * some, 0.4, color=color)
             panel.set_yscale("log")
-            panel.set_ylabel(f"{probe} harmonics\n(mm)")
+            panel.set_ylabel(f"{probe} harmonics\n({unit})")
         for panel in axes[len(comparison.phases) :, 1]:
             panel.set_axis_off()
         axes[min(len(comparison.phases), len(axes)) - 1, 1].set_xlabel("order")

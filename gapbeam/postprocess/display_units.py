@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
 from gapbeam.solver.schema.record_table import STANDARD_GRAVITY
 
-# SI unit: (unit shown, factor)
+# SI unit: (unit shown, factor) where the size of the values is not known
 DISPLAY: dict[str, tuple[str, float]] = {
     "m": ("mm", 1.0e3),
     "m/s": ("mm/s", 1.0e3),
@@ -13,8 +18,18 @@ DISPLAY: dict[str, tuple[str, float]] = {
     "Pa": ("MPa", 1.0e-6),
     "N": ("N", 1.0),
 }
-# least length, m: (unit shown, factor)
-LENGTHS = ((1.0, ("m", 1.0)), (1.0e-5, ("mm", 1.0e3)), (1.0e-8, ("µm", 1.0e6)), (0.0, ("nm", 1.0e9)))
+# SI unit: its prefixes, the largest first; and the least value that is shown in the unit with that prefix
+PREFIXES: dict[str, tuple[tuple[str, float], ...]] = {
+    "m": (("", 1.0), ("m", 1.0e-5), ("µ", 1.0e-8), ("n", 1.0e-12), ("", 0.0)),
+    "m/s": (("", 10.0), ("m", 1.0e-5), ("µ", 1.0e-8), ("n", 1.0e-12), ("", 0.0)),
+    "J": (("M", 1e7), ("k", 1e4), ("", 1.0), ("m", 1e-5), ("µ", 1e-8), ("n", 1e-11), ("p", 1e-15), ("", 0.0)),
+    "Pa": (("G", 1.0e10), ("M", 1.0e4), ("k", 10.0), ("", 0.0)),
+    "N": (("M", 1.0e7), ("k", 1.0e4), ("", 0.01), ("m", 1.0e-5), ("µ", 1.0e-8), ("n", 1.0e-12), ("", 0.0)),
+    "s": (("", 10.0), ("m", 1.0e-3), ("µ", 1.0e-6), ("n", 0.0)),
+    "rad": (("", 1.0e-2), ("m", 1.0e-5), ("µ", 1.0e-9), ("", 0.0)),
+}
+PREFIXES |= dict.fromkeys(("N m", "N s", "N m s"), PREFIXES["N"])
+POWERS = {"G": 1.0e-9, "M": 1.0e-6, "k": 1.0e-3, "": 1.0, "m": 1.0e3, "µ": 1.0e6, "n": 1.0e9, "p": 1.0e12}
 
 
 def shown(unit: str, largest: float = 0.0) -> tuple[str, float]:
@@ -22,19 +37,33 @@ def shown(unit: str, largest: float = 0.0) -> tuple[str, float]:
 
     Args:
         unit: SI unit.
-        largest: Largest of the values shown, in that unit: lengths are in m, mm, µm or nm by it; 0: in mm.
+        largest: Largest of the values shown, in that unit, which chooses the prefix; 0: that of `DISPLAY`.
     """
-    if unit == "m" and largest:
-        return next((chosen for least, chosen in LENGTHS if abs(largest) >= least), DISPLAY[unit])
+    if largest:
+        for prefix, least in PREFIXES.get(unit, ()):
+            if abs(largest) >= least:
+                return prefix + unit, POWERS[prefix]
     return DISPLAY.get(unit, (unit, 1.0))
 
 
-def length_words(value: float, digits: int = 4) -> str:
-    """Return a length with the unit in which it is read best.
+def shown_along(places: Iterable[ArrayLike]) -> tuple[str, float]:
+    """The unit in which places along a beam are shown, by how far they reach, and the factor to it.
 
     Args:
-        value: Length, m.
-        digits: Significant digits.
+        places: Places, m, of several faces or states.
     """
-    unit, factor = shown("m", value)
+    every = np.concatenate([np.ravel(np.asarray(some, dtype=float)) for some in places])
+    low, high = (float(every.min()), float(every.max())) if every.size else (0.0, 0.0)
+    return shown("m", 0.1 * (high - low or high))
+
+
+def size_words(value: float, digits: int = 4, unit: str = "m") -> str:
+    """Return a value with the unit in which it is read best.
+
+    Args:
+        value: Value, such as a length.
+        digits: Significant digits.
+        unit: SI unit of the value.
+    """
+    unit, factor = shown(unit, value)
     return f"{factor * value:.{digits}g} {unit}".replace("-", "−")

@@ -153,7 +153,7 @@ def test_friction_is_in_the_energy_figure_where_there_is_any(tmp_path: Path, los
     assert {"structural damping", "contact damping", "scheme"} <= set(drawn)
     assert ("friction" in drawn) == bool(loss)
     if loss:
-        assert np.asarray(drawn["friction"]) == pytest.approx(1e3 * loss * time)
+        assert np.asarray(drawn["friction"]) == pytest.approx(loss * time)
 
 
 @pytest.mark.parametrize(

@@ -297,11 +297,11 @@ def test_values_of_the_closing_table_are_whole_however_narrow_the_terminal(width
 @given(value=st.floats(-1.0e9, 1.0e9, allow_subnormal=False), error=st.floats(0.0, 1.0e9, allow_subnormal=False))
 def test_no_error_is_more_than_all_of_its_figure(value: float, error: float) -> None:
     """Beyond 100 % the error stands in the unit of the figure, and no per cent do."""
-    one = FigureError("tip peak-to-peak displacement", "N", "whole run", value, error, {}, 0.0)
+    one = FigureError("tip peak-to-peak displacement", "W", "whole run", value, error, {}, 0.0)
     (row,) = closing_table((one,), 1.0, True).rows
     if one.relative is None:
         assert error > abs(value) or value == 0.0
-        assert row.interval == f"+- {error:.2g} N"
+        assert row.interval == f"+- {error:.2g} W"
         assert row.verdict == "do not use"
     else:
         assert one.relative == error / abs(value) <= 1.0

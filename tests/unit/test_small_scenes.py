@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gapbeam.postprocess.display_units import length_words
+from gapbeam.postprocess.display_units import size_words
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.signals.probe_analysis import analyze, as_text
 from gapbeam.solver.run.output.progress import ProgressLine
@@ -30,7 +30,7 @@ def meters(words: str) -> float:
 @pytest.mark.parametrize("size", SIZES)
 def test_lengths_keep_their_digits_and_no_row_of_zeros(size: float) -> None:
     """With three digits and at most one zero behind the point, as the value and as its error in the unit of both."""
-    for words in (with_unit(size, "m"), with_unit(-size, "m").replace("-", ""), length_words(size, 3)):
+    for words in (with_unit(size, "m"), with_unit(-size, "m").replace("-", ""), size_words(size, 3)):
         assert meters(words) == pytest.approx(size, rel=5.01e-3)
         assert "e" not in words
         assert not re.search(r"0\.00", words)

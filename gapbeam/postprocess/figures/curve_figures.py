@@ -19,6 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
+from gapbeam.postprocess.display_units import shown, shown_along
 from gapbeam.postprocess.figures.figure_style import (
     BLACK,
     BLUE,
@@ -54,6 +55,7 @@ def draw_mode_shapes(modes: Mapping[str, Any], path: Path) -> Path:
     """
     count = int(modes.get("count") or len(modes["free"]))  # studies of earlier releases do not say
     rows = -(-count // COLUMNS)
+    unit, factor = shown_along([state["x"] for state in modes["states"]])
     with journal_style():
         figure, axes = panels(rows, COLUMNS, height=1.6, sharex=True)
         for number, panel in enumerate(axes.flat):
@@ -69,14 +71,14 @@ def draw_mode_shapes(modes: Mapping[str, Any], path: Path) -> Path:
                 shape = np.array(bending[number]["motion"])
                 color, line = STYLES[state["name"]]
                 panel.plot(
-                    1e3 * np.array(state["x"]), shape * np.sign(shape[-1]), color=color, linestyle=line,
+                    factor * np.array(state["x"]), shape * np.sign(shape[-1]), color=color, linestyle=line,
                     label=state["name"],
                 )  # fmt: skip
                 words.append(f"{bending[number]['frequency']:.4g}")
             panel.set_title(f"mode {number + 1}: {', '.join(words)} Hz", fontsize=8.0)
             panel.set_ylim(-1.15, 1.15)
         for panel in axes[-1]:
-            panel.set_xlabel("x (mm)")
+            panel.set_xlabel(f"x ({unit})")
         letter([panel for panel in axes.flat if panel.get_visible()])
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=3)
         figure.savefig(path)
@@ -112,9 +114,10 @@ def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
     probes = [name.removesuffix(SUFFIX) for name in points[0] if name.endswith(SUFFIX)]
     figure, axes = panels(2, 1, width=DOUBLE, height=2.2, sharex=True)
     motion, multiplier = axes[:, 0]
+    unit, factor = shown("m", max(point[probe + SUFFIX] for point in points for probe in probes))
     for number, probe in enumerate(probes):
         color = COLORS[number % len(COLORS)]
-        heights = 1.0e3 * np.array([point[probe + SUFFIX] for point in points])
+        heights = factor * np.array([point[probe + SUFFIX] for point in points])
         _draw(motion, points, values, heights, color)
         _mark(motion, points, heights)
     largest = np.array([point["largest_multiplier"] for point in points])
@@ -123,7 +126,7 @@ def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
     multiplier.axhline(1.0, color=GRAY, linewidth=0.6)
     if np.ptp(largest) < ALIKE * largest.max():  # the range of round-off would be drawn otherwise
         multiplier.set_ylim(0.0, 1.1 * max(1.0, float(largest.max())))
-    motion.set_ylabel("peak to peak (mm)")
+    motion.set_ylabel(f"peak to peak ({unit})")
     multiplier.set_ylabel("largest |multiplier|")
     multiplier.set_xlabel(f"{curve['key']} ({curve['unit']})")
     motion.margins(x=0.02)
@@ -173,31 +176,32 @@ def draw_wear(maps: Mapping[str, WearMap]) -> Figure:
     rows = -(-count // columns)
     figure, grid = panels(rows, columns, width=DOUBLE, height=_HEIGHT)
     cells = [cell for row in grid for cell in row]
+    along = shown_along([one.x for one in maps.values()])
     if planes:
-        _draw_planes(cells[0], planes)
+        _draw_planes(cells[0], planes, along)
     for cell, (face, one) in zip(cells[bool(planes) :], around.items(), strict=False):
-        _draw_around(figure, cell, face, one)
+        _draw_around(figure, cell, face, one, along)
     for cell in cells[count:]:
         cell.set_axis_off()
     letter(cells[:count])
     return figure
 
 
-def _draw_planes(panel: Axes, planes: Mapping[str, WearMap]) -> None:
+def _draw_planes(panel: Axes, planes: Mapping[str, WearMap], along: tuple[str, float]) -> None:
     for face, one in planes.items():
         x, density = one.along()
-        panel.plot(1.0e3 * x, density, marker=".", markersize=3.0, label=face, **face_style(face, list(planes)))
-    panel.set_xlabel("x (mm)")
+        panel.plot(along[1] * x, density, marker=".", markersize=3.0, label=face, **face_style(face, list(planes)))
+    panel.set_xlabel(f"x ({along[0]})")
     panel.set_ylabel("work rate per area (W/m$^2$)")
     panel.set_ylim(bottom=0.0)
     panel.margins(x=0.02)
     panel.legend()
 
 
-def _draw_around(figure: Figure, panel: Axes, face: str, one: WearMap) -> None:
-    drawn = panel.scatter(1.0e3 * one.x, one.angle, c=one.density, s=9.0, marker="s", cmap="viridis", vmin=0.0)
+def _draw_around(figure: Figure, panel: Axes, face: str, one: WearMap, along: tuple[str, float]) -> None:
+    drawn = panel.scatter(along[1] * one.x, one.angle, c=one.density, s=9.0, marker="s", cmap="viridis", vmin=0.0)
     panel.set_title(face)
-    panel.set_xlabel("x (mm)")
+    panel.set_xlabel(f"x ({along[0]})")
     panel.set_ylabel("angle from straight down (deg)")
     panel.set_yticks([-180.0, -90.0, 0.0, 90.0, 180.0])
     panel.margins(x=0.1)

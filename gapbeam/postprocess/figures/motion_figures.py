@@ -17,7 +17,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown, shown_along
 from gapbeam.postprocess.figures.figure_style import (
     BLACK,
     BLUE,
@@ -33,7 +33,14 @@ from gapbeam.postprocess.figures.figure_style import (
     spread,
 )
 from gapbeam.postprocess.results.columns_of_run import PointMap, RunFace, RunSupport, wall_motion_series
-from gapbeam.postprocess.signals.signal import SignalError, enlarged_span, face_signal, unit_of_time, units_of
+from gapbeam.postprocess.signals.signal import (
+    SignalError,
+    display_of,
+    enlarged_span,
+    face_signal,
+    unit_of_record,
+    unit_of_time,
+)
 
 BEYOND = 3.0  # an open polygon is cut off at this many times the farthest wall
 MARGIN = 1.2  # or at this many times the largest motion
@@ -177,9 +184,6 @@ def draw_orbits(
     return figure
 
 
-_MICRO = 1.0e6
-
-
 def draw_contact(history: xr.Dataset, forcing_frequency: float | None, zoom: int = 3) -> Figure:
     """Draw normal force, smallest gap and penetration of every face; left the whole record, right a part of it.
 
@@ -196,23 +200,23 @@ def draw_contact(history: xr.Dataset, forcing_frequency: float | None, zoom: int
     records = "contact_force", "penetration"
     forces, depths = ([face_signal(history, record, face) for face in faces] for record in records)
     start, stop = enlarged_span(time, np.sum([one.values for one in forces], axis=0), forcing_frequency, zoom)
-    unit, in_unit = unit_of_time((start, stop))
+    (unit, in_unit), (clock, in_record) = unit_of_time((start, stop)), unit_of_record(time)
+    labels, factors = zip(display_of(forces), display_of(depths, -1), display_of(depths, 1), strict=True)
     figure, axes = panels(3, 2, height=1.35, sharey="row", sharex="col", width_ratios=[1.5, 1.0])
     for face, force, deep in zip(faces, forces, depths, strict=True):
-        depth, style = _MICRO * deep.values, face_style(face, faces)
+        depth, style = deep.values, face_style(face, faces)
         rows = (force.values, np.maximum(-depth, 0.0), np.maximum(depth, 0.0))
-        for values, (whole, end) in zip(rows, axes, strict=True):
-            whole.plot(time, values, **{**style, "linewidth": 0.5, "linestyle": "-"})
+        for record, factor, (whole, end) in zip(rows, factors, axes, strict=True):
+            values = factor * record
+            whole.plot(in_record * time, values, **{**style, "linewidth": 0.5, "linestyle": "-"})
             keep = (time >= start) & (time <= stop)
             end.plot(in_unit * time[keep], values[keep], label=face, **style)
-    small = units_of(depths, "µ")
-    labels = (f"contact force ({units_of(forces)})", f"smallest gap ({small})", f"penetration ({small})")
-    for label, (whole, _) in zip(labels, axes, strict=True):
-        whole.set_ylabel(label)
-        whole.axvspan(start, stop, color=GRAY, alpha=0.25, lw=0)
+    for name, label, (whole, _) in zip(("contact force", "smallest gap", "penetration"), labels, axes, strict=True):
+        whole.set_ylabel(f"{name} ({label})")
+        whole.axvspan(in_record * start, in_record * stop, color=GRAY, alpha=0.25, lw=0)
         whole.set_ylim(0.0, max(whole.get_ylim()[1], 1e-6))
     axes[0][1].legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, columnspacing=1.2)
-    axes[-1][0].set_xlabel("time (s)")
+    axes[-1][0].set_xlabel(f"time ({clock})")
     axes[-1][1].set_xlabel(f"time ({unit})")
     if time.size == 1:
         _one_record(axes)
@@ -260,9 +264,8 @@ def draw_energy(history: xr.Dataset, forcing_frequency: float | None, zoom: int 
         SignalError: A value is not finite.
     """
     time = np.asarray(history["time"].values, dtype=float)
-    start, stop = enlarged_span(
-        time, np.sum([_millijoule(history, name) for name, *_ in _STORED], axis=0), forcing_frequency, zoom
-    )
+    total = np.sum([_energy(history, name) for name, *_ in _STORED], axis=0)
+    start, stop = enlarged_span(time, total, forcing_frequency, zoom)
     figure = Figure(figsize=(DOUBLE, 4.9))
     axes = figure.subplot_mosaic(
         [["whole", "end"], ["ledger", "ledger"], ["residual", "residual"]],
@@ -270,12 +273,14 @@ def draw_energy(history: xr.Dataset, forcing_frequency: float | None, zoom: int 
     )  # fmt: skip
     spread(figure)
     marker: dict[str, Any] = {"marker": "o", "ms": 4} if time.size == 1 else {}
-    _stored(axes["whole"], axes["end"], history, time, (start, stop), marker)
+    _stored(axes["whole"], axes["end"], history, time, (start, stop), marker, total)
     _balance(axes["ledger"], history, time, marker)
-    axes["residual"].plot(time, _millijoule(history, "energy_residual"), color=BLACK, lw=0.8, **marker)
+    residual, (clock, in_record) = _energy(history, "energy_residual"), unit_of_record(time)
+    unit, factor = shown("J", np.abs(residual).max(initial=0.0))
+    axes["residual"].plot(in_record * time, factor * residual, color=BLACK, lw=0.8, **marker)
     axes["residual"].axhline(0.0, color=GRAY, lw=0.5, zorder=0)
-    axes["residual"].set_ylabel("residual (mJ)")
-    axes["residual"].set_xlabel("time (s)")
+    axes["residual"].set_ylabel(f"residual ({unit})")
+    axes["residual"].set_xlabel(f"time ({clock})")
     figure.legend(*axes["end"].get_legend_handles_labels(), loc="outside upper right", ncols=5)
     figure.align_ylabels([axes[name] for name in ("whole", "ledger", "residual")])
     letter([axes[name] for name in ("whole", "end", "ledger", "residual")])
@@ -283,38 +288,38 @@ def draw_energy(history: xr.Dataset, forcing_frequency: float | None, zoom: int 
 
 
 def _stored(
-    whole: Axes, end: Axes, history: xr.Dataset, time: np.ndarray, span: tuple[float, float], marker: dict[str, Any]
-) -> None:
-    start, stop = span
-    unit, in_unit = unit_of_time(span)
-    keep = (time >= start) & (time <= stop)
-    total = np.zeros(time.size)
-    parts = []
+    whole: Axes, end: Axes, history: xr.Dataset, time: np.ndarray, span: tuple[float, float], marker: dict[str, Any],
+    total: np.ndarray,
+) -> None:  # fmt: skip
+    (unit, in_unit), (clock, in_record) = unit_of_time(span), unit_of_record(time)
+    keep = (time >= span[0]) & (time <= span[1])
+    joule, factor = shown("J", total.max(initial=0.0))
     for name, label, color, line in _STORED:
-        values = _millijoule(history, name)
-        total += values
-        parts.append((values, label, color, line))
-    for values, label, color, line in parts:
+        values = _energy(history, name)
         if values.max() > _SMALL * total.max():
-            end.plot(in_unit * time[keep], values[keep], color=color, ls=line, label=label, **marker)
-    whole.plot(time, total, color=BLACK, lw=0.7, **marker)
-    end.plot(in_unit * time[keep], total[keep], color=BLACK, lw=0.8, label="sum", zorder=1, **marker)
-    whole.axvspan(start, stop, color=GRAY, alpha=0.25, lw=0)
-    whole.set_ylabel("stored energy (mJ)")
-    whole.set_xlabel("time (s)")
+            end.plot(in_unit * time[keep], factor * values[keep], color=color, ls=line, label=label, **marker)
+    whole.plot(in_record * time, factor * total, color=BLACK, lw=0.7, **marker)
+    end.plot(in_unit * time[keep], factor * total[keep], color=BLACK, lw=0.8, label="sum", zorder=1, **marker)
+    whole.axvspan(*(in_record * np.array(span)), color=GRAY, alpha=0.25, lw=0)
+    whole.set_ylabel(f"stored energy ({joule})")
+    whole.set_xlabel(f"time ({clock})")
     end.set_xlabel(f"time ({unit})")
 
 
 def _balance(panel: Axes, history: xr.Dataset, time: np.ndarray, marker: dict[str, Any]) -> None:
+    curves: list[tuple[np.ndarray, str, str, str]] = []
     if "load_work" in history:
-        work = _millijoule(history, "load_work")
+        work = _energy(history, "load_work")
         for index, load in enumerate(str(name) for name in history["load"].values):
-            color, line = _LOADS[index % len(_LOADS)]
-            panel.plot(time, work[:, index], color=color, ls=line, label=f"work of {load}", **marker)
+            curves.append((work[:, index], f"work of {load}", *_LOADS[index % len(_LOADS)]))
     rubs = _FRICTION[0] in history and bool(np.any(history[_FRICTION[0]].values))
-    for name, label, color, line in (*_LOST, _FRICTION) if rubs else _LOST:
-        panel.plot(time, _millijoule(history, name), color=color, ls=line, label=label, **marker)
-    panel.set_ylabel("work, loss (mJ)")
+    losses = (*_LOST, _FRICTION) if rubs else _LOST
+    curves += [(_energy(history, name), label, color, line) for name, label, color, line in losses]
+    unit, factor = shown("J", max(float(np.abs(values).max(initial=0.0)) for values, *_ in curves))
+    in_record = unit_of_record(time)[1]
+    for values, label, color, line in curves:
+        panel.plot(in_record * time, factor * values, color=color, ls=line, label=label, **marker)
+    panel.set_ylabel(f"work, loss ({unit})")
     panel.legend(
         loc="lower right",
         bbox_to_anchor=(1.0, 0.98),
@@ -325,8 +330,8 @@ def _balance(panel: Axes, history: xr.Dataset, time: np.ndarray, marker: dict[st
     )
 
 
-def _millijoule(history: xr.Dataset, name: str) -> np.ndarray:
-    values = 1e3 * np.asarray(history[name].values, dtype=float)
+def _energy(history: xr.Dataset, name: str) -> np.ndarray:
+    values = np.asarray(history[name].values, dtype=float)
     if not np.isfinite(values).all():
         raise SignalError(f"{name}: a value is not finite")
     return values
@@ -357,48 +362,53 @@ def draw_contact_map(points: Mapping[str, PointMap]) -> Figure:
     around = {face: one for face, one in points.items() if one.around}
     planes = {face: one for face, one in points.items() if not one.around}
     figure, grid = panels(len(around) + bool(planes), 3, width=DOUBLE, height=_HEIGHT)
+    along = shown_along([one.x for one in points.values()])
+    deep = shown("m", max(float(np.nanmax(one.deepest, initial=0.0)) for one in points.values()))
     for row, (face, one) in zip(grid, around.items(), strict=False):
-        for panel, quantity in zip(row, _quantities(one), strict=True):
-            _draw_around(figure, panel, one, quantity)
+        for panel, quantity in zip(row, _quantities(one, deep), strict=True):
+            _draw_around(figure, panel, one, quantity, along)
         row[0].set_ylabel("angle from straight down (°)")
         row[0].set_title(face)
     if planes:
         for number, panel in enumerate(grid[-1]):
-            _draw_planes(panel, planes, number)
+            _draw_planes(panel, planes, number, along, deep)
         grid[-1][0].legend()
     letter([panel for row in grid for panel in row])
     return figure
 
 
-def _quantities(one: PointMap) -> tuple[_Quantity, ...]:
+def _quantities(one: PointMap, deep: tuple[str, float]) -> tuple[_Quantity, ...]:
+    unit, factor = deep
     return (
         _Quantity("contact share (%)", 100.0 * one.share),
         _Quantity("impulse per area (N s/m$^2$)", one.pressed),
-        _Quantity("largest penetration (µm)", 1.0e6 * np.maximum(one.deepest, 0.0)),
+        _Quantity(f"largest penetration ({unit})", factor * np.maximum(one.deepest, 0.0)),
     )
 
 
-def _draw_around(figure: Figure, panel: Axes, one: PointMap, quantity: _Quantity) -> None:
+def _draw_around(
+    figure: Figure, panel: Axes, one: PointMap, quantity: _Quantity, along: tuple[str, float]
+) -> None:  # fmt: skip
     values = quantity.values
     known = values[np.isfinite(values)]
     largest = float(known.max(initial=0.0)) or 1.0
     colors, scale = "viridis", Normalize(0.0, largest)
-    cells = _cells(one, values)
+    cells = _cells(one, values, along[1])
     if cells is None:
-        panel.scatter(1.0e3 * one.x, one.angle, c=values, s=9.0, marker="s", cmap=colors, norm=scale)
+        panel.scatter(along[1] * one.x, one.angle, c=values, s=9.0, marker="s", cmap=colors, norm=scale)
         panel.margins(x=0.1)
     else:
         panel.pcolormesh(*cells, cmap=colors, norm=scale)
     panel.set_ylim(-180.0, 180.0)
     panel.set_yticks(_ANGLES)
-    panel.set_xlabel("x (mm)")
+    panel.set_xlabel(f"x ({along[0]})")
     if not known.size:
         panel.text(0.5, 0.5, "not known", transform=panel.transAxes, ha="center", va="center", color=GRAY)
     figure.colorbar(ScalarMappable(scale, colors), ax=panel, label=quantity.label, location="top")
 
 
-def _cells(one: PointMap, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Return edges along x, mm, and around, degrees, and the values between; None: the points fill no grid.
+def _cells(one: PointMap, values: np.ndarray, factor: float) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Return edges along x, times a factor, and around, degrees, and the values between; None: the points fill no grid.
 
     The first row around is drawn again behind the last one, and the last one before the first, which closes the circle.
     """
@@ -414,23 +424,25 @@ def _cells(one: PointMap, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     half = 0.5 * float(np.sqrt(one.area.mean()))  # a face whose points all have one place is drawn as a row of squares
     ends = np.array([x[0] - half, x[0] + half]) if len(x) == 1 else 1.5 * x[[0, -1]] - 0.5 * x[[1, -2]]
     along = np.concatenate([ends[:1], _between(x), ends[1:]])
-    return 1.0e3 * along, around, np.concatenate([grid[-1:], grid, grid[:1]])
+    return factor * along, around, np.concatenate([grid[-1:], grid, grid[:1]])
 
 
 def _between(places: np.ndarray) -> np.ndarray:
     return np.asarray(0.5 * (places[1:] + places[:-1]))
 
 
-def _draw_planes(panel: Axes, planes: Mapping[str, PointMap], number: int) -> None:
+def _draw_planes(
+    panel: Axes, planes: Mapping[str, PointMap], number: int, along: tuple[str, float], deep: tuple[str, float]
+) -> None:
     """Draw curves over x: means over the width by area, of penetrations the largest."""
     for face, one in planes.items():
-        label, values = _quantities(one)[number]
+        label, values = _quantities(one, deep)[number]
         x, owners = np.unique(np.round(one.x, _DIGITS), return_inverse=True)
         across = np.bincount(owners, values * one.area) / np.bincount(owners, one.area)
         if number == _DEPTH:
             across = np.array([values[owners == place].max() for place in range(len(x))])
-        panel.plot(1.0e3 * x, across, marker=".", markersize=3.0, label=face, **face_style(face, list(planes)))
+        panel.plot(along[1] * x, across, marker=".", markersize=3.0, label=face, **face_style(face, list(planes)))
         panel.set_ylabel(label)
-    panel.set_xlabel("x (mm)")
+    panel.set_xlabel(f"x ({along[0]})")
     panel.set_ylim(bottom=0.0)
     panel.margins(x=0.02)

@@ -12,7 +12,7 @@ from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, COLORS, GRAY, 
 from gapbeam.postprocess.signals.cycle_counts import CycleCounts
 from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
 from gapbeam.postprocess.signals.shock_spectrum import CONFIDENCE, PowerDensity, ShockSpectrum
-from gapbeam.postprocess.signals.signal import Signal, enlarged_span, unit_of_time
+from gapbeam.postprocess.signals.signal import Signal, enlarged_span, unit_of_record, unit_of_time
 
 _DECADES = 4.0
 _SHORT = {"1/2": "½", "1/3": "⅓"}
@@ -128,28 +128,26 @@ def draw_time_history(analysis: Analysis, zoom: int = 3) -> Figure:
     frequency = analysis.forcing_frequency
     motion = rows[-1].signal
     span = enlarged_span(motion.time, motion.values, frequency, zoom)
-    time_unit, in_unit = unit_of_time(span)
+    (time_unit, in_unit), (clock, in_record) = unit_of_time(span), unit_of_record(motion.time)
     for row, (whole, end) in zip(rows, axes, strict=True):
         if frequency is not None:  # each record to its own end
             span = enlarged_span(row.signal.time, row.signal.values, frequency, zoom)
         signal, last = row.signal, row.signal.between(*span)
         unit, factor = row.display
         smoothed = analysis.smoothed.signal if analysis.smoothed and row is analysis.acceleration else None
-        for panel, part in ((whole, signal), (end, last)):
+        for panel, part, scale in ((whole, signal, in_record), (end, last, in_unit)):
             if smoothed is None:
-                panel.plot(
-                    in_unit * part.time if panel is end else part.time, factor * part.values, color=BLACK, lw=0.7
-                )
+                panel.plot(scale * part.time, factor * part.values, color=BLACK, lw=0.7)
             else:
-                _both(panel, part, smoothed, factor, in_unit if panel is end else 1.0, thin=panel is whole)
+                _both(panel, part, smoothed, factor, scale, thin=panel is whole)
         limits_around(whole, factor * signal.values)
-        whole.axvspan(last.time[0], last.time[-1], color=GRAY, alpha=0.25, lw=0)
+        whole.axvspan(in_record * last.time[0], in_record * last.time[-1], color=GRAY, alpha=0.25, lw=0)
         whole.set_ylabel(f"{signal.name} ({unit})")
         if smoothed is not None:
             end.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, columnspacing=1.2)
         if frequency is not None:
             _period_grid(end, last, frequency, in_unit)
-    axes[-1][0].set_xlabel("time (s)")
+    axes[-1][0].set_xlabel(f"time ({clock})")
     axes[-1][1].set_xlabel(f"time ({time_unit})")
     for panel in (axes[-1][0], axes[-1][1]):
         panel.locator_params(axis="x", nbins=7)

@@ -18,6 +18,7 @@ from jinja2 import Environment, StrictUndefined
 from markdown_it import MarkdownIt
 from markupsafe import Markup
 
+from gapbeam.postprocess.display_units import POWERS, PREFIXES
 from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, GRAY, GREEN, PURPLE, SKY, VERMILION
 from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, cell
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, FloatArray
@@ -29,7 +30,8 @@ COLORS = (BLUE, VERMILION, GREEN, BLACK, PURPLE, SKY, GRAY)
 DASHES = ("solid", "solid", "solid", "solid", "solid", "solid", "solid", "dash", "dashdot", "dot")
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "x")
 
-TIME_AXES = {"time (s)": 1.0, "time (ms)": 1e-3}  # s; a cursor follows the time of the page on them
+# s; a cursor follows the time of the page on these
+TIME_AXES = {f"time ({prefix}s)": 1.0 / POWERS[prefix] for prefix, _ in PREFIXES["s"]}
 
 FEW_DECADES = 2.0  # of a logarithmic axis, which then has more labels than one a decade
 

@@ -16,7 +16,7 @@ from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path
 from matplotlib.transforms import IdentityTransform
 
-from gapbeam.postprocess.display_units import length_words
+from gapbeam.postprocess.display_units import size_words
 from gapbeam.postprocess.results.columns_of_run import supports_of, wall_motions
 from gapbeam.postprocess.results.field_reader import Fields, Frame
 from gapbeam.postprocess.results.results import Results
@@ -342,12 +342,13 @@ class Studio:
             strongest, remark = motion.strongest, "largest contact pressure of all fields"
         else:
             strongest = int(np.argmax(forces))
-            remark = f"largest contact force of all fields: {forces[strongest]:.4g} N on {self._traces.faces} together"
+            size = size_words(float(forces[strongest]), unit="N")
+            remark = f"largest contact force of all fields: {size} on {self._traces.faces} together"
             time, force = self._traces.peak_force()
             if forces[strongest] < _NEARLY * force:
-                remark += f"; between fields {force:.4g} N at {1e3 * time:.4g} ms"
+                remark += f"; between fields {size_words(force, unit='N')} at {size_words(time, unit='s')}"
         farthest = int(np.argmax(np.abs(motion.tip)))
-        tip = length_words(float(motion.tip[farthest]))
+        tip = size_words(float(motion.tip[farthest]))
         return {
             "largest_contact_force": (strongest, remark),
             "largest_displacement": (farthest, f"largest displacement of the free end of all fields: {tip}"),

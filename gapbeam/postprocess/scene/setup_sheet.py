@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from gapbeam.postprocess.display_units import length_words
+from gapbeam.postprocess.display_units import size_words
 from gapbeam.postprocess.figures.figure_style import SKY
 from gapbeam.postprocess.results.columns_of_run import RunSupport
 from gapbeam.postprocess.results.field_reader import Frame
@@ -191,7 +191,7 @@ class _Sheet:
                 low = self._whole.heights(blocks, self._scale)[0]
                 middle = self._whole.start + 0.5 * (one.start + one.end)
                 [at] = view.fractions(np.array([self._whole.inside(middle, low)]))
-                below.append((float(at[0]), float(at[1]), f"{one.name} {length_words(one.clearance)}", "black"))
+                below.append((float(at[0]), float(at[1]), f"{one.name} {size_words(one.clearance)}", "black"))
             self._stack(panel, below, up=False)
 
     def _mark(
@@ -301,14 +301,14 @@ class _Sheet:
         region = self._set_up.regions[one.name]
         others = f" and {len(alike) - 1} alike" if len(alike) > 1 else ""
         kind = "clearance" if one.clearance >= 0.0 else "interference"
-        words = f"{one.name}{others}: {region}, {kind} {length_words(one.clearance).lstrip('−')}"
+        words = f"{one.name}{others}: {region}, {kind} {size_words(one.clearance).lstrip('−')}"
         self._figure.text(left, _NEAR_BOTTOM + _NEAR_HEIGHT + 0.035, words, fontsize=15 * self._large, va="center")
 
     def _write(self, shown: int) -> None:
         large, set_up = self._large, self._set_up
         self._figure.text(0.02, 0.965, set_up.title, fontsize=20 * large, va="center")
         words = f"set-up before the run, undeformed; gaps × {self._scale:g}; "
-        words += f"beam {length_words(self._whole.end - self._whole.start, 5)}, {set_up.cell_count} cells"
+        words += f"beam {size_words(self._whole.end - self._whole.start, 5)}, {set_up.cell_count} cells"
         more = [f"{self._left_out} names have no room"] if self._left_out else []
         if shown > _MOST_NEAR:
             more.append(f"{shown - _MOST_NEAR} more kinds of supports not shown from near")

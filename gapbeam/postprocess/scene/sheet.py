@@ -21,6 +21,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
 from matplotlib.tri import Triangulation
 
+from gapbeam.postprocess.display_units import shown, shown_along
 from gapbeam.postprocess.figures.figure_style import BASE_AND_GLAND, GRAY, SKY, face_style
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.scene.motion_range import Window, unrolled
@@ -28,7 +29,6 @@ from gapbeam.postprocess.scene.support_surface import ARM, PlacedMark, SupportBo
 from gapbeam.postprocess.scene.surface_color import PRESSURES, SurfaceColor
 from gapbeam.postprocess.scene.traces import Caption, Traces
 
-_MEGA = 1.0e-6
 _BETWEEN_TICKS = -16.0  # points: the name of the angle stands beside its short label 0, between those of -180 and 180
 
 
@@ -57,7 +57,9 @@ class PressurePanel:
             large: Height of the sheet over the one it was designed for.
         """
         left, bottom, width, height = place
-        self._limit, self._large = _MEGA * largest or 1.0, large
+        self._unit, self._factor = shown("Pa", largest)
+        self._limit, self._large = self._factor * largest or 1.0, large
+        self._along, self._in_x = shown_along([support.near])
         self._numbers: dict[str, np.ndarray] = {}
         self._artists: dict[str, Any] = {}
         bar_place = (left + width + 0.008, bottom, 0.008, height)
@@ -80,7 +82,7 @@ class PressurePanel:
     def fill(self, pressure: np.ndarray) -> None:
         """Show the pressures of one frame; of all points of the mesh, (n,), Pa."""
         for face, numbers in self._numbers.items():
-            values = _MEGA * pressure[numbers]
+            values = self._factor * pressure[numbers]
             artist = self._artists[face]
             if hasattr(artist, "set_ydata"):
                 artist.set_ydata(values)
@@ -95,13 +97,13 @@ class PressurePanel:
         for face, numbers in faces.items():
             order = numbers[np.argsort(points[numbers, 0])]
             style = face_style(face, list(faces))
-            x = 1e3 * points[order, 0]
+            x = self._in_x * points[order, 0]
             (self._artists[face],) = panel.plot(x, 0.0 * x, **{**style, "linewidth": 1.6}, label=face)
             self._numbers[face] = order
-        panel.set_xlim(1e3 * support.near[0], 1e3 * support.near[1])
+        panel.set_xlim(self._in_x * support.near[0], self._in_x * support.near[1])
         panel.set_ylim(0.0, self._limit)
-        panel.set_xlabel("x (mm)", labelpad=0)
-        panel.set_ylabel("contact pressure (MPa)", labelpad=2.0 * self._large)
+        panel.set_xlabel(f"x ({self._along})", labelpad=0)
+        panel.set_ylabel(f"contact pressure ({self._unit})", labelpad=2.0 * self._large)
         panel.locator_params(axis="y", nbins=5)
         panel.legend(
             loc="lower right",
@@ -123,10 +125,10 @@ class PressurePanel:
             panel = figure.add_axes((left, low, width, each))
             numbers = faces[face]
             around = support.is_around(face)
-            x, y = 1e3 * points[numbers, 0], 1e3 * points[numbers, 1]
+            x, y = self._in_x * points[numbers, :2].T
             if around:
                 numbers, x, y = unrolled(numbers, points)
-                x = 1e3 * x
+                x = self._in_x * x
             if numbers.size:
                 self._artists[face] = panel.tripcolor(
                     Triangulation(x, y),
@@ -139,18 +141,21 @@ class PressurePanel:
                 self._numbers[face] = numbers
             aside = _BETWEEN_TICKS * self._large if around else 0.0
             panel.set_ylabel(
-                "angle (°)" if around else "y (mm)", labelpad=aside, fontsize="small" if around else "medium"
+                "angle (°)" if around else f"y ({self._along})",
+                labelpad=aside,
+                fontsize="small" if around else "medium",
             )
-            panel.set_yticks([-180.0, 0.0, 180.0] if around else [1e3 * support.front, 0.0, 1e3 * support.back])
+            edges = self._in_x * support.front, 0.0, self._in_x * support.back
+            panel.set_yticks([-180.0, 0.0, 180.0] if around else edges)
             panel.set_title(
-                f"pressure on the {face} (MPa)" if face in BASE_AND_GLAND else f"{face} (MPa)",
+                f"{f'pressure on the {face}' if face in BASE_AND_GLAND else face} ({self._unit})",
                 loc="left",
                 fontsize="medium",
                 pad=4.0 * self._large,
             )
             panel.spines[:].set_visible(True)
             if number == 0:
-                panel.set_xlabel("x (mm)", labelpad=0)
+                panel.set_xlabel(f"x ({self._along})", labelpad=0)
             else:
                 panel.tick_params(labelbottom=False)
 
@@ -261,11 +266,15 @@ class Sheet:
             self._near = self._ruled(ZOOM, windows[1], support, 7)
             self._pressure = PressurePanel(self.figure, _PRESSURE, support, *pressures, self._large)
             close = [block.face for block in support.near_blocks()]
-            self._force = self._trace(_FORCE, "force (N)", traces.time, traces.forces, close)
-            self._motion = self._trace(
-                _MOTION, f"{traces.place} (mm)", traces.displacement_time, {"": 1e3 * traces.displacement}
+            unit, factor = shown(
+                "N", max((float(force.max(initial=0.0)) for force in traces.forces.values()), default=0.0)
             )
-            self._motion[0].set_xlabel("time (ms)")
+            forces = {face: factor * force for face, force in traces.forces.items()}
+            self._force = self._trace(_FORCE, f"force ({unit})", traces.time, forces, close)
+            unit, factor = shown("m", float(np.abs(traces.displacement).max(initial=0.0)))
+            moved = {"": factor * traces.displacement}
+            self._motion = self._trace(_MOTION, f"{traces.place} ({unit})", traces.displacement_time, moved)
+            self._motion[0].set_xlabel(f"time ({caption.in_unit[0]})")
             self._force[0].tick_params(labelbottom=False)
             self._write()
             self._clock = self.figure.text(0.98, 0.96, "", ha="right", va="center", fontsize=18 * self._large)
@@ -289,7 +298,7 @@ class Sheet:
         self._note.set_text(note)
         for panel, now in (self._force, self._motion):
             panel.set_xlim(*self._span(frame.time))
-            now.set_xdata([1e3 * frame.time, 1e3 * frame.time])
+            now.set_xdata(2 * [self._caption.in_unit[1] * frame.time])
         sheet = self._begun()
         _paste(sheet, self._whole, whole)
         _paste(sheet, self._near, near)
@@ -324,17 +333,18 @@ class Sheet:
     def _ruled(self, place: Place, window: Window, support: SupportBoxes, most: int) -> Axes:
         """Lay out the place of a picture, with a ruler below in 2D."""
         panel = self.figure.add_axes(place)
-        extent = (1e3 * window.x[0], 1e3 * window.x[1], 1e3 * window.height[0], 1e3 * window.height[1])
+        unit, factor = shown_along([window.x])
+        extent = tuple(factor * end for end in (*window.x, *window.height))
         panel.set_xlim(*extent[:2])
         panel.set_ylim(*extent[2:])
         panel.set_yticks([])
         panel.set_xticks([])
         panel.spines[:].set_visible(False)
         if support.dimension == 2:
-            first, last = max(1e3 * support.start, extent[0]), min(1e3 * support.end, extent[1])
+            first, last = max(factor * support.start, extent[0]), min(factor * support.end, extent[1])
             step = ruler_step(extent[1] - extent[0], most)
             ticks = np.arange(np.ceil(first / step - 1e-6), np.floor(last / step + 1e-6) + 1) * step + 0.0
-            panel.set_xticks(ticks, [*(f"{x:g}" for x in ticks[:-1]), f"{ticks[-1]:g} mm"])
+            panel.set_xticks(ticks, [*(f"{x:g}" for x in ticks[:-1]), f"{ticks[-1]:g} {unit}"])
             panel.spines["bottom"].set_visible(True)
             panel.spines["bottom"].set_bounds(first, last)
             self._moving.append(panel.spines["bottom"])  # in front of the picture
@@ -390,7 +400,12 @@ class Sheet:
         for name in (*others, *(name for name in close if name in curves)):
             style = {"color": GRAY, "zorder": 1} if name in others else face_style(name, close)
             label_here = name if name in close else "others" if name == others[0] else "_"
-            panel.plot(1e3 * time, curves[name], label=label_here, **style | {"linewidth": 1.3 * self._large})
+            panel.plot(
+                self._caption.in_unit[1] * time,
+                curves[name],
+                label=label_here,
+                **style | {"linewidth": 1.3 * self._large},
+            )
         panel.set_ylabel(label)
         panel.yaxis.set_label_coords(-0.2, 0.5)
         panel.locator_params(nbins=4)
@@ -403,14 +418,15 @@ class Sheet:
         return panel, now
 
     def _span(self, time: float) -> tuple[float, float]:
-        """Three forcing periods around a time, within the record; all of it without forcing. In ms."""
+        """Three forcing periods around a time, within the record; all of it without forcing."""
         first, last = float(self._traces.displacement_time[0]), float(self._traces.displacement_time[-1])
         frequency = self._caption.forcing_frequency
         if frequency is not None and last - first > _PERIODS_SHOWN / frequency:
             width = _PERIODS_SHOWN / frequency
             first = min(max(first, time - 0.5 * width), last - width)
             last = first + width
-        return 1e3 * first, 1e3 * (last if last > first else first + 1e-3)
+        factor = self._caption.in_unit[1]
+        return factor * first, factor * last if last > first else factor * first + 1.0
 
     def _write(self) -> None:
         caption, text = self._caption, 16 * self._large

@@ -68,12 +68,12 @@ class SurfaceColor:
     def label(self) -> str:
         """Name and unit beside a scale."""
         name = self.field.replace("_", " ").replace("von mises", "von Mises")
-        return f"{name} ({shown(STRESS_FIELDS[self.field])[0]})"
+        return f"{name} ({shown(STRESS_FIELDS[self.field], max(map(abs, self.limits)))[0]})"
 
     @property
     def shown_limits(self) -> tuple[float, float]:
         """The limits in the unit of the label."""
-        factor = shown(STRESS_FIELDS[self.field])[1]
+        factor = shown(STRESS_FIELDS[self.field], max(map(abs, self.limits)))[1]
         return factor * self.limits[0], factor * self.limits[1]
 
     def values(self, frame: Frame) -> np.ndarray:

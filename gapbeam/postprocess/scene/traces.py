@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gapbeam.postprocess.display_units import length_words
+from gapbeam.postprocess.display_units import shown, size_words
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.signals.signal import face_signal, probe_signal
 from gapbeam.solver.messages.wording import counted
@@ -106,7 +106,8 @@ class Caption:
         support: Factor and clearance of the picture of the support.
         forcing_frequency: Hz; None shows the time only.
         cadence: One line about the times shown; "" for none.
-        digits: Digits behind the point of times in ms.
+        in_unit: Unit of times, and their number in a second.
+        digits: Digits behind the point of times in that unit.
     """
 
     title: str
@@ -114,11 +115,12 @@ class Caption:
     support: str
     forcing_frequency: float | None
     cadence: str
+    in_unit: tuple[str, float] = ("ms", 1e3)
     digits: int = 2
 
     def clock(self, time: float) -> str:
         """Time, and forcing periods and phase since t = 0."""
-        text = f"t = {1e3 * time:.{self.digits}f} ms"
+        text = f"t = {self.in_unit[1] * time:.{self.digits}f} {self.in_unit[0]}"
         if self.forcing_frequency is None:
             return text
         periods = time * self.forcing_frequency + _SLACK
@@ -145,14 +147,17 @@ def caption_of(
         frames_per_second: Speed of the film; 0 for no film.
         slides: Whether the beam moves along itself by so much that a picture shows that it is not enlarged.
     """
+    unit, factor = shown("s", float(np.abs(times).max(initial=0.0)))
+    interval = factor * float(np.median(np.diff(times))) if times.size > 1 else 0.0
     along = "; along the beam × 1" if slides else ""
     return Caption(
         title=title,
         whole=f"displacement × {scales[0]:g}, clearance × {scales[0]:g}{along}",
-        support=f"displacement × {scales[1]:g}, clearance ({length_words(clearance)}) × {scales[1]:g}",
+        support=f"displacement × {scales[1]:g}, clearance ({size_words(clearance)}) × {scales[1]:g}",
         forcing_frequency=forcing_frequency,
         cadence=_cadence(times, forcing_frequency, frames_per_second),
-        digits=2 if times.size < 2 else max(2, 1 - math.floor(math.log10(1e3 * float(np.median(np.diff(times)))))),
+        in_unit=(unit, factor),
+        digits=max(2, 1 - math.floor(math.log10(interval))) if interval else 2,
     )
 
 
@@ -160,7 +165,7 @@ def _cadence(times: np.ndarray, forcing_frequency: float | None, frames_per_seco
     if times.size < 2:
         return ""
     interval = float(np.median(np.diff(times)))
-    text = f"a field every {1e3 * interval:.3g} ms"
+    text = f"a field every {size_words(interval, 3, 's')}"
     if forcing_frequency is not None:
         text += f", {1 / (interval * forcing_frequency):.3g} in a forcing period"
     if frames_per_second > 0.0:

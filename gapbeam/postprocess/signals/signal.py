@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gapbeam.postprocess.display_units import PREFIXES, shown
 from gapbeam.solver.schema.record_table import HISTORY, TURNING, unit_where
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ FloatArray = np.ndarray
 INTERVAL_MEANS = frozenset(record.name for record in HISTORY if "mean over the interval" in record.meaning)
 
 _UNEVEN = 1.0e-3
+LEAST_IN_S = 0.01  # ends of whole records whose times are in s
 
 
 class SignalError(ValueError):
@@ -127,9 +129,26 @@ def turning_in(history: xr.Dataset) -> set[str]:
     return set(history[TURNING].values.tolist()) if TURNING in history.coords else set()
 
 
-def units_of(signals: Iterable[Signal], prefix: str = "") -> str:
-    """Return the unit of signals, with a prefix: "N", or "N or N m" where they differ."""
-    return " or ".join(dict.fromkeys(prefix + one.unit for one in signals))
+def units_of(signals: Iterable[Signal]) -> str:
+    """Return the unit of signals: "N", or "N or N m" where they differ."""
+    return " or ".join(dict.fromkeys(one.unit for one in signals))
+
+
+def display_of(signals: Iterable[Signal], side: int = 0) -> tuple[str, float]:
+    """Return the unit in which signals are shown together, by the largest of them, and the factor to it.
+
+    Args:
+        signals: Signals.
+        side: 1 or -1: of values above or below 0 alone.
+    """
+    signals = list(signals)
+    units = list(dict.fromkeys(one.unit for one in signals)) or [""]
+    sizes = [float((side * one.values if side else np.abs(one.values)).max(initial=0.0)) for one in signals]
+    if len(units) > 1 and units[0] not in PREFIXES:
+        return units_of(signals), 1.0
+    label, factor = shown(units[0], max(sizes, default=0.0))
+    prefix = label.removesuffix(units[0])
+    return " or ".join([label, *(prefix + unit for unit in units[1:])]), factor
 
 
 def probe_signal(history: xr.Dataset, quantity: str, probe: str | None = None, component: str | None = None) -> Signal:
@@ -375,5 +394,10 @@ def enlarged_span(time: np.ndarray, values: np.ndarray, frequency: float | None,
 
 def unit_of_time(span: tuple[float, float]) -> tuple[str, float]:
     """Return the unit of the time axis of the part, and the number of these units in a second."""
-    end = abs(span[1])
-    return ("s", 1.0) if end >= 10.0 else ("ms", 1e3) if end >= 0.01 or end == 0.0 else ("µs", 1e6)
+    return shown("s", abs(span[1]))
+
+
+def unit_of_record(time: FloatArray) -> tuple[str, float]:
+    """Return the unit of the time axis of a whole record, s where that can be read, and the number in a second."""
+    last = float(np.abs(time).max(initial=0.0))
+    return ("s", 1.0) if last >= LEAST_IN_S else shown("s", last)

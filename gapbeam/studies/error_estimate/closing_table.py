@@ -7,7 +7,7 @@ from math import ceil, floor, inf, log10
 from textwrap import wrap
 from typing import Any, NamedTuple
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import PREFIXES, shown
 from gapbeam.postprocess.signals.figure_names import (
     AXIAL_STRESS,
     DISPLACEMENT,
@@ -186,13 +186,13 @@ def plus_minus(one: FigureError) -> str:
 
 
 def with_unit(value: float, unit: str, digits: int = 3, largest: float = 0.0) -> str:
-    """Return a value with its unit, for terminals; lengths in m, mm, um or nm.
+    """Return a value with its unit, for terminals; its prefix by its size: 12 kN, 3 um.
 
     Args:
         value: The value, SI.
         unit: SI unit.
         digits: Significant digits.
-        largest: Largest value beside it, which decides the unit of lengths together with it, SI.
+        largest: Largest value beside it, which decides the prefix together with it, SI.
     """
-    written, factor = shown(unit, max(abs(value), abs(largest))) if unit == "m" else (unit, 1.0)
+    written, factor = shown(unit, max(abs(value), abs(largest))) if unit in PREFIXES else (unit, 1.0)
     return f"{factor * value:.{digits}g} {written.replace('µ', 'u')}".removesuffix(" 1")

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from gapbeam.postprocess.display_units import length_words
+from gapbeam.postprocess.display_units import size_words
 from gapbeam.solver.case.reading.case_reader import is_scene, read_case
 from gapbeam.solver.messages.errors import RangeNotCovered
 from gapbeam.solver.messages.wording import counted
@@ -97,19 +97,19 @@ class LifeResult(PrintedResult):
         if worn.life is None or worn.low is None or worn.high is None:
             return (
                 f"{self.limit:g} m is not reached: after {time_words(last.time)} {name}, the nearest to its limit, is "
-                f"worn by {length_words(last.depths[worn.first], 3)}; {WHY[worn.reason]}"
+                f"worn by {size_words(last.depths[worn.first], 3)}; {WHY[worn.reason]}"
             )
         doubt = "" if self.verdict == "good" else f"; intervals of the rates: {self.verdict}"
         return (
             f"life {time_words(worn.life)} ({time_words(worn.low)} to {time_words(worn.high)}, 95 %) until {name} is "
-            f"worn by {length_words(self.limit)}; chance +- {100.0 * worn.chance:.2g} %, blocks +- "
+            f"worn by {size_words(self.limit)}; chance +- {100.0 * worn.chance:.2g} %, blocks +- "
             f"{100.0 * worn.block_error / worn.life:.2g} %; {counted(worn.runs, 'run')}{doubt}"
         )
 
     def _worn_by(self) -> list[str]:
         """Return the depth of each face at the end, with its interval, in words."""
         ends = zip(self.faces, self.worn.states[-1].depths, *self.worn.depth_interval, strict=True)
-        words = ((name, *(length_words(depth, 3) for depth in depths)) for name, *depths in ends)
+        words = ((name, *(size_words(depth, 3) for depth in depths)) for name, *depths in ends)
         return [f"{name} worn by {depth} ({low} to {high}, 95 %)" for name, depth, low, high in words]
 
     def tables(self) -> list[Table]:

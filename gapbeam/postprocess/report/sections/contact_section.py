@@ -8,11 +8,19 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words, number
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
 from gapbeam.postprocess.report.sections.support_section import IMPULSES_ONLY, ZOOM, chart_along, end_words, is_long
 from gapbeam.postprocess.results.columns_of_run import WearMap
-from gapbeam.postprocess.signals.signal import Signal, enlarged_span, face_signal, units_of
+from gapbeam.postprocess.signals.signal import (
+    Signal,
+    display_of,
+    enlarged_span,
+    face_signal,
+    unit_of_record,
+    unit_of_time,
+)
 from gapbeam.solver.messages.wording import counted
 
 HEADER = ("face", "rate", "value", "unit", "95 % interval", "judged")
@@ -129,9 +137,6 @@ def _interval(rate: dict[str, Any]) -> str:
     return "" if rate["low"] is None else f"{number(rate['low'])} to {number(rate['high'])}"
 
 
-_MICRO = 1.0e6
-
-
 def contact_section(
     history: xr.Dataset, frequency: float | None, command: str, impulsive: Collection[str] = ()
 ) -> ReportSection:
@@ -153,36 +158,39 @@ def contact_section(
     time = np.asarray(history["time"].values, dtype=float)
     end = end_words(frequency) if is_long(time, frequency) else "the whole record"
     size = max(one.time.size for one in force.values())
-    whole = [ChartCurve(face, *envelope(one.time, one.values)) for face, one in force.items()]
+    (unit, in_unit), (small, in_small) = display_of(force.values()), display_of(depth.values())
+    (deep, in_deep), (clock, in_clock) = display_of(depth.values(), 1), unit_of_record(time)
+    whole = [ChartCurve(face, *envelope(in_clock * one.time, in_unit * one.values)) for face, one in force.items()]
     span = enlarged_span(time, np.sum([one.values for one in force.values()], axis=0), frequency, ZOOM)
-    last = [ChartCurve(face, *_part(one.between(*span))) for face, one in force.items()]
-    gaps = [ChartCurve(face, *_part(one.between(*span), -_MICRO)) for face, one in depth.items()]
+    near, in_near = unit_of_time(span)
+    last = [ChartCurve(face, *_part(one.between(*span), in_near, in_unit)) for face, one in force.items()]
+    gaps = [ChartCurve(face, *_part(one.between(*span), in_near, -in_small)) for face, one in depth.items()]
+    push, in_push = display_of(pushed.values()) if pushed else ("N s", 1.0)
     rows = []
     for face in faces:
         pressed = force[face].values > 0.0
         impulses = pushed[face].values if pushed else None
         rows.append(
             (
-                face, None if face in impulsive else float(force[face].values.max()),
-                float(force[face].values.mean()), 100.0 * float(pressed.mean()),
-                _MICRO * float(max(depth[face].values.max(), 0.0)), _MICRO * float(max(-depth[face].values.min(), 0.0)),
-                None if impulses is None else float(impulses[-1] - impulses[0]),
+                face, None if face in impulsive else in_unit * float(force[face].values.max()),
+                in_unit * float(force[face].values.mean()), 100.0 * float(pressed.mean()),
+                in_deep * float(max(depth[face].values.max(), 0.0)),
+                in_small * float(max(-depth[face].values.min(), 0.0)),
+                None if impulses is None else in_push * float(impulses[-1] - impulses[0]),
             )
         )  # fmt: skip
-    unit, small = units_of(force.values()), units_of(depth.values(), "µ")
     heads = ("face", f"largest recorded force ({unit})", f"mean force ({unit})", "in contact (% of the records)",
-             f"largest penetration ({small})", f"largest gap ({small})",
-             f"impulse ({units_of(pushed.values()) or 'N s'})")  # fmt: skip
+             f"largest penetration ({deep})", f"largest gap ({small})", f"impulse ({push})")  # fmt: skip
     notes = [f"No largest force of {' and '.join(impulsive)}: {IMPULSES_ONLY}"] if impulsive else []
     blocks: list[Block] = []
     if is_long(time, frequency):
         words = f"Normal force on the beam, the whole record.{thinning_words(size)}"
-        blocks.append(Chart(words, "time (s)", f"contact force ({unit})", whole, command))
+        blocks.append(Chart(words, f"time ({clock})", f"contact force ({unit})", whole, command))
     blocks += [
-        Chart(f"Normal force on the beam, {end}.", "time (ms)", f"contact force ({unit})", last, command),
+        Chart(f"Normal force on the beam, {end}.", f"time ({near})", f"contact force ({unit})", last, command),
         Chart(
             f"Smallest gap of each face, {end}; below zero the largest penetration.",
-            "time (ms)", f"gap ({small})", gaps, command,
+            f"time ({near})", f"gap ({small})", gaps, command,
         ),
         TableBlock("The faces over the whole record, at the recorded instants", heads, rows, notes),
         *_bodies(history),
@@ -194,7 +202,12 @@ def _bodies(history: xr.Dataset) -> list[Block]:
     """Return the table of the flexible supports; nothing where all stand still."""
     if "support_displacement" not in history:
         return []
-    heads = ("support", "axis", "largest displacement (µm)", "at the start (µm)", "largest force on the frame (N)")
+    moves, forces = history["support_displacement"].values, history["support_force"].values
+    (unit, factor), (push, in_push) = shown("m", np.abs(moves).max()), shown("N", np.abs(forces).max())
+    heads = (
+        "support", "axis", f"largest displacement ({unit})", f"at the start ({unit})",
+        f"largest force on the frame ({push})",
+    )  # fmt: skip
     rows = []
     for name in history["support_body"].values:
         for axis in history["support_axis"].values:
@@ -203,13 +216,13 @@ def _bodies(history: xr.Dataset) -> list[Block]:
                 for key in ("support_displacement", "support_force")
             )
             if np.any(moved):
-                largest = _MICRO * float(np.abs(moved).max())
-                rows.append((str(name), str(axis), largest, _MICRO * float(moved[0]), float(np.abs(force).max())))
+                sizes = factor * float(np.abs(moved).max()), factor * float(moved[0])
+                rows.append((str(name), str(axis), *sizes, in_push * float(np.abs(force).max())))
     return [TableBlock("The supports that give way, at the recorded instants", heads, rows)]
 
 
-def _part(part: Signal, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    return envelope(1e3 * part.time, factor * part.values)
+def _part(part: Signal, in_unit: float, factor: float) -> tuple[np.ndarray, np.ndarray]:
+    return envelope(in_unit * part.time, factor * part.values)
 
 
 COHERENCE_HEADER = ("x (m)", "distance (m)", "coherence there", "asked", "generated", "95 % interval", "within")

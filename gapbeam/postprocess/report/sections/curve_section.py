@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.display_units import length_words, shown
+from gapbeam.postprocess.display_units import shown, size_words
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -129,7 +129,7 @@ def _branch(
 def _point_words(point: Mapping[str, Any], curve: Mapping[str, Any]) -> str:
     text = [f"{curve['key']} = {point['value']:.6g} {curve['unit']}"]
     text += [
-        f"{name.removesuffix(SUFFIX)}: {length_words(point[name], 5)} peak to peak" for name in point if SUFFIX in name
+        f"{name.removesuffix(SUFFIX)}: {size_words(point[name], 5)} peak to peak" for name in point if SUFFIX in name
     ]
     text += [
         f"{name.removesuffix('.peak_force')}: {point[name]:.5g} N" for name in point if name.endswith(".peak_force")
@@ -241,7 +241,7 @@ def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
 
 LIFE_FILE = "life.json"
 KEYS = ("reached", "message", "limit", "faces", "states", "relative_chance", "block_error", "verdict")
-HOUR, MILLIMETER = 3600.0, 1.0e-3
+HOUR = 3600.0
 DIGITS = 9  # of places that count as one
 HEADER = ("time (s)", "face", "depth (m)", "depth rate (m/s)", "95 % interval", "judged")
 
@@ -274,8 +274,9 @@ def life_sections(folder: Path, command: str) -> list[ReportSection]:
             faces, *(state[key] for key in ("depths", "depth_rates", "low", "high", "verdicts")), strict=True
         )
     ]
+    unit, factor = shown("m", max(max(state["depths"]) for state in states))
     charts = [
-        Chart("Depths of the faces", "time (h)", "depth (mm)", _curves(states, faces, "depths", MILLIMETER), command),
+        Chart("Depths of the faces", "time (h)", f"depth ({unit})", _curves(states, faces, "depths", factor), command),
         Chart(
             "How fast they wear", "time (h)", "depth rate (m/s)", _curves(states, faces, "depth_rates", 1.0), command
         ),
@@ -291,6 +292,7 @@ def life_sections(folder: Path, command: str) -> list[ReportSection]:
 def _profiles(profiles: Mapping[str, Mapping[str, Sequence[float]]], command: str) -> list[Chart]:
     """Return charts of the final wear depth along the beam and, for faces all around it, around it."""
     charts = []
+    unit, factor = shown("m", max((max(one["depth"]) for one in profiles.values()), default=0.0))
     for key, title, label in (
         ("x", "Worn profiles along the beam", "x (m)"),
         ("angle", "Worn profiles around the beam", "angle from straight down (deg)"),
@@ -300,16 +302,16 @@ def _profiles(profiles: Mapping[str, Mapping[str, Sequence[float]]], command: st
             places, owners = np.unique(np.round(one[key], DIGITS), return_inverse=True)
             if key == "x" or len(places) > 1:
                 deepest = np.zeros(len(places))
-                np.maximum.at(deepest, owners, np.array(one["depth"]) / MILLIMETER)
+                np.maximum.at(deepest, owners, factor * np.array(one["depth"]))
                 curves.append(ChartCurve(face, places, deepest, "lines+markers"))
         if curves:
-            charts.append(Chart(title, label, "depth of the deepest point (mm)", curves, command))
+            charts.append(Chart(title, label, f"depth of the deepest point ({unit})", curves, command))
     return charts
 
 
-def _curves(states: Sequence[dict[str, Any]], faces: Sequence[str], key: str, unit: float) -> list[ChartCurve]:
+def _curves(states: Sequence[dict[str, Any]], faces: Sequence[str], key: str, factor: float) -> list[ChartCurve]:
     hours = [state["time"] / HOUR for state in states]
-    values = [[value / unit for value in state[key]] for state in states]
+    values = [[factor * value for value in state[key]] for state in states]
     return [
         ChartCurve(face, hours, [row[place] for row in values], "lines+markers") for place, face in enumerate(faces)
     ]

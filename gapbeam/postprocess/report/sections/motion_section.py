@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown, size_words
 from gapbeam.postprocess.report.blocks import Block, Cell, Level, ReportSection, TableBlock, Verdict
 from gapbeam.postprocess.report.charts import MOST, Chart, ChartCurve, envelope, thinning_words
 from gapbeam.postprocess.report.sections.support_section import ZOOM, end_words, is_long
 from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
-from gapbeam.postprocess.signals.signal import Signal, enlarged_span
+from gapbeam.postprocess.signals.signal import Signal, enlarged_span, unit_of_record, unit_of_time
 from gapbeam.postprocess.signals.spectra import distortion
 from gapbeam.solver.messages.wording import counted
 
@@ -78,6 +78,7 @@ def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: s
     """Return a signal of every probe over the whole record, or over its last forcing periods."""
     curves, size = [], 0
     unit, factor = _display(analyses, name)
+    clock, in_clock = _clock(analyses, last)
     for probe, analysis in analyses.items():
         one = analysis.signals.get(name)
         if one is None:
@@ -89,14 +90,14 @@ def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: s
         for label, part in pairs:
             signal = part.signal.between(*span) if last else part.signal
             size = max(size, signal.time.size)
-            curves.append(_curve(label, signal, probe, 1e3 if last else 1.0, factor))
+            curves.append(_curve(label, signal, probe, in_clock, factor))
     if not curves:
         return None
     frequency = next(iter(analyses.values())).forcing_frequency
     frame = "relative to the support" if name == "displacement" else "in the inertial frame"
     return Chart(
         f"{name.capitalize()} {frame}, {end_words(frequency) if last else 'the whole record'}.{thinning_words(size)}",
-        f"time ({'ms' if last else 's'})",
+        f"time ({clock})",
         f"{name} ({unit})",
         curves,
         command,
@@ -106,7 +107,15 @@ def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: s
 
 
 def _averaged(smoothed: Signal) -> str:
-    return f"moving average over {1e3 * smoothed.width:.3g} ms"
+    return f"moving average over {size_words(smoothed.width, 3, 's')}"
+
+
+def _clock(analyses: Mapping[str, Analysis], last: bool) -> tuple[str, float]:
+    """Return the unit of the times of records, or of their last forcing periods, and the factor to it."""
+    one = next(iter(analyses.values())).displacement
+    assert one is not None
+    time = one.signal.time
+    return unit_of_time((time[0], time[-1])) if last else unit_of_record(time)
 
 
 def _display(analyses: Mapping[str, Analysis], name: str) -> tuple[str, float]:

@@ -437,15 +437,16 @@ def _waveforms(found: Mapping[str, RunComparison], first: str, command: str) -> 
     for signal, unit in signals:
         laid = [(name, one) for name, run in found.items() for one in run.overlays if one.name == signal]
         shown_unit, factor = shown(unit, max(float(np.abs([one.a, one.b]).max()) for _, one in laid))
+        clock, in_clock = shown("s", max(float(np.abs(one.time).max()) for _, one in laid))
         curves = []
         for name, one in laid:
-            curves.append(ChartCurve(first, *envelope(1e3 * one.time, factor * one.a), choice=name))
-            curves.append(ChartCurve("the other", *envelope(1e3 * one.time, factor * one.b), choice=name))
+            curves.append(ChartCurve(first, *envelope(in_clock * one.time, factor * one.a), choice=name))
+            curves.append(ChartCurve("the other", *envelope(in_clock * one.time, factor * one.b), choice=name))
         charts.append(
             Chart(
                 f"{sentence(signal)} of {first} and of the run chosen, at the same phases of the forcing or, where "
                 "neither repeats, at the same times.",
-                "time (ms)", f"{signal} ({shown_unit})", curves, command,
+                f"time ({clock})", f"{signal} ({shown_unit})", curves, command,
                 choices=list(dict.fromkeys(str(curve.choice) for curve in curves)), choice="against",
             )
         )  # fmt: skip

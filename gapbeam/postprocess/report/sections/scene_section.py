@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from gapbeam.postprocess.display_units import size_words
 from gapbeam.postprocess.report.blocks import number
 from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, SceneBeam, SceneWall
 from gapbeam.postprocess.report.station_motion import (
@@ -184,7 +185,7 @@ def _words(times: np.ndarray, shown: int, total: int, frequency: float | None) -
     interval = float(np.diff(times).max(initial=0.0))
     if frequency is not None and interval * frequency * 8.0 > 1.0:
         words += (
-            f" There is a field every {number(1e3 * interval, 3)} ms, fewer than eight in a forcing period: the motion "
+            f" There is a field every {size_words(interval, 3, 's')}, fewer than eight in a forcing period: the motion "
             "looks slower or rougher than it is. A smaller `output.fields_interval` shows it as it is."
         )
     return words

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown, shown_along
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words, number, percent
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
 from gapbeam.postprocess.report.sections.support_section import chart_along
 from gapbeam.postprocess.results.columns_of_run import PointMap
 from gapbeam.postprocess.signals.cycle_counts import HEADS, distributions, rates
-from gapbeam.postprocess.signals.signal import SignalError, unit_at
+from gapbeam.postprocess.signals.signal import SignalError, unit_at, unit_of_record
 from gapbeam.solver.schema.record_table import HISTORY
 
 SMALL = 1.0e-4  # of the largest stored energy: what stays below is not drawn
@@ -50,26 +50,20 @@ def energy_section(
     Raises:
         SignalError: A value is not finite.
     """
-    unit = shown("J")[0]
-    size = history.sizes["time"]
     blocks: list[Block] = []
     there = {name: _values(history, name) for name in _STORED if name in history}
     most = max((float(values.max()) for values in there.values()), default=0.0)
-    stored = [
-        _curve(history, name, name.replace("_", " ")) for name, values in there.items() if values.max() >= SMALL * most
-    ]
-    spent = _work(history) + [_curve(history, name, _NAMES[name]) for name in _LOST if _any(history, name)]
-    thin = thinning_words(size)
-    if stored:
-        blocks.append(Chart(f"Stored energy.{thin}", "time (s)", f"energy ({unit})", stored, command))
-    if spent:
-        blocks.append(Chart(f"Work of the loads and losses since {since}.{thin}", "time (s)", f"energy ({unit})", spent,
-                            command))  # fmt: skip
-    if "energy_residual" in history:
-        residual = [_curve(history, "energy_residual", "residual")]
-        blocks.append(
-            Chart(f"What the balance of energy leaves over.{thin}", "time (s)", f"residual ({unit})", residual, command)
-        )
+    stored = {name.replace("_", " "): values for name, values in there.items() if values.max() >= SMALL * most}
+    spent = _work(history) | {_NAMES[name]: _values(history, name) for name in _LOST if _any(history, name)}
+    residual = {"residual": _values(history, "energy_residual")} if "energy_residual" in history else {}
+    time = np.asarray(history["time"].values, dtype=float)
+    for words, label, curves in (
+        ("Stored energy", "energy", stored),
+        (f"Work of the loads and losses since {since}", "energy", spent),
+        ("What the balance of energy leaves over", "residual", residual),
+    ):
+        if curves:
+            blocks.append(_over_time(words, label, time, curves, command))
     table = _gates_table(summary)
     if table is not None:
         blocks.append(table)
@@ -101,39 +95,39 @@ def _balance(changed: xr.Dataset, first: str) -> TableBlock:
     """Return the energy that came, left, and is stored, from the first record of a span to its end."""
     there = [name for name in _STORED if name in changed]
     stored = float(sum(_values(changed, name)[-1] - _values(changed, name)[0] for name in there))
-    rows: list[tuple[Cell, ...]] = []
-    if "load_work" in changed:
-        work = _values(changed, "load_work")[-1]
-        rows += [(f"work of {name}", float(one)) for name, one in zip(changed["load"].values, work, strict=True)]
-    rows += [(_NAMES[name], -float(_values(changed, name)[-1])) for name in _LOST if _any(changed, name)]
+    ends = {name: float(work[-1]) for name, work in _work(changed).items()}
+    ends |= {_NAMES[name]: -float(_values(changed, name)[-1]) for name in _LOST if _any(changed, name)}
     if "energy_residual" in changed:
-        rows.append(("residual", float(_values(changed, "energy_residual")[-1])))
-    rows.append(("stored more than at the start of the span", stored))
+        ends["residual"] = float(_values(changed, "energy_residual")[-1])
+    ends["stored more than at the start of the span"] = stored
+    unit, factor = shown("J", max(map(abs, ends.values())))
     caption = f"Energy from {first} on: the last line is the sum of those above"
-    return TableBlock(caption, ("", f"energy ({shown('J')[0]})"), rows)
+    return TableBlock(caption, ("", f"energy ({unit})"), [(name, factor * end) for name, end in ends.items()])
 
 
 def _values(history: xr.Dataset, name: str) -> np.ndarray:
-    values = shown("J")[1] * np.asarray(history[name].values, dtype=float)
+    values = np.asarray(history[name].values, dtype=float)
     if not np.isfinite(values).all():
         raise SignalError(f"{name}: a value is not finite")
     return values
 
 
-def _curve(history: xr.Dataset, name: str, label: str) -> ChartCurve:
-    return ChartCurve(label, *envelope(np.asarray(history["time"].values, dtype=float), _values(history, name)))
+def _over_time(words: str, label: str, time: np.ndarray, curves: Mapping[str, np.ndarray], command: str) -> Chart:
+    unit, factor = shown("J", max(float(np.abs(values).max(initial=0.0)) for values in curves.values()))
+    clock, in_clock = unit_of_record(time)
+    lines = [ChartCurve(name, *envelope(in_clock * time, factor * values)) for name, values in curves.items()]
+    return Chart(f"{words}.{thinning_words(time.size)}", f"time ({clock})", f"{label} ({unit})", lines, command)
 
 
 def _any(history: xr.Dataset, name: str) -> bool:
     return name in history and bool(np.any(history[name].values))
 
 
-def _work(history: xr.Dataset) -> list[ChartCurve]:
+def _work(history: xr.Dataset) -> dict[str, np.ndarray]:
     if "load_work" not in history:
-        return []
-    time, work = np.asarray(history["time"].values, dtype=float), _values(history, "load_work")
+        return {}
     names = [str(name) for name in history["load"].values]
-    return [ChartCurve(f"work of {name}", *envelope(time, work[:, place])) for place, name in enumerate(names)]
+    return {f"work of {name}": work for name, work in zip(names, _values(history, "load_work").T, strict=True)}
 
 
 def _gates_table(summary: Mapping[str, Any]) -> TableBlock | None:
@@ -198,11 +192,6 @@ def _largest(history: xr.Dataset, record: str, values: xr.DataArray, words: str)
     return [(words.format(name), factor * one, written) for name, one, written, factor in displays]
 
 
-HEADER = (
-    "face", "points touched", "first touch (s)", "at x (mm)", "at angle (deg)", "contact share, largest (%)",
-    "penetration, largest (µm)",
-)  # fmt: skip
-PRESSED_HEADER = ("face", "impulse (N s)", "most per area (N s/m²)", "over the mean", "at x (mm)", "at angle (deg)")
 SHARE, PRESSED = "contact share (%)", "impulse per area (N s/m²)"
 
 
@@ -222,12 +211,20 @@ def points_section(points: Mapping[str, PointMap], command: str = "") -> ReportS
     rest = [face for face in points if face not in touched]
     note = "Seen at the records of the history. Angles are from straight down, positive toward +y."
     notes = (note, f"Not touched at a record: {', '.join(rest)}.") if rest else (note,)
-    first = TableBlock("What was touched", HEADER, [_row(face, one) for face, one in touched.items()], notes=notes)
+    along = shown_along([one.x for one in touched.values()])
+    deep = shown("m", max(float(one.deepest.max()) for one in touched.values()))
+    heads = (
+        "face", "points touched", "first touch (s)", f"at x ({along[0]})", "at angle (deg)",
+        "contact share, largest (%)", f"penetration, largest ({deep[0]})",
+    )  # fmt: skip
+    rows = [_row(face, one, along[1], deep[1]) for face, one in touched.items()]
+    first = TableBlock("What was touched", heads, rows, notes=notes)
     blocks: list[Block] = [first]
     known = {face: one for face, one in touched.items() if np.all(np.isfinite(one.impulse)) and one.impulse.sum() > 0.0}
     if known:
-        rows = [_pressed(face, one) for face, one in known.items()]
-        blocks.append(TableBlock("Where the impulse is largest", PRESSED_HEADER, rows))
+        rows = [_pressed(face, one, along[1]) for face, one in known.items()]
+        pressed = "face", "impulse (N s)", "most per area (N s/m²)", "over the mean", *heads[3:5]
+        blocks.append(TableBlock("Where the impulse is largest", pressed, rows))
     blocks += _charts(
         "Contact share", SHARE, {face: (one, 100.0 * one.share) for face, one in touched.items()}, command
     )
@@ -235,18 +232,18 @@ def points_section(points: Mapping[str, PointMap], command: str = "") -> ReportS
     return ReportSection(title, "contact-points", blocks)
 
 
-def _row(face: str, one: PointMap) -> tuple[Cell, ...]:
+def _row(face: str, one: PointMap, in_x: float, in_depth: float) -> tuple[Cell, ...]:
     at = int(np.nanargmin(one.first_touch))
     count = f"{int(np.isfinite(one.first_touch).sum())} of {len(one.x)}"
-    share, deepest = 100.0 * float(one.share.max()), 1e6 * float(one.deepest.max())
-    return face, count, float(one.first_touch[at]), 1e3 * float(one.x[at]), _angle(one, at), share, deepest
+    share, deepest = 100.0 * float(one.share.max()), in_depth * float(one.deepest.max())
+    return face, count, float(one.first_touch[at]), in_x * float(one.x[at]), _angle(one, at), share, deepest
 
 
-def _pressed(face: str, one: PointMap) -> tuple[Cell, ...]:
+def _pressed(face: str, one: PointMap, in_x: float) -> tuple[Cell, ...]:
     at, total = int(np.argmax(one.pressed)), float(one.impulse.sum())
     most = float(one.pressed[at])
     mean = total / float(one.area.sum())
-    return face, total, most, most / mean, 1e3 * float(one.x[at]), _angle(one, at)
+    return face, total, most, most / mean, in_x * float(one.x[at]), _angle(one, at)
 
 
 def _angle(one: PointMap, at: int) -> float | None:

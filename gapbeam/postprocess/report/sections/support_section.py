@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from gapbeam.postprocess.display_units import shown_along
 from gapbeam.postprocess.report.blocks import Block, Cell, TableBlock, Verdict, number, percent
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.html_page import sentence
@@ -239,16 +240,17 @@ def chart_along(caption: str, y: str, lines: Mapping[str, tuple[np.ndarray, np.n
         lines: Places along the beam, m, increasing, and values, by face; at least one.
         command: Command that makes the chart.
     """
+    unit, factor = shown_along([x for x, _ in lines.values()])
     curves = {
-        face: ChartCurve(face, 1e3 * x, values, "lines+markers" if len(x) < MARKED else "lines")
+        face: ChartCurve(face, factor * x, values, "lines+markers" if len(x) < MARKED else "lines")
         for face, (x, values) in lines.items()
     }
     together = groups({face: (float(x[0]), float(x[-1])) for face, (x, _) in lines.items()})
     if len(together) == 1:
-        return Chart(caption, "x (mm)", y, list(curves.values()), command)
+        return Chart(caption, f"x ({unit})", y, list(curves.values()), command)
     names = {face: " and ".join(group) for group in together for face in group}
     chosen = [replace(curve, choice=names[face]) for face, curve in curves.items()]
-    return Chart(caption, "x (mm)", y, chosen, command, choices=list(dict.fromkeys(names.values())), choice="face")
+    return Chart(caption, f"x ({unit})", y, chosen, command, choices=list(dict.fromkeys(names.values())), choice="face")
 
 
 def groups(spans: Mapping[str, tuple[float, float]]) -> list[list[str]]:

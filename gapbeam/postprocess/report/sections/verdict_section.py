@@ -284,26 +284,29 @@ def result_figures(results: Results) -> list[Row]:
     alone, impacts = len(supports) == 1, summary.get("impacts") or {}
     rows: list[Row] = [
         *(
-            (f"largest contact force of a step on the {face}", float(force), "N")
+            _sized(f"largest contact force of a step on the {face}", float(force), "N")
             for face, force in (summary.get("peak_contact_force") or {}).items()
         ),
         *(
-            (f"largest impulse of an impact on the {face}", _of(impacts.get(face) or {}, "impulse", "largest"), "N s")
+            _sized(
+                f"largest impulse of an impact on the {face}", _of(impacts.get(face) or {}, "impulse", "largest"), "N s"
+            )
             for face in impulsive_faces(summary)
         ),
-        ("largest penetration", _of(summary, "penetration", "largest", _MICRO), "µm"),
+        _sized("largest penetration", _of(summary, "penetration", "largest"), "m"),
         ("largest penetration over the clearance", _of(summary, "penetration", "relative_to_clearance", 100.0), "%"),
-        ("energy exchanged", _of(summary, "energy", "exchanged", _MILLI), "mJ"),
+        _sized("energy exchanged", _of(summary, "energy", "exchanged"), "J"),
         ("impacts", _of(summary, "gates", "impacts"), ""),
-        *(_clearance("clearance" if alone else f"clearance of {one.name}", one.clearance) for one in supports),
+        *(_sized("clearance" if alone else f"clearance of {one.name}", one.clearance, "m") for one in supports),
         ("forcing frequency", results.forcing_frequency, "Hz"),
     ]
     return [row for row in rows if row[1] is not None]
 
 
-def _clearance(words: str, clearance: float) -> Row:
-    unit, factor = shown("m", clearance)
-    return words, factor * clearance, unit
+def _sized(words: str, value: float | None, unit: str) -> Row:
+    """Return name, value and unit of a figure in the unit in which it is read best; nothing where it is not known."""
+    unit, factor = shown(unit, value or 0.0)
+    return words, None if value is None else factor * value, unit
 
 
 def cost_figures(results: Results) -> list[Row]:
@@ -313,7 +316,7 @@ def cost_figures(results: Results) -> list[Row]:
     rows: list[Row] = [
         ("unknowns", _of(summary, "model", "dofs"), ""),
         ("steps", _of(summary, "convergence", "steps"), ""),
-        ("energy created by the scheme", _of(summary, "energy", "created", _MILLI), "mJ"),
+        _sized("energy created by the scheme", _of(summary, "energy", "created"), "J"),
         ("residual of the energy balance over the energy exchanged", _of(summary, "energy", "relative_residual"), ""),
         ("impacts outside the gates", _of(summary, "gates", "violations"), ""),
         ("contact iterations of a step, mean", _of(summary, "convergence", "iterations_mean"), ""),

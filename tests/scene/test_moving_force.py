@@ -279,7 +279,7 @@ MOVED = {
     "a clamp": (
         put("load", 0, "support", value="foot"),
         "of-spring.*support",
-        "one clamp alone: a stiff elastic joint",
+        "one clamp alone: give its .*joint.* a name",
     ),
     "no direction of it": (put("load", 1, "direction", value=[1.0]), "of-hole.*direction", "a number for each"),
     "no support": (put("load", 1, "support", value=None), "of-hole.*support", "missing"),

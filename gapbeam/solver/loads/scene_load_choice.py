@@ -62,7 +62,7 @@ def _of_structures(base: type[LoadTable]) -> type[LoadTable]:
 
 def _of_support(base: type[MovingSupport]) -> type[LoadTable]:
     """Return a motion of the side of pairs and joints that is on the frame."""
-    text = "name of the pair, snubber or elastic joint of one point whose side on the frame moves"
+    text = "name of the pair, snubber or elastic joint of one point whose side on the frame moves, or of another joint"
     keys: dict[str, Any] = {"support": (Name, Field(description=text, examples=["hanger"])), "direction": DIRECTION}
     return create_model("Of" + base.__name__, __base__=base, __module__=__name__, __doc__=base.__doc__, **keys)
 

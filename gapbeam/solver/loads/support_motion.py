@@ -69,7 +69,8 @@ class HarmonicSupportMotion(HarmonicLoad, MovingSupport):
     def time_function(self) -> TimeFunction:
         """Return the displacement."""
         harmonic = Harmonic(self.amplitude, self.frequency, self.phase, self.ramp)
-        return TimeFunction(harmonic.value, harmonic.mean, partial(harmonic.value, derivative=1))
+        value = harmonic.value
+        return TimeFunction(value, harmonic.mean, partial(value, derivative=1), partial(value, derivative=2))
 
     @property
     def peak(self) -> float:
@@ -109,7 +110,8 @@ class RecordedSupportMotion(RecordedLoad, MovingSupport):
             RecordError: The file cannot be used.
         """
         signal = signal_of(self)
-        return TimeFunction(signal.value, signal.mean, replace(signal, derivative=1).value)
+        rate, acceleration = (replace(signal, derivative=k).value for k in (1, 2))
+        return TimeFunction(signal.value, signal.mean, rate, acceleration)
 
     @property
     def derivatives(self) -> int:

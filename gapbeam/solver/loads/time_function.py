@@ -74,12 +74,14 @@ class TimeFunction:
         value: s at a time, or at each of an array of times.
         mean: Mean of s over intervals from starts, (times,), to ends, (times,).
         rate: Derivative of s, where s moves a wall.
+        acceleration: Its derivative, where s moves a clamp.
         signal: Computes s together with others of its kind; None: s is computed by itself.
     """
 
     value: Callable[[Any], Any]
     mean: Callable[[Array, Array], Array]
     rate: Callable[[Any], Any] | None = None
+    acceleration: Callable[[Any], Any] | None = None
     signal: Alike | None = None
 
 

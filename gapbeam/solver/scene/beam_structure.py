@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from math import inf
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -128,6 +129,7 @@ def beam(
     added_mass: float = 0.0,
     tension: float = 0.0,
     name: str = "",
+    driven: Mapping[str, float] = MappingProxyType({}),
 ) -> Structure:
     """Return a straight beam that bends in one plane, or a string with its bending stiffness.
 
@@ -148,6 +150,8 @@ def beam(
         added_mass: Added mass of a fluid that moves with the beam, per length, kg/m; it has no weight.
         tension: Axial preload, which keeps its direction and size, N; below 0: compression.
         name: Name of the structure.
+        driven: Places of supports that move by s, m, by name: the beam then has the points "NAME: K" and "NAME: M",
+            whose rows times s and s'' are the forces on it; see `driven_rows`.
 
     Raises:
         UserError: A place is off the beam, the model is unknown, a rigid beam is held or has a preload, or compression
@@ -190,6 +194,8 @@ def beam(
     fixed = {2 * _node(x, one) for one in held} | {2 * _node(x, one) + 1 for one in clamps}
     free = np.array([i for i in range(2 * len(x)) if i not in fixed])
     rows = {key: np.eye(2 * len(x))[2 * _node(x, one)][free] for key, one in places.items()}
+    rows |= driven_rows({key: np.eye(2 * len(x))[:, [2 * _node(x, one)]] for key, one in driven.items()},
+                        {"K": K, "M": M}, lambda forces: forces[free])  # fmt: skip
     rigid = heave_and_pitch_at(x).T
     along = rigid[:, 0]
     carried = (M @ along)[free] * (mass / (mass + added))
@@ -236,6 +242,25 @@ def element_count(elements: int | None, where: str) -> int:
     if elements is not None and elements < 1:
         raise UserError(f"{where}: elements: found {elements}, expected 1 or more")
     return ELEMENTS if elements is None else elements
+
+
+def driven_rows(
+    motions: Mapping[str, Array], matrices: Mapping[str, Any], kept: Callable[[Array], Array]
+) -> dict[str, Array]:
+    """Return the rows of points at which supports that move drive a structure, (motions, DOFs), by name.
+
+    The other DOFs u of a structure whose supports move by d s obey
+
+        M u'' + C u' + K u = -(M d)_u s'' - (C d)_u s' - (K d)_u s.
+
+    Args:
+        motions: Motions d of all DOFs, 0 but at the support, (all DOFs, motions), by the name of the support.
+        matrices: Matrices of all DOFs, by the letter behind the name of the point.
+        kept: Returns the part of forces on all DOFs, (all DOFs, motions), that acts on those of the structure.
+    """
+    return {
+        f"{name}: {letter}": -np.asarray(kept(A @ d)).T for name, d in motions.items() for letter, A in matrices.items()
+    }
 
 
 def in_two_planes(one: Structure) -> Structure:

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf, pi
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -25,7 +26,7 @@ from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
 from gapbeam.solver.scene.argument_checks import ArgumentError, check_section, checked, finite, positive, shown
-from gapbeam.solver.scene.beam_structure import element_count, refuse_buckling, section_table
+from gapbeam.solver.scene.beam_structure import driven_rows, element_count, refuse_buckling, section_table
 from gapbeam.solver.scene.frame_route import FrameAxes, FrameRoute, Station
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.scene.structure_geometry import ALONG, StructureGeometry, directions_across
@@ -146,6 +147,7 @@ def frame(
     added_mass: float = 0.0,
     tension: float = 0.0,
     name: str = "",
+    driven: Mapping[str, Station] = MappingProxyType({}),
 ) -> Structure:
     """Return a frame in space: beams that bend both ways and carry twist and tension along a route and its branches.
 
@@ -169,6 +171,7 @@ def frame(
         added_mass: Mass of a fluid that moves with the member across its axis, per length, kg/m; it has no weight.
         tension: Axial preload of a straight member, which keeps its direction and size, N; below 0: compression.
         name: Name of the structure.
+        driven: Places of supports that move along x, y and z by name; see `beam`.
 
     Raises:
         UserError: A route is none, a place is off the route, a direction is none, a branch meets no other member, all
@@ -232,6 +235,13 @@ def frame(
         Kf, Mf = Kf.toarray(), Mf.toarray()
     still = np.asarray(Z.T @ (R @ left)) if left.shape[1] else None
     rows = {key: np.asarray((Z.T @ row.T).T) for key, row in rows_of.items()}
+    shoved = dict[str, Array]()
+    for key, place in driven.items():
+        first = MOTIONS * node_at(axes.along(place, f"{where}: support"))
+        fixed_ways = C[:, first : first + 3]  # a support that holds one direction moves along that only
+        shoved[key] = np.zeros((tie.shape[1], 3))
+        shoved[key][first : first + 3] = np.linalg.pinv(fixed_ways) @ fixed_ways
+    rows |= driven_rows(shoved, {"K": K, "M": M + fluid}, lambda forces: Z.T @ forces)
     shifts = (MOTIONS * np.arange(len(x))[:, None] + np.arange(3)).ravel()
     lines = np.concatenate([np.column_stack([some[:-1], some[1:]]) for some in nodes])
     geometry = StructureGeometry(x, sp.csr_matrix(Z)[shifts], lines, drawn)

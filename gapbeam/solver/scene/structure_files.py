@@ -6,6 +6,7 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from gapbeam.solver.case.reading.overrides import UNITS
 from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked
+from gapbeam.solver.scene.beam_structure import driven_rows
 from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows, check_imported, read_nodes
 from gapbeam.solver.scene.matrix_files import FIRST_LETTERS, aligned, dmig_text, read_matrix, refuse_half
 from gapbeam.solver.scene.structure import SYMMETRY, Structure
@@ -117,9 +119,13 @@ class ImportedModel:
         return {node: turned(meter * nodes.places[node]) for node in self.rows.of_node}
 
     def structure(
-        self, points: Mapping[str, PointGiven], clamped: Sequence[Label], frame: Sequence[float] | None
+        self,
+        points: Mapping[str, PointGiven],
+        clamped: Sequence[Label],
+        frame: Sequence[float] | None,
+        driven: Mapping[str, Sequence[Label]] = MappingProxyType({}),
     ) -> tuple[Structure, dict[str, PlacedPoint]]:
-        """Return the structure, and where its points are; see `read_structure`."""
+        """Return the structure, and where its points are; see `read_structure`, and `beam` for `driven`."""
         rows_of, size = self.rows, self.M.shape[0]
         fixed = {i for one in clamped for i in rows_of.clamped(str(one))}
         free = np.array([i for i in range(size) if i not in fixed])
@@ -127,15 +133,22 @@ class ImportedModel:
             raise ArgumentError(f"structure {self.name or '?'}: all DOFs are clamped", "clamped")
         rows = {key: rows_of.rows(key, given, fixed)[:, free] for key, given in points.items()}
         inertia, moved = None, {}
-        if (frame is not None or self.is_placed) and not rows_of.named:
-            key = "frame" if frame is not None else "place"
+        if (frame is not None or self.is_placed or driven) and not rows_of.named:
+            key = "frame" if frame is not None else "place" if self.is_placed else "clamped"
             raise ArgumentError(
                 f"structure {self.name or '?'}: `{key}` needs the directions of the DOFs: give `dofs`", key
             )
+        shoved = dict[str, Array]()
+        for key, labels in driven.items():
+            own = [i for one in labels for i in rows_of.clamped(str(one))]
+            shoved[key] = np.zeros((size, 3))
+            shoved[key][own] = rows_of.along_axes[own]
+        matrices = {"K": self.K, "M": self.M} | ({} if self.C is None else {"C": self.C})
         if frame is not None or self.is_placed:
             along = rows_of.along_axes if frame is None else rows_of.along(frame)
             inertia = np.asarray(self.M @ along)[free]
             moved = {key: row @ along[free] for key, row in rows.items()}
+        rows |= driven_rows(shoved, matrices, lambda forces: forces[free])
         motions = rows_of.rigid()
         K, M = (A[free][:, free] for A in (self.K, self.M))
         C = None if self.C is None else self.C[free][:, free]

@@ -26,8 +26,8 @@ from gapbeam.solver.scene_file.placed_bodies import PlacedBody
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.structure_tables import BodyTable, MemberTable, SnubberJoint
 
-STATION = re.compile(r"(feedback|load|pair|point) \d+: ")  # no name of a point in a file has a blank
-SPREAD = re.compile(r"(feedback|load|point) \d+: ")  # these get no static responses
+STATION = re.compile(r"(clamp|feedback|load|pair|point) \d+: ")  # no name of a point in a file has a blank
+SPREAD = re.compile(r"(feedback|load|point) \d+: |clamp \d+: [CM]")  # these get no static responses
 HINT = r"(?:; (?P<hint>.*))?$"
 MESSAGES = (
     r"(?:.*?: )?found (?P<found>.*?),? expected (?P<expected>.*?)" + HINT,

@@ -62,7 +62,12 @@ def direction_of(point: PointTable) -> Any:
 
 
 def framed(
-    table: BodyTable, model: ElementFrame, members: Sequence[MemberTable], points: Directed, held: Sequence[Any]
+    table: BodyTable,
+    model: ElementFrame,
+    members: Sequence[MemberTable],
+    points: Directed,
+    held: Sequence[Any],
+    driven: Mapping[str, Any],
 ) -> tuple[Structure, dict[str, PlacedPoint]]:
     """Return a frame, and where its points are.
 
@@ -72,6 +77,7 @@ def framed(
         members: Its branches.
         points: Station and directions by name.
         held: Joints of the structure.
+        driven: Joints that loads move, by the name of their points.
 
     Raises:
         UserError: The frame cannot be made.
@@ -98,6 +104,7 @@ def framed(
         added_mass=model.added_mass,
         tension=model.tension,
         name=table.name,
+        driven={clamp: _where(joint) for clamp, joint in driven.items()},
     )
     return one, places
 

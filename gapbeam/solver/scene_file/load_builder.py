@@ -24,8 +24,19 @@ from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, MovingPoint, moving_force, sine, sine_of, weight
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene_file.contact_builder import Site
-from gapbeam.solver.scene_file.structure_tables import LumpedMass, ModesOfFile, SpringJoint
+from gapbeam.solver.scene_file.scene_case import SceneCase
+from gapbeam.solver.scene_file.structure_tables import (
+    ClampedBody,
+    HeldBody,
+    LumpedMass,
+    ModesOfFile,
+    PinnedBody,
+    SnubberJoint,
+    SpringJoint,
+)
 from gapbeam.solver.system.operators import Array
+
+Between = SnubberJoint | SpringJoint
 
 
 @dataclass(frozen=True)
@@ -57,7 +68,8 @@ def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
         body = site.bodies.get(wanted or "")
         return [] if body is None else _along_beam(site, number, load, body)
     if support_of(load) is not None or opens(load):
-        return []
+        clamps = {clamp: one for clamp, one in driven_joints(site.case).items() if one.name == support_of(load)}
+        return [part for clamp, joint in clamps.items() for part in _at_clamp(site, number, load, clamp, joint)]
     value, own = valued(load)
     if place is not None:
         point = site.point((*key, "point"), place, may_move=not load.noise)
@@ -146,6 +158,53 @@ def _on_inertia(load: AnyLoad, body: Structure, name: str, given: Any) -> Load:
         return weight(body, downward * load.weight_acceleration, along, name)
     value, own = valued(load)
     return BaseMotion(body, value, given, name, **own)
+
+
+def driven_joints(case: SceneCase) -> dict[str, ClampedBody | PinnedBody | HeldBody]:
+    """Return the joints that loads move and that hold a structure, by the names of its points there."""
+    moved = {support_of(load) for load in case.load} - {None}
+    held = {f"clamp {number}": one for number, one in enumerate(case.joint) if not isinstance(one, Between)}
+    return {clamp: one for clamp, one in held.items() if one.name in moved}
+
+
+def _at_clamp(
+    site: Site, number: int, load: AnyLoad, clamp: str, joint: ClampedBody | PinnedBody | HeldBody
+) -> list[Load]:
+    """Return the forces on a structure, one of whose clamps moves by s, counted from t = 0; see `driven_rows`.
+
+    The damping ratio of modes acts beside the motion that the structure follows slowly, K^-1 f for the force f of
+    s = 1: w_i^2 q_i = f_i, so that 2 zeta w_i q_i s' is a force of s'.
+    """
+    body = site.bodies.get(joint.structure)
+    if body is None:
+        return []
+    point = body[f"{clamp}: K"]
+    if isinstance(joint, HeldBody) and vars(load)["direction"] is None:
+        load = load.model_copy(update={"direction": joint.direction})
+    unit = _in_motions(site, number, load, point)
+    if unit is None:
+        return []
+    force = {letter: unit @ body[f"{clamp}: {letter}"].rows for letter in "KCM" if f"{clamp}: {letter}" in body.points}
+    if not np.any(force["K"]):
+        site.faults.append(
+            Fault(("load", number, "direction"), f'{list(unit)}, along which "{joint.name}" does not hold',
+                  "a direction that the joint holds")
+        )  # fmt: skip
+        return []
+    damping = next(one.damping for one in site.case.structure if one.name == joint.structure)
+    if damping:  # in modes, rigid ones first
+        still = 0 if body.rigid is None else body.rigid.shape[1]
+        follows = np.zeros(body.size)
+        follows[still:] = 2.0 * damping * force["K"][still:] / np.sqrt(np.diag(body.K)[still:])
+        force["C"] = force.get("C", 0.0) + follows
+    s = load.time_function()
+    assert s.rate is not None
+    assert s.acceleration is not None
+    values = {"K": lambda t: s.value(t) - s.value(0.0), "C": s.rate, "M": s.acceleration}
+    name = str(vars(load)["name"])
+    return [
+        Load(body, f, LoadSignal(values[letter]), f"{name}-{k}") for k, (letter, f) in enumerate(force.items(), start=1)
+    ]
 
 
 def at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructurePoint) -> list[Load]:

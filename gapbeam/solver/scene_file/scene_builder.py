@@ -50,6 +50,7 @@ from gapbeam.solver.scene_file.frame_builder import direction_of, extent_of, fra
 from gapbeam.solver.scene_file.load_builder import (
     LoadSignal,
     at_moving_end,
+    driven_joints,
     loads_of,
     moved_contacts,
 )
@@ -204,6 +205,7 @@ def _body(site: Site, table: BodyTable) -> Structure:
     model, points = table.model, [one for one in site.case.point if one.structure == table.name and not one.speed]
     held = [one for one in site.case.joint if getattr(one, "structure", None) == table.name]
     extent, nearest = site.extents.get(table.name), site.nearest.get(table.name, {})
+    driven = {clamp: joint for clamp, joint in driven_joints(site.case).items() if joint.structure == table.name}
     if isinstance(model, LumpedMass):
         more = {name: [[1.0]] for name in nearest}
         one = mass(model.mass, model.motions, model.stiffness, model.damping, table.name, **more)
@@ -212,15 +214,15 @@ def _body(site: Site, table: BodyTable) -> Structure:
         named = _named(site, table) if model.file.lower().endswith(UNIVERSAL) else ()
         return read_modes(model.file, table.name, named)
     elif isinstance(model, NODAL):
-        one, at = _imported(site, table, points, held), {}
+        one, at = _imported(site, table, points, held, driven), {}
     elif isinstance(model, ElementFrame):
         given = stations_of(points, nearest, extent)
         given |= {name: (x, direction_of(point)) for point, way in _ways(site, table) for name, x in way.items()}
-        one, places = framed(table, model, site.members(table), given, held)
+        one, places = framed(table, model, site.members(table), given, held, driven)
         at, site.places = {}, site.places | places
     else:
         at = {point.name: _along(extent, point) for point in points} | nearest | _stations(site, table)
-        one = _straight(table, model, at, held)
+        one = _straight(table, model, at, held, driven)
         if isinstance(model, ElementBeam) and model.motions == 2:
             one = in_two_planes(one)
     if extent is not None and extent.ways is not None:
@@ -279,7 +281,9 @@ def _along(extent: PlacedBody | None, point: PointTable) -> float:
     return float(point.at or 0.0)
 
 
-def _straight(table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, float], held: list[Any]) -> Structure:
+def _straight(
+    table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, float], held: list[Any], driven: dict[str, Any]
+) -> Structure:
     return beam(
         model.length,
         figures(model.section, model.thickness, model.width or model.thickness, model.material.poisson_ratio),
@@ -292,6 +296,7 @@ def _straight(table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, flo
         added_mass=model.added_mass,
         tension=model.tension if isinstance(model, ElementBeam) else 0.0,
         name=table.name,
+        driven={clamp: float(joint.at or 0.0) for clamp, joint in driven.items()},
     )
 
 
@@ -357,7 +362,9 @@ def _feedback(site: Site, number: int, table: AnyFeedback) -> Feedback | None:
         return None
 
 
-def _imported(site: Site, table: BodyTable, points: list[PointTable], held: list[Any]) -> Structure:
+def _imported(
+    site: Site, table: BodyTable, points: list[PointTable], held: list[Any], driven: dict[str, Any]
+) -> Structure:
     given: dict[str, Any] = dict(site.nearest.get(table.name, {}))
     for point in points:
         if point.dof is not None:
@@ -365,8 +372,9 @@ def _imported(site: Site, table: BodyTable, points: list[PointTable], held: list
         else:
             keys = {"node": point.node, "set": point.set, "nearest": point.nearest, "direction": point.direction}
             given[point.name] = {key: value for key, value in keys.items() if value is not None}
-    clamped = [one for joint in held for one in ((joint.nodes,) if isinstance(joint.nodes, str) else joint.nodes or ())]
-    structure, places = site.models[table.name].structure(given, clamped, table.frame)
+    clamped = [one for joint in held for one in joint.labels]
+    moved = {clamp: joint.labels for clamp, joint in driven.items()}
+    structure, places = site.models[table.name].structure(given, clamped, table.frame, moved)
     site.places |= {f"{table.name}.{key}": place for key, place in places.items()}
     return structure
 

@@ -366,17 +366,19 @@ def _loads(
     tables: Mapping[str, Any], known: Mapping[str, set[str] | None], by_name: Mapping[str, BodyTable]
 ) -> Iterator[Fault]:
     loads, time = tables.get("load", {}), tables.get("time")
-    held = [one.name for one in (*tables.get("pair", {}).values(), *tables.get("joint", {}).values())
+    joints = tables.get("joint", {}).values()
+    held = [one.name for one in (*tables.get("pair", {}).values(), *joints)
             if len(getattr(one, "between", ())) == 1 and getattr(one, "at", None) is None]  # fmt: skip
+    held += [one.name for one in joints if not hasattr(one, "between") and one.name]
     for number, load in loads.items():
         key: Key = ("load", number)
         where, name = point_of(load), structure_of(load)
         if where is not None:
             yield from _exists((*key, "point"), where, known, by_name)
         if (support := support_of(load)) is not None and support not in held:
-            yield Fault((*key, "support"), f'"{support}"', f"a pair, snubber or elastic joint of one point: "
-                        f"one of {', '.join(held) or 'none'}", "all supports alike: base_motion; "
-                        "one clamp alone: a stiff elastic joint in its place")  # fmt: skip
+            yield Fault((*key, "support"), f'"{support}"', f"a pair, snubber or elastic joint of one point, or "
+                        f"a joint that holds a structure: one of {', '.join(held) or 'none'}",
+                        "all supports alike: base_motion; one clamp alone: give its [[joint]] a name")  # fmt: skip
         if opens(load):
             yield from _opened(key, load, tables.get("pair", {}).values())
         if name is not None:

@@ -382,6 +382,7 @@ class PointTable(Table):
     )
 
 
+NAME: Any = Field(default=None, description="name by which loads move it", examples=["foot"])
 AT: Any = Field(default=None, description="x of a beam, length along the axis of a frame, m", examples=[0.0])
 NEAREST: Any = Field(default=None, description="coordinates whose nearest place is taken, m")
 
@@ -390,6 +391,7 @@ class ClampedBody(Table):
     """Nodes of matrices or a mesh, or a place of a beam, that neither move nor rotate."""
 
     type: Literal["clamped"] = Field(description="kind of joint")
+    name: Name | None = NAME
     structure: Name = Field(description="name of the structure", examples=["rack"])
     nodes: str | tuple[Annotated[Whole, Field(ge=1)] | str, ...] | None = Field(
         default=None, description='set of nodes, or a list of nodes, sets and "node.direction"', examples=["ROOT"]
@@ -397,11 +399,17 @@ class ClampedBody(Table):
     at: NonNegative | None = AT
     nearest: Direction | None = NEAREST
 
+    @property
+    def labels(self) -> tuple[int | str, ...]:
+        """Nodes, sets and DOFs of matrices or a mesh."""
+        return (self.nodes,) if isinstance(self.nodes, str) else self.nodes or ()
+
 
 class PinnedBody(Table):
     """A place of a beam or a frame that does not move, and rotates freely."""
 
     type: Literal["pinned"] = Field(description="kind of joint")
+    name: Name | None = NAME
     structure: Name = Field(description="name of the structure", examples=["tube"])
     at: NonNegative | None = AT
     nearest: Direction | None = NEAREST
@@ -411,6 +419,7 @@ class HeldBody(Table):
     """A place of a frame that does not move along a direction."""
 
     type: Literal["held"] = Field(description="kind of joint")
+    name: Name | None = NAME
     structure: Name = Field(description="name of the structure", examples=["pipe"])
     at: NonNegative | None = AT
     nearest: Direction | None = NEAREST

@@ -28,7 +28,7 @@ PREFIXES: dict[str, tuple[tuple[str, float], ...]] = {
     "s": (("", 10.0), ("m", 1.0e-3), ("µ", 1.0e-6), ("n", 0.0)),
     "rad": (("", 1.0e-2), ("m", 1.0e-5), ("µ", 1.0e-9), ("", 0.0)),
 }
-PREFIXES |= dict.fromkeys(("N m", "N s", "N m s"), PREFIXES["N"])
+PREFIXES |= {"N m": PREFIXES["N"], "N s": PREFIXES["J"], "N m s": PREFIXES["J"], "rad/s": PREFIXES["rad"]}
 POWERS = {"G": 1.0e-9, "M": 1.0e-6, "k": 1.0e-3, "": 1.0, "m": 1.0e3, "µ": 1.0e6, "n": 1.0e9, "p": 1.0e12}
 
 

@@ -132,7 +132,7 @@ def test_impacts_have_the_units_of_their_faces(
     for face in places:
         deep = history.penetration.sel(face=face).values
         rates = [(b - a) / 5e-4 for a, b in pairwise(deep) if a <= 0.0 < b]
-        unit, factor, pulse = ("rad/s", 1.0, "N m s") if face == "play" else ("mm/s", 1e3, "mN s")
+        unit, factor, pulse = ("rad/s", 1.0, "mN m s") if face == "play" else ("mm/s", 1e3, "mN s")
         assert cells[face, f"approach speed ({unit})"] == pytest.approx(factor * max(rates), rel=0.1)
         assert (face, f"impulse ({pulse})") in cells
         assert f"{face}: 0 {pulse.removesuffix(' s').removeprefix('m')} (open)" in described

@@ -35,7 +35,7 @@ from gapbeam.postprocess.figures.figure_style import (
 )
 from gapbeam.postprocess.results.bounded_files import branch_parts, read_json, stable_parts
 from gapbeam.postprocess.results.columns_of_run import WearMap
-from gapbeam.postprocess.signals.cycle_counts import QUANTITIES, distributions
+from gapbeam.postprocess.signals.cycle_counts import QUANTITIES, impact_units
 from gapbeam.solver.scene.structure_geometry import directions_across
 from gapbeam.solver.schema.record_table import SHAPES_FILE
 
@@ -218,17 +218,17 @@ def draw_impacts(impacts: Mapping[str, np.ndarray], turning: Collection[str] = (
         impacts: Impacts by face, (k, 5), at least one; see `gapbeam.postprocess.results.columns_of_run.impacts_of`.
         turning: Faces between rotations, drawn in units of their own on the same axes.
     """
-    found = {face: distributions(rows, face in turning) for face, rows in impacts.items()}
+    units = impact_units(impacts, turning)
     figure, ((*drawn,),) = panels(1, len(QUANTITIES), width=DOUBLE, height=2.4)
     for column, (panel, name) in enumerate(zip(drawn, QUANTITIES, strict=True), start=1):
-        values = {face: found[face][name][1] * rows[:, column] for face, rows in impacts.items()}
+        values = {face: units[face][column - 1][1] * rows[:, column] for face, rows in impacts.items()}
         together = np.concatenate(list(values.values()))
         count = min(_MOST_BINS, max(4, round(len(together) ** 0.5)))
         edges = np.linspace(0.0, 1.0001 * float(together.max()) or 1.0, count + 1)
         for face, mine in values.items():
             share = np.histogram(mine, edges)[0] / len(mine)
             panel.stairs(100.0 * share, edges, label=face, **face_style(face, list(impacts)))
-        panel.set_xlabel(f"{name} ({' or '.join(dict.fromkeys(one[name][0] for one in found.values()))})")
+        panel.set_xlabel(f"{name} ({' or '.join(dict.fromkeys(one[column - 1][0] for one in units.values()))})")
     drawn[0].set_ylabel("share of impacts (%)")
     letter(drawn)
     figure.legend(*drawn[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rainflow import extract_cycles
 
+from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.signal import record_columns, units_of
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STRESS = "Pa"
+Shown = tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True)
@@ -138,10 +140,8 @@ def cycle_data(found: CycleCounts) -> dict[str, object]:
     }  # fmt: skip
 
 
-QUANTITIES = {"approach speed": ("mm/s", 1.0e3), "impulse": ("mN s", 1.0e3), "duration": ("ms", 1.0e3)}
-"""Unit shown and factor to it, in the order of the columns behind the time."""
-TURNING_QUANTITIES = QUANTITIES | {"approach speed": ("rad/s", 1.0), "impulse": ("N m s", 1.0)}
-"""Likewise, of faces between rotations."""
+QUANTITIES = {"approach speed": ("m/s", "rad/s"), "impulse": ("N s", "N m s"), "duration": ("s", "s")}
+"""Units, and those of faces between rotations, in the order of the columns behind the time."""
 PERCENTILES = (5.0, 50.0, 95.0)
 HEADS = ("face", "", "mean", "5 %", "median", "95 %", "largest")
 
@@ -157,32 +157,43 @@ def rates(impacts: Mapping[str, np.ndarray], seconds: float) -> dict[str, float]
     return {face: float(rows[:, 4].sum()) / seconds for face, rows in impacts.items()}
 
 
-def distributions(rows: np.ndarray, turns: bool = False) -> dict[str, tuple[str, float, tuple[float, ...]]]:
-    """Return unit shown, factor to it, and mean, percentiles and largest value of speed, impulse and duration.
+def impact_units(impacts: Mapping[str, np.ndarray], turning: Collection[str] = ()) -> dict[str, Shown]:
+    """Return the units shown and the factors to them by face, for each of `QUANTITIES`: one for all faces of a kind.
 
     Args:
-        rows: Impacts of a face, (k, 5).
-        turns: Whether the face is between rotations: speeds are rad/s, impulses of moments.
+        impacts: Impacts by face, (k, 5).
+        turning: Faces between rotations.
     """
-    found = {}
-    shown = TURNING_QUANTITIES if turns else QUANTITIES
-    for column, (name, (unit, factor)) in enumerate(shown.items(), start=1):
-        values = factor * rows[:, column]
-        spread = (float(values.mean()), *map(float, np.percentile(values, PERCENTILES)), float(values.max()))
-        found[name] = (unit, factor, spread)
-    return found
+    found = dict[str, Shown]()
+    for turns in (False, True):
+        faces = [face for face in impacts if (face in turning) is turns]
+        if faces:
+            largest = np.max([impacts[face][:, 1:4].max(axis=0) for face in faces], axis=0)
+            pairs = zip(QUANTITIES.values(), largest, strict=True)
+            units = tuple(shown(names[turns], float(size)) for names, size in pairs)
+            found |= dict.fromkeys(faces, units)
+    return {face: found[face] for face in impacts}
+
+
+def distributions(rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Return mean, percentiles and largest value, (5,), of speed, impulse and duration of impacts (k, 5), in SI."""
+    return {
+        name: np.array([values.mean(), *np.percentile(values, PERCENTILES), values.max()])
+        for name, values in zip(QUANTITIES, rows[:, 1:4].T, strict=True)
+    }
 
 
 def impact_rows(impacts: Mapping[str, np.ndarray], seconds: float, turning: Collection[str] = ()) -> list[str]:
     """Return lines of text: the rate and the distributions of every face; `turning`: faces between rotations."""
     rows = [f"Impacts in {seconds:.4g} s", f"  {'':32}" + "".join(f"{head:>12}" for head in HEADS[2:])]
+    units = impact_units(impacts, turning)
     for face, rate in rates(impacts, seconds).items():
         every = int(impacts[face][0, 4])
         rest = f", distributions from one in {every}" if every > 1 else ""
         rows.append(f"  {face}: {rate:.4g} in a second{rest}")
-        for name, (unit, _, values) in distributions(impacts[face], face in turning).items():
+        for (name, values), (unit, factor) in zip(distributions(impacts[face]).items(), units[face], strict=True):
             label = f"{name}, {unit}"
-            rows.append(f"    {label:30}" + "".join(f"{value:12.4g}" for value in values))
+            rows.append(f"    {label:30}" + "".join(f"{value:12.4g}" for value in factor * values))
     return rows
 
 
@@ -191,8 +202,8 @@ def impact_data(impacts: Mapping[str, np.ndarray], seconds: float) -> dict[str, 
     return {
         face: {"rate": rate}
         | {
-            name.replace(" ", "_"): dict(zip(HEADS[2:], (value / factor for value in values), strict=True))
-            for name, (_, factor, values) in distributions(impacts[face]).items()
+            name.replace(" ", "_"): dict(zip(HEADS[2:], values.tolist(), strict=True))
+            for name, values in distributions(impacts[face]).items()
         }
         for face, rate in rates(impacts, seconds).items()
     }

@@ -13,7 +13,7 @@ from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableB
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
 from gapbeam.postprocess.report.sections.support_section import chart_along
 from gapbeam.postprocess.results.columns_of_run import PointMap
-from gapbeam.postprocess.signals.cycle_counts import HEADS, distributions, rates
+from gapbeam.postprocess.signals.cycle_counts import HEADS, distributions, impact_units, rates
 from gapbeam.postprocess.signals.signal import SignalError, unit_at, unit_of_record
 from gapbeam.solver.schema.record_table import HISTORY
 
@@ -279,9 +279,10 @@ def impacts_section(
         return None
     found = ", ".join(f"{face} {number(rate)}" for face, rate in rates(impacts, seconds).items())
     rows: list[tuple[Cell, ...]] = []
+    units = impact_units(impacts, turning)
     for face, mine in impacts.items():
-        for name, (unit, _, values) in distributions(mine, face in turning).items():
-            rows.append((face, f"{name} ({unit})", *values))
+        for (name, values), (unit, factor) in zip(distributions(mine).items(), units[face], strict=True):
+            rows.append((face, f"{name} ({unit})", *map(float, factor * values)))
     notes = [
         f"{face}: one in {int(mine[0, 4])} impacts was kept for the distributions."
         for face, mine in impacts.items()

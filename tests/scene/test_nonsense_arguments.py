@@ -55,6 +55,7 @@ def calls() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
                 "clamped": [0.0], "pinned": [], "held": [], "up": [0.0, 0.0, 1.0], "elements": 10, "name": "f",
             },
         ),
+        "state": (scene.state, {"displacement": {one: 1e-3}, "velocity": {one: [0.1]}, "t": 0.0}),
         "from_mesh": (
             gb.from_mesh,
             {

@@ -562,3 +562,18 @@ def test_laws_and_regions_print_as_they_are_made(made: object) -> None:
         assert repr(made) in repr(gb.Contact(one["at"], made, gb.Cubic(1e6, 1e-3)))
     assert repr(gb.Force(one["at"], 3.0, name="push")) == "<Force push on ball: 3 N>"
     assert "amplitude 2" in repr(gb.Force(one["at"], gb.sine, name="push", amplitude=2.0, frequency=1.0))
+
+
+def test_states_of_structures_and_of_their_names() -> None:
+    """One state by either; what is no structure of the scene, or has other numbers, is refused in words."""
+    a, b = gb.mass(1.0, name="a"), gb.mass(2.0, motions=2, name="b")
+    scene = gb.Scene(a, b)
+    by_name, by_noun = scene.state(velocity={"a": 1.0, "b": [2.0, 3.0]}), scene.state(velocity={a: 1.0, b: [2.0, 3.0]})
+    assert by_name.v.tobytes() == by_noun.v.tobytes()
+    last = gb.history(scene, step=0.1, end=1.0, start=by_name).last
+    assert last["a.at"].displacement == pytest.approx(1.0)
+    assert last["b.at"].displacement == pytest.approx([2.0, 3.0])
+    for wrong, words in (({"c": 1.0}, "structure c, which is not"), ({"b": [1.0, 2.0, 3.0]}, "shape"),
+                         ({"a": "x"}, "real numbers"), ({a: np.nan}, "finite")):  # fmt: skip
+        with pytest.raises(gb.UserError, match=words):
+            scene.state(velocity=wrong)

@@ -212,6 +212,18 @@ def finite(value: Any, where: str) -> Array:
     return found
 
 
+def for_each(value: Any, count: int, where: str) -> Array:
+    """Return a number for each of so many DOFs, given as one for all of them or as an array, (count,).
+
+    Raises:
+        UserError: A value is not finite, or their number is another.
+    """
+    found = finite(value, where)
+    if found.shape not in ((), (count,)):
+        raise UserError(f"{where}: found values of shape {found.shape}, expected a number or ({count},)")
+    return np.broadcast_to(found, (count,))
+
+
 def positive(value: Any, where: str, zero: bool = False) -> Array:
     """Return numbers above zero, or from zero on.
 

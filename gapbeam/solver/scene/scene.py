@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg as sl
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked, positive
+from gapbeam.solver.scene.argument_checks import checked, for_each, positive
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Place, aligned, feedback_loop, joined, motions_once, parts_of
 from gapbeam.solver.scene.linear_scheme import Linear, LinearScheme, Slabs, exact_modes, low_rank_factor
@@ -125,17 +125,17 @@ class Scene:
             found[place] = found[place].with_masses({point: kg})
         return tuple(found)
 
-    def place_of(self, structure: Structure, what: str) -> int:
-        """Return the number of a structure of the scene.
+    def place_of(self, structure: Structure | str, what: str) -> int:
+        """Return the number of a structure of the scene, or of its name.
 
         Raises:
             UserError: The structure is not in the scene; the message names `what`.
         """
-        for group in (self.given, self.structures) if hasattr(self, "structures") else (self.given,):
-            for place, one in enumerate(group):
-                if one is structure:
-                    return place
-        raise UserError(f"scene: {what} is at structure {structure.name or '?'}, which is not of this scene; add it")
+        for k, one in (pair for group in (self.given, getattr(self, "structures", ())) for pair in enumerate(group)):
+            if one is structure or one.name == structure:
+                return k
+        name = getattr(structure, "name", structure) or "?"
+        raise UserError(f"scene: {what} is at structure {name}, which is not of this scene; add it")
 
     def _check_names(self) -> None:
         named = [one.name for group in (self.contacts, self.loads, self.feedbacks) for one in group if one.name]  # type: ignore[attr-defined]
@@ -435,21 +435,24 @@ class Scene:
                 found[k, at : at + one.motions] = one.moved(float(t))[:, None]
         return found
 
+    @checked
     def state(
-        self, displacement: Mapping[Structure, Any] | None = None, velocity: Mapping[Structure, Any] | None = None,
-        t: float = 0.0,
+        self, displacement: Mapping[Any, Any] | None = None, velocity: Mapping[Any, Any] | None = None, t: float = 0.0
     ) -> SceneState:  # fmt: skip
-        """Return a state from DOFs of structures, {structure: number or (DOFs,)}; at rest elsewhere."""
+        """Return a state from DOFs of structures, {structure or its name: number or (DOFs,)}; at rest elsewhere.
+
+        Raises:
+            UserError: A structure is not of the scene, or values are neither a number nor one for each DOF.
+        """
         q, v = np.zeros(self.size), np.zeros(self.size)
         for target, given in ((q, displacement or {}), (v, velocity or {})):
             for structure, value in given.items():
                 place = self.place_of(structure, "the state")
-                u = np.broadcast_to(np.asarray(value, dtype=float), (structure.size,))
                 body = self.structures[place]
+                u = for_each(value, body.size, f"state: structure {body.name or '?'}")
                 own = u if self.is_large else body.modes[2].T @ (dense(body.M) @ u)
                 target[self.start[place] : self.start[place + 1]] = own
-        states = np.zeros((self.states, 1))
-        return SceneState(t, q[:, None], v[:, None], states, np.zeros((self.motions, 1)))
+        return SceneState(t, q[:, None], v[:, None], np.zeros((self.states, 1)), np.zeros((self.motions, 1)))
 
     def refuse_memory(self, what: str) -> None:
         """Refuse contacts whose laws remember, where a state is displacements, velocities and states of the feedback.

@@ -93,7 +93,7 @@ def closing_table(
     motions = [one for one in shown if not one.name.endswith(FORCES)]
     room = max(MOST_ROWS - len(rows) - len(largest), 0)
     rows += [_row(one) for one in shown if one in motions[:room] or one in largest]
-    until = f", {NOT_SETTLED}" if span == SECOND_HALF else ""
+    until = f", {NOT_SETTLED}: means over its windows" if span == SECOND_HALF else ""
     until += f", t = {horizon:.3g} s" if span in (BEYOND_HORIZON, UP_TO_HORIZON) and horizon is not None else ""
     until += "" if whole else f", up to t = {reached:.3g} s"
     smaller = [one for one in forces if one not in largest and (one.value or one.error)]

@@ -171,9 +171,9 @@ def test_a_seat_holds_by_friction_what_pulls_along_a_bar_up_to_its_limit(
                    sliding=sliding, name=f"{at}{k}")
         for at in ("a", "b") for k, n in enumerate(normals)
     ]  # fmt: skip
-    down = gb.weight(bar, GRAVITY, direction=[0.0, 0.0, -1.0])
+    down = [] if shape == "clamp" else [gb.weight(bar, GRAVITY, direction=[0.0, 0.0, -1.0])]
     for pull in (0.3, 0.98, 1.02):
-        scene = gb.Scene(bar, contacts=faces, loads=[down, gb.Force(bar["end"], pull * limit, direction=[1.0, 0, 0])])
+        scene = gb.Scene(bar, contacts=faces, loads=[*down, gb.Force(bar["end"], pull * limit, direction=[1.0, 0, 0])])
         if pull > 1.0:
             with pytest.raises(gb.NoSeat, match="of bar that contacts do not hold, nor does their friction") as refused:
                 gb.seat(scene)
@@ -181,7 +181,7 @@ def test_a_seat_holds_by_friction_what_pulls_along_a_bar_up_to_its_limit(
             continue
         rest = gb.seat(scene)
         forces = rest.F.reshape(-1, 3)
-        assert forces.sum(axis=0) == pytest.approx([-pull * limit, 0.0, mass * GRAVITY], abs=1e-6 * limit)
+        assert forces.sum(axis=0) == pytest.approx([-pull * limit, 0.0, len(down) * mass * GRAVITY], abs=1e-6 * limit)
         found = gb.history(scene, 1e-4, 0.05, rest)
         creep = sliding * 0.05 / np.sqrt(pull**-2 - 1.0) if sliding else 0.0
         assert np.ptp(found.displacement["end"][:, 0]) == pytest.approx(creep, rel=0.3, abs=1e-6 * limit / stiff)

@@ -194,9 +194,9 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
         )
     B = at.rows(scene.contact_rows)
     pull = float(np.linalg.norm(f))
-    slips, escape = slips_of(scene, at, K, f, B)
+    slips, escape = slips_of(scene, at, K, f, B, pull)
     f = f - slips @ (slips.T @ f)
-    if escape is not None and not (_may_stick(scene) and slips_of(scene, at, K, f, B)[1] is None):
+    if escape is not None and not (_may_stick(scene) and slips_of(scene, at, K, f, B, pull)[1] is None):
         raise NoSeat(escape)
     q: Array = np.zeros(len(K))
     offset = scene.places(np.zeros((scene.size, 1)), t)[:, 0]
@@ -316,11 +316,12 @@ def static(slabs: Slabs, y: Array) -> tuple[Array, Array]:
 
 
 def slips_of(
-    scene: Scene, coordinates: Statics, K: Array, f: Array, contact_rows: Array
+    scene: Scene, coordinates: Statics, K: Array, f: Array, contact_rows: Array, pull: float
 ) -> tuple[Array, EscapeMotion | None]:
     """Return rigid motions that move no contact along its normal, as columns, and one that lets the loads work.
 
-    The latter closes no contact, and is found by a linear program; None: contacts oppose the loads without friction.
+    The latter closes no contact, and is found by a linear program; None: contacts oppose the loads f without friction,
+    or they are round-off of `pull`.
     """
     squares, X = np.linalg.eigh(K)
     rigid = X[:, squares <= FREE * max(float(squares[-1]), 1e-300)] if squares[-1] > 0.0 else X
@@ -336,7 +337,7 @@ def slips_of(
     A = A / np.where(scale > 0.0, scale, 1.0)
     g = np.asarray(rigid.T @ f, dtype=float)
     size = float(np.abs(g).max())
-    is_loaded = size > TINY * float(np.abs(f).max(initial=0.0))
+    is_loaded = size > TINY * pull
     best = unopposed_motion(g / size, -A, np.eye(len(g))) if is_loaded else None
     escape = None
     if best is not None:

@@ -89,7 +89,9 @@ def contacts_of(
             found.approach[:, i] = np.maximum((rates[:, mine] * normals).sum(axis=1) - opened, 0.0)
         if one.region.motions > 1:
             found.friction[:, i] = _across(forces[:, mine], normals) if one.is_rough else 0.0
-            found.rubbed[:, i] = np.maximum(found.force[:, i], 0.0) * _across(moved[:, mine], normals)
+            slid = _across(moved[:, mine], normals)
+            slid[slid <= TOLERANCE * np.abs(found.depth[:, i])] = 0.0  # of a contact that sticks
+            found.rubbed[:, i] = np.maximum(found.force[:, i], 0.0) * slid
     return found
 
 

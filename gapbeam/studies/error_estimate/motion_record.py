@@ -33,7 +33,7 @@ class MotionRecord:
         stress: Axial and von Mises stress, (n, 2, gauges), Pa.
         active: Contact points under pressure, (n, faces); without columns where that was not recorded.
         closings: Number of closings of each face so far, (n, faces); without columns where that was not recorded.
-        farthest: Largest displacement of a probe along any axis, m; None: that of `displacement`.
+        farthest: Largest displacement of a probe along any axis, or penetration, m; None: that of `displacement`.
         figures: Figures of one's own.
         own: Quantities of those figures, (n, figures), SI; not a number where the motion has no such record.
         impulsive: Faces whose law is impulses: they have no force, whose peak depends on the step.
@@ -96,7 +96,8 @@ class MotionRecord:
                 np.concatenate([records[name][:, :, axis] for axis in axes], axis=1)
                 for name in ("displacement", _acceleration_in(records))
             )
-            farthest = float(np.abs(records["displacement"]).max())
+            sizes = (np.abs(records[name]).max(initial=0.0) for name in ("displacement", "penetration") if name in records)
+            farthest = float(max(sizes))
             gained = np.cumsum(acceleration * steps, axis=0)
             probes = (*probes, *(f"{name} lateral" for name in probes)) if in_space else probes
         force = impulse = still

@@ -142,6 +142,24 @@ def test_masses_between_two_faces_stick_up_to_twice_mu_n(d: int, count: int, sti
         assert ways == pytest.approx(np.full(count, moved), rel=1e-9, abs=1e-12 * held / MASS * (steps * h) ** 2)
 
 
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("away", [0.0, 1.0])
+def test_a_block_that_slid_far_sticks_in_fine_steps(away: float, d: int) -> None:
+    """M x'' = T - mu N: at 1 m and 1e-6 s, round-off of the place times the stiffness that holds it was 44 N, mu N 6 N."""
+    along, up, steps, h = np.eye(d)[0], np.eye(d)[-1], 2000, 1e-6
+    one = gb.mass(MASS, motions=d)
+    plane = gb.Contact(one["at"], gb.HalfPlane(0.0, normal=-up), gb.KelvinVoigt(stiffness=STIFF), friction=MU)
+    for pull in (0.99, 1.01):
+        loads = [gb.Force(one["at"], MASS * GRAVITY, -up), gb.Force(one["at"], pull * MU * MASS * GRAVITY, along)]
+        scene = gb.Scene(one, contacts=[plane], loads=loads)
+        start = scene.state({one: away * along - MASS * GRAVITY / STIFF * up})
+        marcher = Marcher(scene, h, start)
+        marcher.advance(steps)
+        assert marcher.passes <= 6 * steps
+        moved = max(pull - 1.0, 0.0) * MU * GRAVITY * (steps * h) ** 2 / 2
+        assert (marcher.q - start.q)[0, 0] / np.sqrt(MASS) == pytest.approx(moved, rel=1e-4, abs=1e-12 * away + 1e-20)
+
+
 def test_a_pin_that_starts_in_the_center_of_a_tight_bore_moves_as_without_friction() -> None:
     """It has no direction to slip in: x = F / k (1 - cos w t) along the force."""
     one, force = gb.mass(MASS, motions=2), np.array([3.0, -4.0])

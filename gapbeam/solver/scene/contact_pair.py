@@ -98,7 +98,9 @@ class Contact:
         """Numbers that friction keeps: of the contact, and of each face."""
         if not self.is_rough:
             return 0, 0
-        return (IN_SPACE, 0) if self.region.motions == 3 else (2, 3) if self.sticks else (0, 0)
+        if self.region.motions == 3:
+            return IN_SPACE, 0
+        return (2, 3) if self.sticks and self.region.kind.faces > 1 else (0, 0)
 
     def _too_many(self, room: int, each: int) -> str:
         """Return the fault of a region of more values than a contact has room for."""

@@ -41,7 +41,7 @@ def ask(slabs, h, y0, y1, F, room, which, scale, begin):
                 for k in range(d):
                     row = slabs.place[s] + 8 * (WIDTH * k + L * c)
                     move(row + 8 * WIDTH * NEW, y1.ctypes.data + 8 * L * (o + k), L)
-                    if slabs.settle[s] != 0:  # laws of impulses keep the force of the last pass
+                    if slabs.settle[s] != 0 or (slabs.rough and slabs.sticks[s]):  # impulses and friction ask for it
                         move(row + 8 * WIDTH * FORCE, F.ctypes.data + 8 * L * (o + k), L)
                     if d > 1:
                         for lane in range(L):

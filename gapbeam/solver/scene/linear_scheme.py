@@ -442,7 +442,7 @@ def rest(slabs: Slabs, y: Array, h: float = 1.0, end: Array | None = None) -> tu
         d, motions = slabs.motions[s], slabs.motion[slabs.start[s] : slabs.start[s + 1]]
         for c, o in enumerate(motions):
             w[:d, c], w[NEW : NEW + d, c] = y[o : o + d], (y if end is None else end)[o : o + d]
-            w[LAST : LAST + 3, c] = 0.0  # a slip before
+            w[LAST : LAST + 3, c] = w[FORCE : FORCE + 3, c] = 0.0  # a slip and a force before
         kind(int(slabs.address[s]))(h, int(lanes * len(motions)), int(slabs.place[s]))
         for c, o in enumerate(motions):
             F[o : o + d], stored = w[FORCE : FORCE + d, c], stored + w[POTENTIAL, c]

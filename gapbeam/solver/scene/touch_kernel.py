@@ -1,16 +1,16 @@
 """The contact force of one region and one law, compiled together: a touch.
 
 A touch loops over evaluations (members, or contacts of one kind) on a workspace of rows of WIDTH numbers: three of the
-OLD place, NEW place, FORCE (when a law of impulses is asked, of the last pass); its SLOPE by rows of three; POTENTIAL;
+OLD place, NEW place, FORCE (when impulses or friction that sticks are asked, that of the solve); its SLOPE by rows of three; POTENTIAL;
 work LOST in the law; work SLID off in friction; the motion when it was LAST asked; friction coefficient MU; CREEP:
 sliding speed, or stiffness where friction sticks; then the VALUES of the region and of the law. Kernels call touches by
 their address, so that a new law or region compiles a touch only, and a touch is the one source of contact force, slope,
 potential and losses.
 
-Friction that sticks keeps three more rows for each face after two of the place where it was last asked: its force there
-and the slope of that force. What they make of the new place is the force that the solve gives the face; with c s of the
-slip s it says whether the face sticks (Alart and Curnier 1991, Comput. Methods Appl. Mech. Eng. 92, 353). The first
-row of LAST is then 0 where nothing was asked yet.
+The force that the solve gives a face, with c s of the slip s, says whether friction sticks there (Alart and Curnier 1991,
+Comput. Methods Appl. Mech. Eng. 92, 353). A polygon keeps three rows for each face after two of the place where it was
+last asked: its friction there and the slope of it, which make this force of the new place. The first row of LAST is then
+0 where nothing was asked yet.
 
 Where a region grows, the place has one motion more: its growth o, by which all faces move outward, x(r) - o.
 """
@@ -32,7 +32,7 @@ from gapbeam.solver.scene.object_code import address
 
 WIDTH, ROWS = 64, 73
 OLD, NEW, FORCE, SLOPE, POTENTIAL, LOST, SLID, LAST, MU, CREEP, VALUES = 0, 3, 6, 9, 18, 19, 20, 21, 24, 25, 26
-IN_SPACE = 21
+IN_SPACE = 9
 """Rows that friction in space keeps."""
 STICKING = 1e5
 """Stiffness of friction that sticks, times the mobility of its contact in a step."""
@@ -78,17 +78,21 @@ def touch(
             o0, o1 = growth(w, i)
             fx = fy = a = b = c = d = stored = lost = rubbed = turned = way = had = 0.0
             push = pushx = pushy = outx = outy = outward = 0.0
+            given_x, given_y = w[FORCE, i], w[FORCE + 1, i]
             for k in range(faces):
                 ex, ey, slides = r1x, r1y, 1.0  # where the face is linearised
                 x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place, o0, o1)
                 if rough and exact and (x0 > 0 or x1 > 0):  # inside the cone: at no slip
                     s = (gx * (ey - r0y) - gy * (ex - r0x)) / (gx * gx + gy * gy + 1e-300)
                     reach = s * np.sqrt(gx * gx + gy * gy)
-                    had = w[LAST, i] * (
-                        w[own + 2 + 3 * k, i]
-                        + w[own + 3 + 3 * k, i] * (r1x - w[own, i])
-                        + w[own + 4 + 3 * k, i] * (r1y - w[own + 1, i])
-                    )
+                    if faces == 1:
+                        had = (gy * given_x - gx * given_y) / (np.sqrt(gx * gx + gy * gy) + 1e-300)
+                    else:
+                        had = w[LAST, i] * (
+                            w[own + 2 + 3 * k, i]
+                            + w[own + 3 + 3 * k, i] * (r1x - w[own, i])
+                            + w[own + 4 + 3 * k, i] * (r1y - w[own + 1, i])
+                        )
                     way = had + w[CREEP, i] / STICKING * reach
                     if level > 0:
                         mx, my = r0x + level * (r1x - r0x), r0y + level * (r1y - r0y)
@@ -149,14 +153,17 @@ def touch(
                             j11 -= grow * ty + force * turny
                     if exact:
                         force += growx * (r1x - ex) + growy * (r1y - ey)
-                        w[own + 2 + 3 * k, i], w[own + 3 + 3 * k, i], w[own + 4 + 3 * k, i] = force, growx, growy
+                        if faces > 1:
+                            w[own + 2 + 3 * k, i], w[own + 3 + 3 * k, i], w[own + 4 + 3 * k, i] = force, growx, growy
                         s = tx * (r1x - r0x) + ty * (r1y - r0y)
                     rubbed += force * s
                     ux += j00 * (r1x - ex) + j01 * (r1y - ey)
                     uy += j10 * (r1x - ex) + j11 * (r1y - ey)
                 fx, fy, a, b, c, d = fx + ux, fy + uy, a + j00, b + j01, c + j10, d + j11
             if rough and exact:
-                w[SLID, i], w[LAST, i], w[own, i], w[own + 1, i] = rubbed, 1.0, r1x, r1y
+                w[SLID, i] = rubbed
+                if faces > 1:
+                    w[LAST, i], w[own, i], w[own + 1, i] = 1.0, r1x, r1y
             elif rough:
                 w[SLID, i], w[LAST, i], w[LAST + 1, i] = rubbed, (1 - turned) * (r1x - r0x), (1 - turned) * (r1y - r0y)
             w[FORCE, i], w[SLOPE, i] = fx, a
@@ -200,7 +207,7 @@ def _in_space(law: LawKind, rough: bool, exact: bool, damped: bool, level: float
     the part of s across d turns. In all cases its slope is turn (1 - n n^T - d d^T) + mu N' d n^T.
     """
     respond, faced, wall, own = responder(law, damped), _faced(law), VALUES, VALUES + 4 + len(law.names)
-    at_law, last, force, slopes, slip, unit = _values(wall + 4, len(law.names)), *(own + k for k in (0, 3, 6, 15, 18))
+    at_law, force, slip, unit = _values(wall + 4, len(law.names)), own, own + 3, own + 6
 
     def compiled(h, count, workspace):  # type: ignore[no-untyped-def]
         w = numba.carray(workspace, (ROWS, WIDTH))
@@ -219,6 +226,8 @@ def _in_space(law: LawKind, rough: bool, exact: bool, damped: bool, level: float
                 w[POTENTIAL, i], w[LOST, i] = W, beyond * step
             w[SLID, i] = 0.0
             for k in range(3):
+                if rough and exact:
+                    w[unit + k, i] = -w[FORCE + k, i]
                 w[FORCE + k, i] = -T * w[wall + k, i]
                 for n in range(3):
                     w[SLOPE + 3 * k + n, i] = -slope * w[wall + k, i] * w[wall + n, i]
@@ -226,12 +235,7 @@ def _in_space(law: LawKind, rough: bool, exact: bool, damped: bool, level: float
                 continue
             most, grow, full, size, back = w[MU, i] * abs(T), w[MU, i] * np.sign(T) * slope, w[CREEP, i], 0.0, 0.0
             for k in range(3):
-                w[slip + k, i], had = w[NEW + k, i] - w[OLD + k, i] - step * w[wall + k, i], 0.0
-                if exact:
-                    had = w[force + k, i]
-                    for n in range(3):
-                        had += w[slopes + 3 * k + n, i] * (w[NEW + n, i] - w[last + n, i])
-                w[unit + k, i] = w[LAST, i] * had
+                w[slip + k, i] = w[NEW + k, i] - w[OLD + k, i] - step * w[wall + k, i]
             for row in (unit, slip):  # round-off along the normal, which stiff friction would make a force
                 out = w[wall, i] * w[row, i] + w[wall + 1, i] * w[row + 1, i] + w[wall + 2, i] * w[row + 2, i]
                 for k in range(3):
@@ -261,14 +265,10 @@ def _in_space(law: LawKind, rough: bool, exact: bool, damped: bool, level: float
                     w[force + k, i] = most * d + turn * (s - along * d)
                 for n in range(3):
                     across = (1.0 if k == n else 0.0) - w[wall + k, i] * w[wall + n, i] - d * w[unit + n, i]
-                    w[slopes + 3 * k + n, i] = turn * across + grow * d * w[wall + n, i]
-                    w[SLOPE + 3 * k + n, i] -= w[slopes + 3 * k + n, i]
+                    w[SLOPE + 3 * k + n, i] -= turn * across + grow * d * w[wall + n, i]
                 w[FORCE + k, i] -= w[force + k, i]
                 worked += w[force + k, i] * s
-                w[last + k, i] = w[NEW + k, i]
             w[SLID, i] = worked
-            if exact:
-                w[LAST, i] = 1.0
 
     return compiled
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from gapbeam.postprocess.display_units import size_words
+from gapbeam.postprocess.results.contact_places import distinct
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.signals.probe_analysis import analyze, as_text
 from gapbeam.solver.run.output.progress import ProgressLine
@@ -55,7 +56,28 @@ def test_tables_of_a_motion_have_its_amplitude_and_times(tmp_path: Path, size: f
     assert high_at == pytest.approx(9.25 * period, rel=1e-3)
 
 
-@pytest.mark.parametrize("end", 10.0 ** CHANCE.uniform(-7.0, 4.0, 8))
+@pytest.mark.parametrize("period", 10.0 ** CHANCE.uniform(-10.0, 3.0, 6))
+def test_states_of_the_settled_part_are_as_many_at_any_period(tmp_path: Path, period: float) -> None:
+    """Twenty periods of a sine: those of the last twelve, whatever T."""
+    time = np.linspace(0.0, 20.0 * period, 4001)
+    write_results(tmp_path / "run", time, {"displacement": np.sin(2.0 * np.pi * time / period)}, frequency=1.0 / period)
+    analysis = analyze(open_results(tmp_path / "run"))
+    assert analysis.section is not None
+    reach = max(analysis.settled_since(), 8.0 * period)
+    wanted = np.round(analysis.section.time / period) >= np.round(reach / period)
+    assert analysis.settled_states().tolist() == wanted.tolist()
+
+
+@pytest.mark.parametrize("size", SIZES[:8])
+def test_places_differ_at_any_size(size: float) -> None:
+    """Forty places, each met by three points that round-off moves."""
+    places = size * np.repeat(np.linspace(1.0, 1.01, 40), 3) * (1.0 + 1e-15 * CHANCE.uniform(-1.0, 1.0, 120))
+    found, owners = distinct(CHANCE.permutation(places))
+    assert found == pytest.approx(size * np.linspace(1.0, 1.01, 40), rel=1e-8)
+    assert np.bincount(owners).tolist() == [3] * 40
+
+
+@pytest.mark.parametrize("end", 10.0 ** CHANCE.uniform(-10.0, 4.0, 12))
 def test_the_progress_of_a_run_is_seen(end: float) -> None:
     """Two hundredths of a run, one after the other, differ in words."""
     progress = ProgressLine(end, None, quiet=True)

@@ -33,6 +33,7 @@ from gapbeam.postprocess.figures.figure_style import (
     spread,
 )
 from gapbeam.postprocess.results.columns_of_run import PointMap, RunFace, RunSupport, wall_motion_series
+from gapbeam.postprocess.results.contact_places import distinct
 from gapbeam.postprocess.signals.signal import (
     SignalError,
     display_of,
@@ -338,8 +339,6 @@ def _energy(history: xr.Dataset, name: str) -> np.ndarray:
 
 
 _HEIGHT = 2.3  # inches of a row
-_DIGITS = 9  # of places that count as one
-_ROUNDED = 6  # digits of angles that do
 _WIDEST = 45.0  # degrees between neighbors: walls farther apart have a mark each, no cells
 _DEPTH = 2  # the number of the panel of penetrations
 _ANGLES = (-180.0, -90.0, 0.0, 90.0, 180.0)
@@ -412,8 +411,7 @@ def _cells(one: PointMap, values: np.ndarray, factor: float) -> tuple[np.ndarray
 
     The first row around is drawn again behind the last one, and the last one before the first, which closes the circle.
     """
-    x, columns = np.unique(np.round(one.x, _DIGITS), return_inverse=True)
-    angles, rows = np.unique(np.round(one.angle, _ROUNDED), return_inverse=True)
+    (x, columns), (angles, rows) = distinct(one.x), distinct(one.angle)
     turns = np.concatenate([angles[-1:] - 360.0, angles, angles[:1] + 360.0])
     grid = np.full((len(angles), len(x)), np.nan)
     grid[rows, columns] = values
@@ -437,7 +435,7 @@ def _draw_planes(
     """Draw curves over x: means over the width by area, of penetrations the largest."""
     for face, one in planes.items():
         label, values = _quantities(one, deep)[number]
-        x, owners = np.unique(np.round(one.x, _DIGITS), return_inverse=True)
+        x, owners = distinct(one.x)
         across = np.bincount(owners, values * one.area) / np.bincount(owners, one.area)
         if number == _DEPTH:
             across = np.array([values[owners == place].max() for place in range(len(x))])

@@ -238,7 +238,7 @@ def draw_phase_portrait(analysis: Analysis) -> Figure:
     portrait.margins(x=0.05, y=0.05)
     if section is None or analysis.forcing_frequency is None:
         return figure
-    settled = section.time >= start - 1e-9
+    settled = analysis.settled_states()
     portrait.plot(
         length * section.displacement[settled],
         speed * section.velocity[settled],

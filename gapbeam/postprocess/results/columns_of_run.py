@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from gapbeam.postprocess.results.contact_places import means_by_place
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.solver.schema.record_table import (
     HISTORY,
@@ -26,21 +27,6 @@ from gapbeam.solver.schema.record_table import (
     WEAR_COLUMNS,
     WEAR_FILE,
 )
-
-_DIGITS = 9  # of places that count as one
-
-
-def means_by_place(places: np.ndarray, sums: np.ndarray, areas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the different places, ascending, and the sum per area of the points at each.
-
-    Args:
-        places: Places of the points, (m,), m or degrees.
-        sums: Values of the points, (m,).
-        areas: Area that belongs to each point, (m,), m^2.
-    """
-    found, owners = np.unique(np.round(places, _DIGITS), return_inverse=True)
-    return found, np.bincount(owners, sums) / np.bincount(owners, areas)
-
 
 LARGEST = 200_000_000  # bytes, more than a run writes
 

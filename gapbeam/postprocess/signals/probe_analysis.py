@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.results.results import Results
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 
 Acceleration = Literal["absolute", "relative"]
 PERIODS = 12  # of the forcing, which show a response
+SLACK = 1.0e-6  # of a forcing period, by which round-off moves a time
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,12 @@ class Analysis:
     periodicity: Periodicity | None = None
     section: PoincareSection | None = None
     warnings: tuple[str, ...] = field(default=())
+
+    def settled_states(self) -> NDArray[np.bool_]:
+        """Return the mask of the states of the Poincaré section that belong to that part."""
+        assert self.section is not None
+        assert self.forcing_frequency is not None
+        return np.asarray(self.section.time >= self.settled_since() - SLACK / self.forcing_frequency)
 
     def settled_since(self) -> float:
         """Return the start of the part that shows the response itself: its cycles, or its last forcing periods.

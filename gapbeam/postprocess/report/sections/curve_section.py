@@ -25,6 +25,7 @@ from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.html_page import sentence
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import branch_parts, stable_parts
+from gapbeam.postprocess.results.contact_places import distinct
 from gapbeam.postprocess.shell_command import shell_command
 
 SUFFIX = ".peak_to_peak"
@@ -242,7 +243,6 @@ def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
 LIFE_FILE = "life.json"
 KEYS = ("reached", "message", "limit", "faces", "states", "relative_chance", "block_error", "verdict")
 HOUR = 3600.0
-DIGITS = 9  # of places that count as one
 HEADER = ("time (s)", "face", "depth (m)", "depth rate (m/s)", "95 % interval", "judged")
 
 
@@ -299,7 +299,7 @@ def _profiles(profiles: Mapping[str, Mapping[str, Sequence[float]]], command: st
     ):
         curves = []
         for face, one in profiles.items():
-            places, owners = np.unique(np.round(one[key], DIGITS), return_inverse=True)
+            places, owners = distinct(one[key])
             if key == "x" or len(places) > 1:
                 deepest = np.zeros(len(places))
                 np.maximum.at(deepest, owners, factor * np.array(one["depth"]))

@@ -45,7 +45,8 @@ def periodicity_section(analyses: Mapping[str, Analysis], command: str) -> Repor
             level: Level = "passed" if one.periodicity.period is not None else "warning"
             blocks.append(Verdict(level, f"{probe}: {one.periodicity.verdict}"))
     unit, length = _display(analyses, "displacement")
-    portrait = [curve for probe, one in analyses.items() for curve in _portrait(probe, one, length)]
+    speed_unit, speed = _display(analyses, "velocity")
+    portrait = [curve for probe, one in analyses.items() for curve in _portrait(probe, one, length, speed)]
     strobe = [curve for probe, one in analyses.items() for curve in _strobe(probe, one, length)]
     probes = [probe for probe in analyses if any(curve.choice == probe for curve in portrait)]
     if not portrait:
@@ -54,7 +55,7 @@ def periodicity_section(analyses: Mapping[str, Analysis], command: str) -> Repor
         Chart(
             "Velocity over displacement, of the settled response or the last twelve forcing periods; once in every "
             "forcing period a point.",
-            f"displacement ({unit})", f"velocity ({shown('m/s')[0]})", portrait, command,
+            f"displacement ({unit})", f"velocity ({speed_unit})", portrait, command,
             choices=probes, choice="probe",
         )
     )  # fmt: skip
@@ -181,15 +182,13 @@ def _per_period(analyses: Mapping[str, Analysis], command: str) -> list[Chart]:
     return charts
 
 
-def _portrait(probe: str, analysis: Analysis, length: float) -> list[ChartCurve]:
+def _portrait(probe: str, analysis: Analysis, length: float, speed: float) -> list[ChartCurve]:
     if analysis.section is None or analysis.displacement is None or analysis.velocity is None:
         return []
-    speed = shown("m/s")[1]
-    start = analysis.settled_since()
     displacement, velocity = analysis.displacement.signal, analysis.velocity.signal
-    first = int(np.searchsorted(displacement.time, start))
+    first = int(np.searchsorted(displacement.time, analysis.settled_since()))
     every = max(1, -(-(displacement.time.size - first) // PORTRAIT))
-    part, seen = slice(first, None, every), analysis.section.time >= start - 1e-9
+    part, seen = slice(first, None, every), analysis.settled_states()
     points = length * analysis.section.displacement[seen], speed * analysis.section.velocity[seen]
     return [
         ChartCurve(

@@ -92,9 +92,14 @@ class ProgressLine:
 
     def _place(self, now: float) -> str:
         if self._period is None:
-            return f"t = {now:.{max(0, 4 - math.floor(math.log10(self._end)))}f} of {self._end:g} s"
+            unit, factor = next((name, factor) for name, factor, least in CLOCKS if self._end >= least)
+            end = factor * self._end
+            return f"t = {factor * now:.{max(0, 4 - math.floor(math.log10(end)))}f} of {end:g} {unit}"
         return f"period {now / self._period:.1f} of {self._end / self._period:.1f}"
 
+
+# unit of times, their number in a second, and the least end of a run that has it, s
+CLOCKS = (("s", 1.0, 1.0e-3), ("us", 1.0e6, 1.0e-6), ("ns", 1.0e9, 0.0))
 
 INTERVAL = 2.0  # s of wall time between two of them
 

@@ -145,7 +145,7 @@ def test_masses_between_two_faces_stick_up_to_twice_mu_n(d: int, count: int, sti
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("away", [0.0, 1.0])
 def test_a_block_that_slid_far_sticks_in_fine_steps(away: float, d: int) -> None:
-    """M x'' = T - mu N: at 1 m and 1e-6 s, round-off of the place times the stiffness that holds it was 44 N, mu N 6 N."""
+    """M x'' = T - mu N: at 1 m and 1e-6 s, round-off of the place was 44 N by the stiffness of sticking, mu N 6 N."""
     along, up, steps, h = np.eye(d)[0], np.eye(d)[-1], 2000, 1e-6
     one = gb.mass(MASS, motions=d)
     plane = gb.Contact(one["at"], gb.HalfPlane(0.0, normal=-up), gb.KelvinVoigt(stiffness=STIFF), friction=MU)

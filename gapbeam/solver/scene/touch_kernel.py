@@ -1,15 +1,15 @@
 """The contact force of one region and one law, compiled together: a touch.
 
 A touch loops over evaluations (members, or contacts of one kind) on a workspace of rows of WIDTH numbers: three of the
-OLD place, NEW place, FORCE (when impulses or friction that sticks are asked, that of the solve); its SLOPE by rows of three; POTENTIAL;
-work LOST in the law; work SLID off in friction; the motion when it was LAST asked; friction coefficient MU; CREEP:
-sliding speed, or stiffness where friction sticks; then the VALUES of the region and of the law. Kernels call touches by
-their address, so that a new law or region compiles a touch only, and a touch is the one source of contact force, slope,
-potential and losses.
+OLD place, NEW place, FORCE (when impulses or friction that sticks are asked, the force that the solve gives); its SLOPE
+by rows of three; POTENTIAL; work LOST in the law; work SLID off in friction; the motion when it was LAST asked; MU, a
+coefficient; CREEP: sliding speed, or stiffness where friction sticks; then the VALUES of the region and of the law.
+Kernels call touches by their address, so that a new law or region compiles a touch only, and a touch is the one source
+of contact force, slope, potential and losses.
 
-The force that the solve gives a face, with c s of the slip s, says whether friction sticks there (Alart and Curnier 1991,
-Comput. Methods Appl. Mech. Eng. 92, 353). A polygon keeps three rows for each face after two of the place where it was
-last asked: its friction there and the slope of it, which make this force of the new place. The first row of LAST is then
+The force that the solve gives a face, with c s of the slip s, says whether friction sticks there (Alart and Curnier
+1991, Comput. Methods Appl. Mech. Eng. 92, 353). A polygon keeps three rows for each face after two of the place where
+it was last asked: friction there, and its slope, which make this force of the new place. The first row of LAST is then
 0 where nothing was asked yet.
 
 Where a region grows, the place has one motion more: its growth o, by which all faces move outward, x(r) - o.

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
@@ -577,3 +578,25 @@ def test_states_of_structures_and_of_their_names() -> None:
                          ({"a": "x"}, "real numbers"), ({a: np.nan}, "finite")):  # fmt: skip
         with pytest.raises(gb.UserError, match=words):
             scene.state(velocity=wrong)
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_states_of_other_scenes(large: bool) -> None:
+    """Other DOFs are refused in words by all marches; other contacts start without forces, as the exact flight has it.
+
+    Compiled loops went over the end of arrays of another scene's contact forces.
+    """
+    matrices = (sp.eye(1500), 1e-9 * sp.eye(1500))
+    body = gb.Structure(*matrices, name="a", points={"at": [0]}) if large else gb.mass(1.0, name="a")
+    touch = gb.Contact(body["at"], gb.HalfPlane(1.0), gb.KelvinVoigt(stiffness=1e5), name="w")
+    free, stopped, both = gb.Scene(body), gb.Scene(body, contacts=[touch]), gb.Scene(body, gb.mass(1.0, name="b"))
+    for scene, other in ((free, stopped), (stopped, free)):
+        start = other.state(velocity={"a": 1.0})
+        assert gb.history(scene, step=0.01, end=0.5, start=start).displacement["at"][-1] == pytest.approx(0.5)
+        many = gb.ensemble(scene, step=0.01, end=0.5, start=start, members=2) if not large else None
+        assert many is None or many.peak["at"] == pytest.approx([0.5, 0.5])
+    for scene, other in ((both, free), (free, both)):
+        with pytest.raises(gb.UserError, match="start: found a state of another scene, of"):
+            gb.history(scene, step=0.01, end=0.5, start=other.state())
+        with pytest.raises(gb.UserError, match="start: found a state of another scene, of"):
+            next(gb.march(scene, step=0.01, end=0.5, start=other.state()))

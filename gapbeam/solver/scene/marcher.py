@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from gapbeam.solver.messages.errors import NotConverged, UserError
+from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene import force_solve
 from gapbeam.solver.scene.contact_pair import refuse_impulses
 from gapbeam.solver.scene.feedback import aligned, outputs_of
@@ -45,7 +47,7 @@ class Marcher:
         linear: The condensed scene for that step and scheme, where it is known.
 
     Raises:
-        UserError: The step is not above 0.
+        UserError: The step is not above 0, or the start is of another scene.
     """
 
     def __init__(
@@ -61,7 +63,7 @@ class Marcher:
             check_limit(scheme, self.h, self.fastest())
         self.linear = linear or self.condensed()
         self.slabs = scene.slabs(lanes, step, self.linear.delassus, scheme.law)
-        state = (start or scene.state()).spread(lanes)
+        state = _of(scene, start or scene.state()).spread(lanes)
         self.t0, self.count = state.t, 0
         self.space, self.room = rooms(self.linear, self.slabs, lanes)
         self.q, self.v, self.z, self.F = (aligned(one) for one in (state.q, state.v, state.z, state.F))
@@ -242,3 +244,18 @@ class Marcher:
             e["kinetic"] + e["strain"] + e["contact"] + e["damping"] + e["law"] + e["friction"]
             - e["loads"] - e["feedback"] - e["walls"]
         )  # fmt: skip
+
+
+def _of(scene: Scene, state: SceneState) -> SceneState:
+    """Return a state of a scene; forces of other contacts count as none.
+
+    Raises:
+        UserError: Its displacements or states are those of another scene.
+    """
+    found, wanted = (len(state.q), len(state.v), len(state.z)), (scene.size, scene.size, scene.states)
+    if found != wanted:
+        a, b = (f"{counted(one[0], 'DOF')} and {counted(one[2], 'state')} of the feedback" for one in (found, wanted))
+        raise UserError(f"start: found a state of another scene, of {a}; expected {b}")
+    if len(state.F) == scene.motions:
+        return state
+    return replace(state, F=np.zeros((scene.motions, state.q.shape[1])), memory=None)

@@ -129,6 +129,36 @@ def test_a_beam_that_leaves_its_support(tmp_path: Path) -> None:
     assert travel["closest"] == pytest.approx(moved / 0.05, rel=1e-3)
 
 
+@pytest.mark.parametrize("share", [0.3, 0.9])
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_what_friction_holds_is_advised_to_load_after_the_start(share: float, dimension: int, tmp_path: Path) -> None:
+    """Seats have no friction: a bar pulled by less than mu W leaves its guides; loaded as advised, it but creeps."""
+    length, side, density, mu = 1.0, 0.02, 7850.0, 0.3
+    pull = share * mu * density * 9.81 * side**2 * length
+    guides = [{"name": name, "from": at, "to": at + 0.02, "clearance": 1e-4}
+              for name, at in (("left", 0.1), ("right", 0.88))]  # fmt: skip
+    tables: dict[str, Any] = {
+        "beam": {"length": length, "thickness": side, "width": side},
+        "material": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": density},
+        "model": {"type": "beam"},
+        "mesh": {"dimension": dimension},
+        "support": guides,
+        "contact": {"friction": {"coefficient": mu}},
+        "probe": [{"name": "tip", "point": length}],
+        "time": {"end": 0.02},
+    }
+    force = {"name": "pull", "point": length, "amplitude": pull, "direction": [1.0, 0.0, 0.0][:dimension]}
+    loads = [{"type": "gravity"}, {"type": "constant_force", **force}]
+    slid = gapbeam.run(tables | {"load": loads}, output=tmp_path / "slid")
+    assert slid.exit_status == 4
+    assert "load pull moves it in the seat, which is found without friction" in slid.message
+    loads[1] = {"type": "step_force", "ramp": 0.005, **force}
+    held = gapbeam.run(tables | {"load": loads}, output=tmp_path / "held")
+    assert held.exit_status == 0, held.message
+    creep = held.summary["friction"]["slip_velocity"] * share / np.sqrt(1.0 - share**2)
+    assert np.abs(held.history["displacement"].sel(component="x")).max() < 3.0 * creep * 0.02 + 1e-7
+
+
 @pytest.mark.parametrize("at", [0.05, 0.15])
 @pytest.mark.parametrize("thickness", [0.02, 0.05])
 def test_travel_by_rotation_is_not_blamed_on_sliding(tmp_path: Path, at: float, thickness: float) -> None:

@@ -104,7 +104,13 @@ def _inside(case: Case, watch: PoseWatch) -> Assumption:
         length = case.beam.length
         if any(_along(case, one.section(0.0)) for one in (motion.pose(length), motion.rate(length))):
             drives.append("[analysis.motion]")
-    if drives:
+    if drives and case.friction is not None and float(watch.closest[TRAVEL, 1]) == 0.0:
+        remedy = (
+            f"{' and '.join(drives)} moves it in the seat, which is found without friction: where friction holds the "
+            'beam, load it after the start, by type = "step_force" with a ramp; else it needs a [[joint]] or a larger '
+            "[restraint]"
+        )
+    elif drives:
         remedy = (
             f"{' and '.join(drives)} drives this motion, which needs a larger [restraint], a [[joint]] or less drive "
             "where the beam shall stay, and a smaller time.end where the motion is meant: until the limit is passed, "

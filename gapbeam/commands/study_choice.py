@@ -175,14 +175,21 @@ def sweep(
     return result.exit_status
 
 
-STIFFNESSES, STEPS = "1e10:1e16:4", "1e-5:1e-3:3"
 SCHEMES = "discrete-gradient,implicit-midpoint,newmark,hht-alpha,generalized-alpha"
 
 
 def stability(
     case: CaseArgument,
-    stiffness: Annotated[str, typer.Option(help="contact stiffness, Pa/m: a,b,c or first:last:count")] = STIFFNESSES,
-    step: Annotated[str, typer.Option(help="time step, s: a,b,c or first:last:count")] = STEPS,
+    stiffness: Annotated[
+        str | None,
+        typer.Option(
+            help="contact stiffness, Pa/m: a,b,c or first:last:count; by default 1e-4 to 100 times the case's"
+        ),
+    ] = None,
+    step: Annotated[
+        str | None,
+        typer.Option(help="time step, s: a,b,c or first:last:count; by default 0.1 to 10 times the case's"),
+    ] = None,
     scheme: Annotated[str, typer.Option(help="schemes, by name")] = SCHEMES,
     vary: Annotated[list[str] | None, typer.Option(metavar="KEY=VALUES", help="any other key; may be repeated")] = None,
     override: Overrides = None,
@@ -196,7 +203,8 @@ def stability(
     from gapbeam.studies.run_stability import run_stability
     from gapbeam.studies.trials.axes import read_axis
 
-    grid = [f"contact.stiffness={stiffness}", f"time.step={step}", f"time.scheme={scheme}", *(vary or [])]
+    given = {"contact.stiffness": stiffness, "time.step": step, "time.scheme": scheme}
+    grid = [*(f"{key}={values}" for key, values in given.items() if values is not None), *(vary or [])]
     folder = output if output is not None else Path("results") / f"{case.stem}-stability"
     crew = workers_from(workers, scheduler, slurm)
     with progress_bar("trials") as bar:

@@ -99,8 +99,8 @@ def sweep(
 @checked
 def stability(
     case: CaseSource,
-    stiffness: Values = "1e10:1e16:4",
-    step: Values = "1e-5:1e-3:3",
+    stiffness: Values | None = None,
+    step: Values | None = None,
     scheme: Values = "discrete-gradient,implicit-midpoint,newmark,hht-alpha,generalized-alpha",
     vary: Mapping[str, Values] | None = None,
     overrides: Overrides = (),
@@ -114,8 +114,9 @@ def stability(
 
     Args:
         case: As in `sweep`.
-        stiffness: Contact stiffness, Pa/m; values as in `sweep`, ranges even in the logarithm.
-        step: Time step, s; likewise.
+        stiffness: Contact stiffness, Pa/m; values as in `sweep`, ranges even in the logarithm. None: 1e-4 to 100
+            times that of the case.
+        step: Time step, s; likewise. None: a tenth of that of the case to 10 times as much.
         scheme: Names of schemes.
         vary: Other keys and their values.
         overrides: Keys to replace at every point.
@@ -133,7 +134,7 @@ def stability(
     from gapbeam.studies.run_stability import run_stability
 
     grid = {"contact.stiffness": stiffness, "time.step": step, "time.scheme": scheme, **(vary or {})}
-    axes = [axis_of(key, one, "log") for key, one in grid.items()]
+    axes = [axis_of(key, one, "log") for key, one in grid.items() if one is not None]
     folder = folder_from(output, f"{name_of(case)}-stability")
     return run_stability(case_file(case, folder), axes, folder, override_texts(overrides), crew, progress, overwrite)
 

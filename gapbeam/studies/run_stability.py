@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,8 +18,11 @@ from gapbeam.studies.trials.response import run_grid, sound_cases
 from gapbeam.studies.trials.scene_subject import CaseSubject
 from gapbeam.studies.trials.subject import shared_inputs
 
+LOG = logging.getLogger(__name__)
 SCHEME = "time.scheme"
 JOURNAL = "trials.jsonl"  # while the study is under way
+OF_STIFFNESS, OF_STEP = (1e-4, 1e-2, 1.0, 1e2), (0.1, 1.0, 10.0)
+"""Contact stiffnesses and steps that are tried, over those of the case."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -70,7 +74,8 @@ def run_stability(
 
     Args:
         case: Path of the case file.
-        axes: Axes of the study; "time.scheme" must be among the keys.
+        axes: Axes of the study; "time.scheme" must be among the keys. Where contact stiffness or step are not, values
+            about those of the case are tried.
         folder: Folder for the files.
         fixed: Overrides of every point, KEY=VALUE.
         workers: Workers that compute; by default one a core of this machine.
@@ -82,6 +87,7 @@ def run_stability(
         UserError: The grid is too large, or the folder cannot be written or holds a study of other inputs.
         NotWritten: A trial could not be written.
     """
+    axes = [*usual_axes(case, axes, fixed), *axes]
     sound = sound_cases(case, fixed, axes)
     inputs = shared_inputs([CaseSubject(one) for one in sound], axes)
     with study_folder(folder, plan=StudyPlan(inputs, overwrite, (JOURNAL,))):
@@ -92,3 +98,27 @@ def run_stability(
         for picture, quantity in zip(pictures, QUANTITIES.values(), strict=True):
             draw_stability_map(records, picture, shown=quantity)
     return StabilityResult(folder, records, pictures)
+
+
+def usual_axes(case: Path, axes: Sequence[Axis], fixed: Sequence[str] = ()) -> list[Axis]:
+    """Return the axes of contact stiffness and step that a study leaves out: multiples of those of the case.
+
+    A stiffness that acts at no support has no axis. Arguments as of `run_stability`.
+
+    Raises:
+        CaseError: The case has faults at every point.
+    """
+    given = {axis.key for axis in axes}
+    missing = [key for key in ("contact.stiffness", "time.step") if key not in given]
+    if not missing:
+        return []
+    model = CaseSubject(sound_cases(case, fixed, axes)[0]).model
+    acts = model.case.contact.formulation.takes_stiffness
+    values = {one.key: one.value for one in model.defaults if acts} | {"time.step": model.step}
+    times = {"contact.stiffness": OF_STIFFNESS, "time.step": OF_STEP}
+    found = [
+        Axis(key, tuple(f"{factor * values[key]:.4g}" for factor in times[key]) if key in values else ("auto",))
+        for key in missing
+    ]
+    LOG.info("tried: %s", "; ".join(f"{axis.key} = {', '.join(axis.values)}" for axis in found))
+    return found

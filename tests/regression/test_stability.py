@@ -9,9 +9,11 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+import gapbeam
 from gapbeam.postprocess.study_figures.stability_map import QUANTITIES, draw_stability_map
 from gapbeam.solver.messages.errors import CaseError, UserError
 from gapbeam.studies.engine.workers import Workers
+from gapbeam.studies.run_stability import usual_axes
 from gapbeam.studies.trials.axes import Axis, read_axis
 from gapbeam.studies.trials.response import run_grid, try_case
 from tests.shared.command import DEMO, PROJECT, alone, called
@@ -77,6 +79,48 @@ def test_a_trial_that_cannot_converge_is_a_result() -> None:
     assert trial.verdict == "not converged"
     assert 0.0 < trial.reached < 0.02
     assert "Try" in trial.message
+
+
+SCHEMES = Axis("time.scheme", ("discrete-gradient",))
+
+
+def sized(size: float, file: Path) -> Path:
+    """Return a case whose lengths and times grow with a size, and whose forces grow with its square."""
+    file.write_text(
+        f"[beam]\nlength = {size}\nthickness = {0.02 * size}\nwidth = {0.04 * size}\n"
+        "[material]\nyoung_modulus = 2.1e11\npoisson_ratio = 0.3\ndensity = 7850.0\n"
+        f"[support]\nlength = {0.1 * size}\nclearance = {2e-4 * size}\n"
+        '[model]\ntype = "beam"\nelements = 8\n[[load]]\ntype = "harmonic_force"\n'
+        f"point = {size}\namplitude = {1e4 * size**2}\nfrequency = {20.0 / size}\n[time]\nend = {0.1 * size}\n",
+        encoding="utf-8",
+    )
+    return file
+
+
+@pytest.mark.parametrize("size", [1e-4, 0.03, 40.0])
+def test_what_is_tried_follows_the_size_of_the_case(size: float, tmp_path: Path) -> None:
+    """From 0.1 mm to 40 m: K times size and step over size are those of a meter, with the case's own among them."""
+    file = sized(size, tmp_path / "case.toml")
+    found, meter = (
+        [tuple(map(float, axis.values)) for axis in usual_axes(one, [SCHEMES])]
+        for one in (file, sized(1.0, tmp_path / "meter.toml"))
+    )
+    assert found[0] == pytest.approx([one / size for one in meter[0]], rel=1e-3)
+    assert found[1] == pytest.approx([one * size for one in meter[1]], rel=1e-3)
+    model = gapbeam.model(file).model
+    assert model.step == pytest.approx(found[1][1], rel=1e-3)
+    assert {one.key: one.value for one in model.defaults}["contact.stiffness"] == pytest.approx(found[0][2], rel=1e-3)
+    (given,) = usual_axes(file, [SCHEMES, Axis("time.step", (f"{0.01 * model.step}",))])
+    assert given.key == "contact.stiffness"
+
+
+def test_a_stiffness_that_acts_nowhere_is_not_varied(tmp_path: Path) -> None:
+    """Supports with a stiffness of their own, and exact contact, have one column."""
+    own = "support=[{name='a', from=0.0, to=0.1, clearance=2e-4, support_stiffness=1e6}]"
+    exact = ["contact.formulation=unilateral", "model={type='reduced', contact='all'}", "mesh.dimension=2"]
+    file = sized(1.0, tmp_path / "case.toml")
+    assert usual_axes(file, [SCHEMES], [own])[0].values == ("auto",)
+    assert usual_axes(file, [Axis("time.scheme", ("moreau-jean",))], exact)[0].values == ("auto",)
 
 
 @pytest.mark.slow(minutes=0.3)

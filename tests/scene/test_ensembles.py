@@ -279,3 +279,35 @@ def test_results_print_short(members: int, supports: int) -> None:
     assert members <= 4 or f"{low} to {high}" in repr(many)
     many.q[0, 0] = np.nan
     assert members == 1 or ", 1 not finite" in repr(many)
+
+
+@pytest.mark.parametrize("members", [2, 9])
+@pytest.mark.parametrize("points", [1, 2, 5])
+def test_a_face_has_the_force_of_all_of_its_points(points: int, members: int) -> None:
+    """A weight that falls from touch on a floor of any number of springs: 2 m g, half a period in contact at a time.
+
+    m x'' + K x = m g from rest: the force is m g (1 - cos(w t)), at most 2 m g, m g in the mean, and always above 0
+    between its returns to 0, one of which is in the march: one closing, for any split of K over the points.
+    """
+    mass, stiffness, weight = 2.0, 5e4, 30.0
+    shares = np.random.default_rng(points).dirichlet(np.ones(points))
+    body = gb.mass(mass, name="body")
+    floor = [
+        gb.Contact(body["at"], gb.HalfPlane(0.0), gb.KelvinVoigt(float(share) * stiffness), name=f"floor {i + 1}")
+        for i, share in enumerate(shares)
+    ]
+    scene = gb.Scene(
+        body, contacts=floor, loads=[gb.Force(body["at"], lambda t, size: size + 0.0 * t, name="g", size=1.0)]
+    )
+    period = 2.0 * np.pi * np.sqrt(mass / stiffness)
+    sizes = np.linspace(1.0, 2.0, members) * weight
+    many = gb.ensemble(scene, {"g.size": sizes}, step=period / 2000, end=0.75 * period)
+    face = "floor" if points > 1 else "floor 1"
+    assert many.peak_force[face] == pytest.approx(2.0 * sizes, rel=1e-5)
+    assert many.impulse[face] == pytest.approx(sizes * period * (0.75 + 1.0 / (2.0 * np.pi)), rel=1e-4)
+    assert np.all(many.impacts[face] == 1.0)
+    assert many.closed[face] == pytest.approx(0.75 * period, rel=1e-3)
+    if points > 1:
+        each = sum(many.impulse[one.name] for one in floor)
+        assert each == pytest.approx(many.impulse[face], rel=1e-12)
+        assert list(many.work) == [one.name for one in floor]

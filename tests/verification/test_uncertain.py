@@ -100,6 +100,18 @@ def test_intervals_of_replicates_cover(sampling: Any) -> None:
     assert width < 2 * 1.96 * np.sqrt(0.1587 * 0.8413 / 512)
 
 
+@pytest.mark.parametrize("inputs", [1, 2, 4])
+@pytest.mark.parametrize(("replicates", "members"), [(2, 64), (4, 64), (8, 128)])
+def test_intervals_of_few_replicates_cover(inputs: int, replicates: int, members: int) -> None:
+    """At least 93 % of the intervals hold the probability, though replicates often have the same number of members."""
+    draw, hits = np.random.default_rng(5), 0
+    for seed in range(300):
+        share = draw.uniform(0.25, 0.75)
+        x = normal_points("sobol", members, replicates, inputs, seed).sum(axis=2) / np.sqrt(inputs)
+        hits += covered(probability(x > stats.norm.isf(share), np.ones(x.shape, dtype=bool), False), share)
+    assert hits >= 279
+
+
 @pytest.mark.slow(minutes=0.5)
 def test_intervals_of_subset_simulation_cover() -> None:
     """1000 repetitions at a probability of 1e-4: 93 to 97 %, and their mean is off by less than 2 %."""

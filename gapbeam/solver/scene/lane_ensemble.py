@@ -33,6 +33,7 @@ from gapbeam.solver.scene.linear_scheme import MIDPOINT, Linear, LinearScheme, S
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.touch_kernel import WIDTH
+from gapbeam.solver.schema.record_table import faces_of
 from gapbeam.solver.system.operators import Array
 
 
@@ -88,7 +89,15 @@ class LaneFeatures:
             phase = phase + 2.0 * np.pi * np.arange(plan.harmonics + 1)[:, None] * t0 / (plan.period * h)
             turns = np.vstack([np.cos(phase), -np.sin(phase)])
         first = np.asarray(scene.first, dtype=np.int64)
-        self.sums = step_sums(scene.watched, first, lanes, turns, plan.settle)
+        self.names = [one.name or i for i, one in enumerate(scene.contacts)]
+        self.faces = {
+            name: [self.names.index(one) for one in points]
+            for name, points in faces_of(self.names).items() if len(points) > 1 and name not in self.names
+        }  # fmt: skip
+        face = np.full(len(self.names), -1, dtype=np.int64)
+        for i, points in enumerate(self.faces.values()):
+            face[points] = i
+        self.sums = step_sums(scene.watched, first, face, lanes, turns, plan.settle)
         self.kept: list[Array] = []
         self.felt: list[Array] = []
         self.states: list[Array] = []
@@ -96,7 +105,8 @@ class LaneFeatures:
     def begin(self, marcher: Marcher) -> None:
         """Begin to count, at the present state of a march."""
         sizes, watch = self._sizes(marcher.F[None])[0], marcher.linear.watch
-        self.sums.before[:] = sizes > 0.0
+        whole = [sizes[points].sum(axis=0)[None] for points in self.faces.values()]
+        self.sums.before[:] = np.concatenate([sizes, *whole]) > 0.0
         marcher.sums, marcher.slabs.spent[:] = self.sums, 0.0
         if self.own.parts:
             self.own.begin(marcher.t, watch @ marcher.q, watch @ marcher.v, sizes)
@@ -139,15 +149,19 @@ class LaneFeatures:
 
     def contact_features(self, slabs: Slabs, cut: Array) -> dict[str, Any]:
         """Return features by their name, then by contact; only the lanes of `cut`, which is added."""
-        sums, count, work = self.sums, len(cut), np.zeros_like(self.sums.top)
+        sums, count, work = self.sums, len(cut), np.zeros((len(self.names), self.sums.top.shape[1]))
         work[np.searchsorted(self.scene.first[:-1], slabs.motion)] = slabs.spent
-        sums.top[[one.is_impulsive for one in self.scene.contacts]] = np.nan
+        hard = np.array([one.is_impulsive for one in self.scene.contacts], dtype=bool)
+        sums.top[[*hard, *(hard[points].any() for points in self.faces.values())]] = np.nan
         tables = {
             "peak_force": sums.top, "impulse": self.h * sums.total, "impacts": sums.closings,
             "closed": self.h * sums.closed, "work": work,
         }  # fmt: skip
-        names = [one.name or i for i, one in enumerate(self.scene.contacts)]
-        return {key: {name: table[i, :count] + cut for i, name in enumerate(names)} for key, table in tables.items()}
+        names = [*self.names, *self.faces]
+        return {
+            key: {name: one[:count] + cut for name, one in zip(names, table, strict=False)}
+            for key, table in tables.items()
+        }
 
     def point_features(self, cut: Array) -> dict[str, Any]:
         """Return peaks, harmonics and histories by point, histories of forces by contact."""

@@ -363,14 +363,18 @@ WINDOW = 8  # steps whose harmonics are summed by one product
 class StepSums(NamedTuple):
     """Sums over the steps of a march; it gathers none where no motion is watched and no contact is listed.
 
+    Rows of contacts are followed by those of faces with several contacts, whose force is the sum of theirs.
+
     Attributes:
         most: Largest displacement in absolute value, (watched, lanes), m.
         square: Sum of squares of displacements.
-        top: Largest contact force, (contacts, lanes), N.
+        top: Largest contact force, (contacts + faces, lanes), N.
         total: Sum of contact forces.
         closed: Steps that touched.
         closings: Number of closings of each contact.
-        before: 1 where a contact touched in the step before, else 0, (contacts, lanes).
+        before: 1 where a contact touched in the step before, else 0.
+        whole: Force of each face in the present step, (faces, lanes).
+        face: Face of each contact; -1: it stands alone.
         first: First motion of each contact, and their number, (contacts + 1,).
         waves: Sums of displacements times turns, (watched, rows, lanes).
         turns: Cosines and sines of each step of a period, (rows, period).
@@ -386,6 +390,8 @@ class StepSums(NamedTuple):
     closed: Array
     closings: Array
     before: Array
+    whole: Array
+    face: Any
     first: Any
     waves: Array
     turns: Array
@@ -394,13 +400,22 @@ class StepSums(NamedTuple):
     at: Any
 
 
-def step_sums(watched: int, first: Any, lanes: int, turns: Array, settled: int) -> StepSums:
-    """Return sums of no step, of the watched motions and of contacts with these first motions, from a step on."""
-    rows, contacts = len(turns), len(first) - 1
-    parts = (np.zeros((count, lanes)) for count in (watched, watched, *5 * [contacts]))
+def step_sums(watched: int, first: Any, face: Any, lanes: int, turns: Array, settled: int) -> StepSums:
+    """Return sums of no step, of watched motions and of contacts with these first motions and faces, from a step on."""
+    rows, faces = len(turns), int(np.max(face, initial=-1)) + 1
+    parts = (np.zeros((count, lanes)) for count in (watched, watched, *5 * [len(face) + faces], faces))
     waves, window = np.zeros((watched, rows, lanes)), np.zeros((watched, WINDOW, lanes))
     at = np.array([settled % max(turns.shape[1], 1), 0])
-    whole: tuple[Any, ...] = (*parts, first, waves, np.ascontiguousarray(turns), window, np.zeros((rows, WINDOW)), at)
+    whole: tuple[Any, ...] = (
+        *parts,
+        face,
+        first,
+        waves,
+        np.ascontiguousarray(turns),
+        window,
+        np.zeros((rows, WINDOW)),
+        at,
+    )
     return StepSums(*whole)
 
 

@@ -72,7 +72,7 @@ class Marcher:
         if scheme.is_accelerated:
             self.a = np.ascontiguousarray(state.a) if state.a is not None else self.accelerations()
         self.ledger, self.passes = np.zeros((6, lanes)), 0
-        self.sums = step_sums(0, np.zeros(1, dtype=np.int64), lanes, np.zeros((0, 0)), 0)
+        self.sums = step_sums(0, np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int64), lanes, np.zeros((0, 0)), 0)
         self.kept = step_records(self.linear, 0, lanes, False, False)
         self._recall(state.memory)
         self.ledger[STORED] = rest(self.slabs, self.y)[2]

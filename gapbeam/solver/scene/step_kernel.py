@@ -93,12 +93,18 @@ def sum_up(sums, place, F, size):
             sums.most[j, lane] = max(sums.most[j, lane], abs(x))
             sums.square[j, lane] += x * x
             window[j, slot, lane] = x
+    contacts = len(sums.face)
     for c in range(len(sums.top)):
-        o = sums.first[c]
-        if sums.first[c + 1] == o + 1:
+        if c >= contacts:
+            for lane in range(L):
+                size[0, lane] = sums.whole[c - contacts, lane]
+                sums.whole[c - contacts, lane] = 0.0
+        elif sums.first[c + 1] == sums.first[c] + 1:
+            o = sums.first[c]
             for lane in range(L):
                 size[0, lane] = abs(F[o, lane])
         else:
+            o = sums.first[c]
             for lane in range(L):
                 size[0, lane] = F[o, lane] * F[o, lane] + F[o + 1, lane] * F[o + 1, lane]
             for n in range(o + 2, sums.first[c + 1]):
@@ -106,6 +112,10 @@ def sum_up(sums, place, F, size):
                     size[0, lane] += F[n, lane] * F[n, lane]
             for lane in range(L):
                 size[0, lane] = sqrt(size[0, lane])
+        if c < contacts and sums.face[c] >= 0:
+            f = sums.face[c]
+            for lane in range(L):
+                sums.whole[f, lane] += size[0, lane]
         for lane in range(L):
             x, before = size[0, lane], sums.before[c, lane]
             touched = 1.0 if x > 0.0 else 0.0

@@ -84,6 +84,18 @@ OF_ROTATIONS = {
 """Units of rotations and moments in records of displacements and forces."""
 
 
+NUMBERED = re.compile(r"(.+) \d+")
+
+
+def faces_of(contacts: Iterable[str | int]) -> dict[str, list[str | int]]:
+    """Return the contacts of each face: "gland 1", "gland 2", ... are those of "gland"; others stand alone."""
+    found: dict[str, list[str | int]] = {}
+    for contact in contacts:
+        numbered = NUMBERED.fullmatch(str(contact))
+        found.setdefault(numbered[1] if numbered else str(contact), []).append(contact)
+    return found
+
+
 def unit_where(unit: str, turns: bool) -> str:
     """Return the SI unit of a record at a place: of one that rotates rad and N m in place of m and N."""
     return OF_ROTATIONS.get(unit, unit) if turns else unit

@@ -6,7 +6,6 @@ Answers are kept on disk: a study that was killed continues where it was, to the
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -23,14 +22,13 @@ from gapbeam.solver.scene.ensemble_members import EnsembleFolder, Members
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.schema.record_table import TURNING, unit_where
+from gapbeam.solver.schema.record_table import TURNING, faces_of, unit_where
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_search import CHAOTIC, FAILED, UNSETTLED, FoundOrbit, ResponseSearch, repeating
 
 START = "start"
 """Input that draws one of several starts."""
 WORDS = {CHAOTIC: "chaotic", UNSETTLED: "unsettled", FAILED: "failed"}
-NUMBERED = re.compile(r"(.+) \d+")
 UNKNOWN = ("unsettled", "failed")
 Period = float | Callable[[dict[str, float]], float]
 
@@ -200,21 +198,12 @@ def name_of(one: FoundOrbit) -> str:
     return f"order {one.order}: {', '.join(parts) or 'no contact'}"
 
 
-def faces_of(contacts: Iterable[str | int]) -> dict[str, list[str | int]]:
-    """Return the contacts of each face: "gland 1", "gland 2", ... are those of "gland"; others stand alone."""
-    found: dict[str, list[str | int]] = {}
-    for contact in contacts:
-        numbered = NUMBERED.fullmatch(str(contact))
-        found.setdefault(numbered[1] if numbered else str(contact), []).append(contact)
-    return found
-
-
 def figures_of(many: Members) -> dict[str, Array]:
     """Return figures of members by name.
 
     "peak/tip" and "rms/tip", m, by point; by contact "peak_force/stop" and "mean_force/stop", N, "impact_rate/stop",
-    1/s, "work_rate/stop", W, and "closed/stop", the share of time in contact. Of a face with several contact points:
-    mean force and work rate of all, the others of the point that has most. Figures of one's own by their name.
+    1/s, "work_rate/stop", W, and "closed/stop", the share of time in contact. A face with several contact points has
+    those of all its points together. Figures of one's own by their name.
     """
     found: dict[str, Array] = dict(many.figures)
     for kind, table in (("peak", many.peak), ("rms", many.rms)):
@@ -228,8 +217,7 @@ def figures_of(many: Members) -> dict[str, Array]:
         ("closed", many.closed, many.span),
     ):  # fmt: skip
         for face, contacts in faces_of(each).items():
-            rows = np.array([each[contact] for contact in contacts])
-            whole = rows.sum(axis=0) if kind in ("mean_force", "work_rate") else rows.max(axis=0)
+            whole = each[face] if face in each else np.sum([each[contact] for contact in contacts], axis=0)
             found[f"{kind}/{face}"] = np.asarray(whole / per, dtype=float)
     return found
 

@@ -47,6 +47,7 @@ def probability(event: Any, known: Any, independent: bool) -> IntervalEstimate:
 
     Independent members: the interval of Wilson. Replicates of randomised points: Student's t of their means, where
     ten members or more have the event and ten have not; else the interval of Wilson, which is wider for such points.
+    Replicates hold whole members, so that few of them agree by chance: a scatter of half a member is the least.
 
     Args:
         event: Whether it happened, (replicates, members).
@@ -67,6 +68,8 @@ def _ends(event: Any, independent: bool) -> tuple[float, float]:
         ends = binomtest(count, size).proportion_ci(method="wilson")
         return float(ends.low), float(ends.high)
     mean, half = mean_and_half_width(event.mean(axis=1))
+    replicates, members = event.shape
+    half = max(half, float(t.ppf(UP, replicates - 1)) * 0.5 / (members * np.sqrt(replicates)))
     return max(mean - half, 0.0), min(mean + half, 1.0)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableB
 from gapbeam.postprocess.report.study_json import read_records
 from gapbeam.postprocess.study_figures.study_axis import si_key
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.schema.record_table import unit_of_places, unit_where
+from gapbeam.solver.schema.record_table import faces_of, unit_of_places, unit_where
 
 ATLAS_FILE, ATLAS_PICTURE = "atlas.json", "atlas-responses.png"
 ATLAS_KEYS = ("values", "responses", "chaotic", "unsettled", "failed")
@@ -24,15 +24,15 @@ def responses_of(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple
     probes = tuple(dict.fromkeys(name for one in records for r in one["responses"] for name in r["peak"]))
     own = tuple(dict.fromkeys(name for one in records for r in one["responses"] for name in r.get("figures", ())))
     turning = records[0].get("turning", ())
-    pressed = dict.fromkeys(name for one in records for r in one["responses"] for name in r["peak_force"])
+    pressed = faces_of(dict.fromkeys(name for one in records for r in one["responses"] for name in r["peak_force"]))
     heads = (*keys, "response", "share", "from", "to", "largest multiplier", "impacts a period",
-             f"force ({unit_of_places('N', pressed, turning)})",
+             f"force ({unit_of_places('N', (names[0] for names in pressed.values()), turning)})",
              *(f"{name}: peak ({unit_where('m', name in turning)})" for name in probes), *own)  # fmt: skip
     rows: list[tuple[Cell, ...]] = []
     for one in records:
         values = tuple(float(one["values"][key]) for key in keys)
         for r in one["responses"]:
-            forces, impacts = r["peak_force"].values(), r["impacts"].values()
+            forces, impacts = ([r[key][name] for name in _whole(r[key])] for key in ("peak_force", "impacts"))
             peaks = (float(r["peak"][name]) if name in r["peak"] else None for name in probes)
             rows.append((
                 *values, _kind(r), float(r["share"]), *map(float, r["interval"]),
@@ -43,6 +43,11 @@ def responses_of(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple
             if one[word]:
                 rows.append((*values, word, float(one[word]), *(None for _ in range(5 + len(probes) + len(own)))))
     return heads, rows
+
+
+def _whole(contacts: Iterable[str]) -> list[str]:
+    """Return the faces that have an entry, and contacts of no such face."""
+    return [face if face in names else str(name) for face, names in faces_of(contacts).items() for name in names]
 
 
 def _kind(response: Record) -> str:
@@ -77,7 +82,7 @@ def atlas_sections(folder: Path, command: str) -> list[ReportSection]:
     heads, rows = responses_of(records)
     blocks.append(
         TableBlock(
-            "All responses: shares with 95 % intervals; impacts and force of the contact point that has most",
+            "All responses: shares with 95 % intervals; impacts and force of the support face that has most",
             heads,
             rows,
             digits=4,

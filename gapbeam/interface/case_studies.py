@@ -115,8 +115,8 @@ def stability(
     Args:
         case: As in `sweep`.
         stiffness: Contact stiffness, Pa/m; values as in `sweep`, ranges even in the logarithm. None: 1e-4 to 100
-            times that of the case.
-        step: Time step, s; likewise. None: a tenth of that of the case to 10 times as much.
+            times the case's.
+        step: Time step, s; likewise. None: 0.1 to 10 times the case's.
         scheme: Names of schemes.
         vary: Other keys and their values.
         overrides: Keys to replace at every point.

@@ -184,6 +184,43 @@ def test_travel_by_rotation_is_not_blamed_on_sliding(tmp_path: Path, at: float, 
     assert "[restraint]" not in words
 
 
+PLATE = {"from": 0.15, "to": 0.17, "clearance": 1e-3}
+BARS = {"type": "polygon", "walls": [0.0, 180.0]}
+
+
+@pytest.mark.parametrize("model", [{"type": "beam", "elements": 8}, {"type": "rigid"}])
+@pytest.mark.parametrize("second", [None, BARS])
+def test_a_tube_that_crosses_its_play_has_not_slid_out(
+    tmp_path: Path, second: object, model: dict[str, object]
+) -> None:
+    """It rolls aside about a hinge in a hole with play of a sixth of its radius, at two thirds of the bars, if any.
+
+    Motion across is compared with the radius where a hole is met along it: bars are met by a round section at the same
+    points wherever it lies between them. The travel is along the tube.
+    """
+    supports = [{"name": "plate", "region": "hole", **PLATE}]
+    if second is not None:
+        supports.append({"name": "bars", "region": second, "from": 0.27, "to": 0.28, "clearance": 2.5e-3})
+    tables = {
+        "beam": {"length": 0.3, "thickness": 0.012, "width": 0.012, "section": "round"},
+        "material": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0},
+        "support": supports,
+        "joint": [{"name": "hinge", "type": "pinned", "point": 0.0}],
+        "contact": {"stiffness": 1e11, "damping": 1e6},
+        "model": model,
+        "load": [{"type": "gravity", "direction": [0.0, 1.0, -0.2]}],
+        "analysis": {"type": "transient", "start": "centered"},
+        "output": {"errors": "none"},
+        "time": {"end": 0.05},
+    }
+    done = gapbeam.run(tables, output=tmp_path / "out")
+    radii = finding(done.summary, "radii in supports around the beam")
+    assert radii["closest"] == pytest.approx(1e-3 / 0.006, rel=0.15)
+    assert 0.15 <= radii["place"][0] <= 0.17
+    assert finding(done.summary, "inside the support")["closest"] < 0.01
+    assert not any(one.startswith("inside the support") for one in done.summary["warnings"])
+
+
 @pytest.mark.parametrize(
     ("scheme", "status", "reason", "least"),
     [

@@ -61,8 +61,8 @@ class PoseScales:
         thin: Rule that completes the strain across plane or beam: by -nu/(1-nu) of the sum (plane stress: "plane"),
             by -nu of that along the beam (beam models: "beam"), or not ("").
         support_length: m.
-        width: m.
-        radius: Radius of a beam in supports that are met along its radii; 0: there is none, m.
+        width: Width, which motion across the beam leaves; infinite where supports are around the beam, m.
+        radius: Radius of the beam at each point of supports that are met along its radii, else infinity, (k,), m.
         span: Span of the run, s.
         strength: Divisor of the watched stress: 1, or the yield stress at each point, (k,), Pa.
     """
@@ -72,7 +72,7 @@ class PoseScales:
     thin: str
     support_length: float
     width: float
-    radius: float
+    radius: Array
     span: float
     strength: float | Array = 1.0
 
@@ -152,9 +152,9 @@ class PoseWatch:
             if moved.shape[1] > 2:
                 share = np.maximum(share, moved[:, 1] / self.scales.width)
             self._keep(TRAVEL, share[:, None], times, np.mean(places[:faces], axis=0, keepdims=True))
-            if self.scales.radius:
+            if np.isfinite(self.scales.radius).any():
                 aside = np.linalg.norm(inside[..., 1:] - rolled(places[:faces], gradient[:, :faces]), axis=-1)
-                self._keep(ASIDE, aside / self.scales.radius, times, places[:faces])
+                self._keep(ASIDE, aside / self.scales.radius[:faces], times, places[:faces])
         if not self.looks:
             self.at_start = float(np.max(rotation[0]))
 

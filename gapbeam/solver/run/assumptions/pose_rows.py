@@ -112,11 +112,24 @@ def scales_of(case: Case, places: Array) -> PoseScales:
         poisson_ratio=np.array(poisson) if several else nu,
         thin="beam" if isinstance(case.model, BeamModel) else "plane" if plane else "",
         support_length=case.layout.shortest,
-        width=min(piece.beam.width for piece in supported),
-        radius=0.5 * min(piece.beam.thickness for piece in supported) if holes else 0.0,
+        width=np.inf if holes else min(piece.beam.width for piece in supported),
+        radius=_radii(case, places),
         span=case.time.end,
         strength=np.array(strength) if several else 1.0,
     )
+
+
+def _radii(case: Case, places: Array) -> Array:
+    """Return the radius of the beam where supports are met along its radii, else infinity, (k,), m."""
+    radii, slack = np.full(len(places), np.inf), ROUND_OFF * case.beam.length
+    for support in case.layout.holes:
+        if support.met_region.along_radii:
+            inside = (support.start - slack <= places) & (places <= support.end + slack)
+            radii[inside] = [0.5 * case.profile.at(float(x)).beam.thickness for x in places[inside]]
+    return radii
+
+
+ROUND_OFF = 1e-9  # of the length
 
 
 def _constants(material: Material) -> tuple[float, float, float]:

@@ -13,8 +13,12 @@ import scipy.io
 import scipy.sparse as sp
 
 import gapbeam as gb
+from gapbeam.solver.case.reading.case_reader import read_tables
 from gapbeam.solver.kernel.kernel_data import kernel_data
 from gapbeam.solver.scene_file.scene_reader import ReadScene, read_scene
+from gapbeam.studies.identification.identification_file import Identification
+from gapbeam.studies.optimum.optimum_study import OptimumStudy
+from gapbeam.studies.uncertain.uncertain_file import UncertainStudy
 from tests.shared.command import PROJECT, called, on_ranks
 from tests.shared.slips import Tables, check_slip, put
 
@@ -413,3 +417,17 @@ def test_loads_of_a_file_are_varied_by_paths(seed: int) -> None:
         if kind.get("quantity") != "displacement":
             assert np.allclose(scene.with_({"shaker.frequency": 9.0}).loads[0].table(times), table(frequency=9.0)[1])
         kernel_data(scene, 1e-3)
+
+
+@pytest.mark.parametrize("study", [UncertainStudy, OptimumStudy, Identification])
+@pytest.mark.parametrize("case", ["demo.toml", "scenes/clip.toml"])
+def test_a_case_in_place_of_a_study_is_told_so(study: Any, case: str) -> None:
+    """One fault, of the key that names the case, in place of one for each of its tables; it says what to write."""
+    path = PROJECT / "cases" / case
+    with pytest.raises(gb.CaseError) as refused:
+        read_tables(path, study)
+    (fault,) = refused.value.faults
+    assert fault.key == ("case",)
+    assert "a case itself" in fault.found
+    assert f'case = "{path.name}"' in fault.hint
+    assert "`case`" in fault.expected

@@ -194,8 +194,8 @@ def refuse_scene(data: Mapping[str, Any], path: Path) -> None:
         fault = Fault(
             (SCENE,),
             f"a file with [[{SCENE}]], which is a scene of several structures",
-            "a case with [beam]: of scenes there are gapbeam check, gapbeam run and gapbeam.scene",
-            "gapbeam run, or march gapbeam.scene(file) from Python",
+            "a case with [beam]",
+            "of such files there are gapbeam check, with frequencies, run, sweep, atlas, uncertain, life and fmu",
             where=f"{path}: [[{SCENE}]]",
         )
         raise CaseError(str(path), [fault])
@@ -225,8 +225,16 @@ def read_tables(
     """
     path = Path(path)
     text = read_text(path)
-    found: Root = checked_tables(parse(text, str(path)), Places(path, {}, key_lines(text), {}, root), check)[0]
-    return found
+    data, places = parse(text, str(path)), Places(path, {}, key_lines(text), {}, root)
+    itself = [name for name in ("beam", SCENE) if name in data]
+    if "case" in root.model_fields and "case" not in data and itself:
+        needed = [name for name, one in root.model_fields.items() if one.is_required() and name != "case"]
+        expected = f"a study of a case: a file with `case`{''.join(f', `{name}`' for name in needed)}"
+        hint = f'write another file, with case = "{path.name}"'
+        fault = Fault(("case",), f"a case itself, with `{itself[0]}`", expected, hint)
+        raise CaseError(str(path), places.put_in_order([fault]))
+    tables: Root = checked_tables(data, places, check)[0]
+    return tables
 
 
 def checked_tables(

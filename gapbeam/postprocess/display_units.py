@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,6 +45,16 @@ def shown(unit: str, largest: float = 0.0) -> tuple[str, float]:
             if abs(largest) >= least:
                 return prefix + unit, POWERS[prefix]
     return DISPLAY.get(unit, (unit, 1.0))
+
+
+def shown_by(unit: str, values: Iterable[float | None]) -> tuple[str, float]:
+    """The unit in which values are shown together, by the largest of those that are known, and the factor to it.
+
+    Args:
+        unit: SI unit.
+        values: Values in that unit.
+    """
+    return shown(unit, max((abs(one) for one in values if one is not None and isfinite(one)), default=0.0))
 
 
 def shown_along(places: Iterable[ArrayLike]) -> tuple[str, float]:

@@ -22,6 +22,7 @@ from tests.shared.scaled_cases import SIMILAR_CASES, SIZES, scaled_tables
 UNITS = {prefix + unit for unit in PREFIXES for prefix in POWERS}
 LEAST, MOST = 1e-3, 2e4  # of the largest number on an axis
 ROUND_OFF = 1e-12  # in SI units, whose powers of ten stand beside the axis
+FORCE = {"name": "force", "quantity": "contact_force", "place": "gland", "statistic": "maximum"}
 FOUND = list[tuple[str, np.ndarray]]
 
 
@@ -57,15 +58,13 @@ def unreadable(found: FOUND) -> Iterator[str]:
             yield f"{label}: {sizes.max():.3g}"
 
 
-@pytest.mark.parametrize("size", [SIZES[0], 1.0, SIZES[1]])
-@pytest.mark.parametrize("name", ["cantilever-stop", "stability"])
-def test_numbers_on_axes_can_be_read(name: str, size: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing on an axis is a thousandth of its unit, or twenty thousand of it, at any size."""
+@pytest.fixture
+def found(monkeypatch: pytest.MonkeyPatch) -> FOUND:
+    """Labels and numbers of all axes that a test draws: of pictures, films and charts of reports."""
     found: FOUND = []
-    charts: list[Chart] = []
     save, chart_figure, fill = Figure.savefig, html_page.chart_figure, Sheet.fill
 
-    def keep(figure: Figure, *args: Any, **options: Any) -> None:
+    def saved(figure: Figure, *args: Any, **options: Any) -> None:
         for panel in figure.axes:
             found.extend(on_panel(panel))
         save(figure, *args, **options)
@@ -76,16 +75,38 @@ def test_numbers_on_axes_can_be_read(name: str, size: float, tmp_path: Path, mon
             found.extend(on_panel(panel))
         return picture
 
-    monkeypatch.setattr(Figure, "savefig", keep)
+    def charted(chart: Chart) -> Any:
+        found.extend(on_chart(chart))
+        return chart_figure(chart)
+
+    monkeypatch.setattr(Figure, "savefig", saved)
     monkeypatch.setattr(Sheet, "fill", filled)
-    monkeypatch.setattr(html_page, "chart_figure", lambda chart: charts.append(chart) or chart_figure(chart))
-    case = next(one for one in SIMILAR_CASES if one.name == name).case()
-    gapbeam.run(scaled_tables(case, size), output=tmp_path / "run")
+    monkeypatch.setattr(html_page, "chart_figure", charted)
+    return found
+
+
+def shipped(name: str, size: float) -> dict[str, Any]:
+    """Return the tables of a shipped case at a size."""
+    return scaled_tables(next(one for one in SIMILAR_CASES if one.name == name).case(), size)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_numbers_on_axes_of_a_sweep_can_be_read(size: float, found: FOUND, tmp_path: Path) -> None:
+    """Of its picture and of its report, over two clearances."""
+    keys = {"support.clearance": [0.107e-3 * size, 0.16e-3 * size]}
+    gapbeam.sweep(shipped("stability", size) | {"figure": [FORCE]}, keys, output=tmp_path / "sweep", workers=1)
+    gapbeam.report(tmp_path / "sweep")
+    assert {"clearance", "force"} <= {re.split(r"[\n ]", label)[0].rsplit(".")[-1] for label, _ in found}
+    assert sorted(set(unreadable(found))) == []
+
+
+@pytest.mark.parametrize("size", [SIZES[0], 1.0, SIZES[1]])
+@pytest.mark.parametrize("name", ["cantilever-stop", "stability"])
+def test_numbers_on_axes_can_be_read(name: str, size: float, found: FOUND, tmp_path: Path) -> None:
+    """Nothing on an axis is a thousandth of its unit, or twenty thousand of it, at any size."""
+    gapbeam.run(shipped(name, size), output=tmp_path / "run")
     gapbeam.plot(tmp_path / "run")
     gapbeam.report(tmp_path / "run")
     gapbeam.render(tmp_path / "run", frames=2)
     assert len({label for label, _ in found}) > 8
-    assert len(charts) > 3
-    for chart in charts:
-        found.extend(on_chart(chart))
     assert sorted(set(unreadable(found))) == []

@@ -14,7 +14,7 @@ from matplotlib.axis import Axis
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown_by
 from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, GRAY, GREEN, VERMILION, journal_style, letter, panels
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import read_plain
@@ -74,7 +74,7 @@ def abscissa(rows: Sequence[Mapping[str, Any]]) -> tuple[str, np.ndarray]:
         key = next(iter(keys))
         values = [row["set"].get(key) for row in rows]
         if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-            unit, factor = shown(next(row["set_units"][key] for row in rows))
+            unit, factor = shown_by(next(row["set_units"][key] for row in rows), values)
             return f"{key} ({unit})" if unit else key, factor * np.array(values, dtype=float)
     return "measurement", np.arange(1, len(rows) + 1, dtype=float)
 
@@ -107,7 +107,7 @@ def _draw_figures(data: Mapping[str, Any], path: Path) -> None:
 
 def _figure_panel(panel: Axes, rows: Sequence[Mapping[str, Any]], logarithmic: bool) -> None:
     label, places = abscissa(rows)
-    unit, factor = shown(rows[0]["unit"])
+    unit, factor = shown_by(rows[0]["unit"], (row[key] for row in rows for key in ("measured", "computed")))
     order = np.argsort(places, kind="stable")
     computed = np.array([np.nan if row["computed"] is None else factor * row["computed"] for row in rows])
     scatter = np.array([factor * (row["scatter"] or 0.0) for row in rows])

@@ -5,13 +5,13 @@ Values that are spread evenly in the logarithm, rather than evenly, have a logar
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown, shown_by
 
 Array = np.ndarray
 Values = Mapping[str, str]
@@ -34,7 +34,8 @@ def key_along(points: Sequence[Values]) -> str:
 
 def value_words(text: str, unit: str) -> str:
     """Return a value, typed in SI, in the unit shown."""
-    value, (label, factor) = number_in(text), shown(unit)
+    value = number_in(text)
+    label, factor = shown(unit, value or 0.0)
     return text if value is None or not has_unit(unit) else f"{factor * value:.6g} {label}"
 
 
@@ -57,10 +58,10 @@ def columns_of(points: Sequence[Values], units: Units | None = None) -> list[str
     return columns if len(set(columns)) < len(columns) else [""] * len(columns)
 
 
-def named_key(key: str, units: Units) -> tuple[str, float]:
-    """Return a key with the unit that is shown for it, and the factor from SI."""
+def named_key(key: str, units: Units, values: Iterable[float | None]) -> tuple[str, float]:
+    """Return a key with the unit that is shown for its values, and the factor from SI."""
     unit = units.get(key, "")
-    label, factor = shown(unit)
+    label, factor = shown_by(unit, values)
     return (f"{key} ({label})", factor) if has_unit(unit) else (key, 1.0)
 
 
@@ -148,7 +149,7 @@ def axis_of(points: Sequence[Values], units: Units | None = None) -> StudyAxis:
     texts = tuple(dict.fromkeys(values[key] for values in points))
     numbers = [number_in(text) for text in texts]
     counted = None in numbers
-    name, factor = (key, 1.0) if counted else named_key(key, units)
+    name, factor = (key, 1.0) if counted else named_key(key, units, numbers)
     places = [place if counted else factor * float(n or 0.0) for place, n in enumerate(numbers, start=1)]
     choices = tuple(column for column in dict.fromkeys(columns_of(points, units)) if column)
     return StudyAxis(key, texts, tuple(map(float, places)), counted, name, units, choices)

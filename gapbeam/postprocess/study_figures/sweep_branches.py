@@ -21,7 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown_by
 from gapbeam.postprocess.figures.figure_style import (
     BLACK,
     BLUE,
@@ -252,18 +252,18 @@ def draw_branches(points: Sequence[SweepPoint], path: Path) -> Path:
         figure, columns = _columns(max(len(names), 1), len(groups))
         for column, (title, mine) in zip(columns, groups.items(), strict=True):
             for name, panel in zip(names, column, strict=False):
+                factor = figure_unit(points, name)[1]
                 panel.set_xscale("log" if along.is_logarithmic else "linear")
                 for point in mine:
-                    words |= _draw_point(panel, point, name, along.place(point.values))
+                    words |= _draw_point(panel, point, name, along.place(point.values), factor)
                 panel.set_xmargin(0.06)
             column[0].set_title(title.replace(", ", "\n"))
             column[-1].set_xlabel(_axis_words(points, along))
             if along.counted:
                 column[-1].set_xticks(along.numbers, along.texts)
         for name, row in zip(names, np.transpose(columns), strict=False):
-            unit = next(b.figures[name][2] for p in points for b in p.branches if name in b.figures)
             for panel in row[::ABREAST]:
-                panel.set_ylabel(f"{name}\n({shown(unit)[0]})")
+                panel.set_ylabel(f"{name}\n({figure_unit(points, name)[0]})")
         figure.legend(handles=_legend(points, words), loc="outside upper center", ncols=4)
         figure.savefig(path)
     return path
@@ -316,13 +316,18 @@ def drawn_figures(points: Sequence[SweepPoint]) -> list[str]:
     return names[:1]
 
 
-def _draw_point(panel: Axes, point: SweepPoint, name: str, x: float) -> set[str]:
+def figure_unit(points: Sequence[SweepPoint], name: str) -> tuple[str, float]:
+    """Return the unit in which a figure of all responses is shown, by the largest, and the factor to it."""
+    every = [branch.figures[name] for point in points for branch in point.branches if name in branch.figures]
+    return shown_by(every[0][2] if every else "", [mean for mean, _, _ in every])
+
+
+def _draw_point(panel: Axes, point: SweepPoint, name: str, x: float, factor: float) -> set[str]:
     most = max((branch.count for branch in point.branches), default=1)
     for branch in point.branches:
         if name not in branch.figures:
             continue
-        mean, scatter, unit = branch.figures[name]
-        factor = shown(unit)[1]
+        mean, scatter, _ = branch.figures[name]
         color = _color(branch.word)
         panel.errorbar(x, factor * mean, factor * scatter, color=color, lw=0.8, capsize=2.0, zorder=2)
         size = SMALLEST + (LARGEST - SMALLEST) * (branch.count - 1) / most
@@ -407,14 +412,14 @@ def draw_map(points: Sequence[SweepPoint], path: Path) -> Path | None:
     if found is None or not names:
         return None
     keys, *axes = found
-    labels, scales = zip(*(named_key(key, points[0].units) for key in keys), strict=True)
+    named = (named_key(key, points[0].units, axis) for key, axis in zip(keys, axes, strict=True))
+    labels, scales = zip(*named, strict=True)
     x, y = (scale * axis for scale, axis in zip(scales, axes, strict=True))
     abreast = min(len(names), MAPS_ABREAST)
     with journal_style():
         figure, grid = panels(-(-len(names) // abreast), abreast, width=1.0 + 2.9 * abreast, height=2.6)
         for panel, name in zip(grid.flat, names, strict=False):
-            unit = next(b.figures[name][2] for p in points for b in p.branches if name in b.figures)
-            unit, factor = shown(unit)
+            unit, factor = figure_unit(points, name)
             values = factor * heights(points, name)
             panel.set_xscale("log" if is_logarithmic(x) else "linear")
             panel.set_yscale("log" if is_logarithmic(y) else "linear")

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown_by
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.postprocess.study_figures.identification_figures import draw_identification
 from gapbeam.postprocess.study_figures.sweep_branches import CREEPING
@@ -55,7 +55,7 @@ def _measurements(found: Conclusion) -> Table:
     table = Table(*heads, box=None, title="Measured and computed", title_justify="left")
     for row in found.rows:
         one, figure = problem.measurements[row.number], problem.figure(row.number)
-        unit, factor = shown(unit_of(figure))
+        unit, factor = shown_by(unit_of(figure), (one.value, row.computed))
         deviation = f"{100.0 * (row.computed / one.value - 1.0):+.1f} %" if one.value else "-"
         cells = [
             one.figure,

@@ -14,7 +14,6 @@ from typing import Any
 
 from rich.table import Column, Table
 
-from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.sections.sweep_section import ENSEMBLES_FILE, MAP_FILE, shown_figures
 from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.study_figures.study_axis import si_key
@@ -218,30 +217,29 @@ def census_table(points: Sequence[SweepPoint]) -> Table:
     """Return the census for the terminal: a row a response of a point."""
     every = list(shown_figures(points).items())
     names, left = dict(every[:MOST_FIGURES]), len(every[MOST_FIGURES:])
-    heads = [f"{name}, {shown(unit)[0]}" for name, unit in names.items()]
+    heads = [f"{name}, {unit}" for name, (unit, _) in names.items()]
     keys = [".\n".join(si_key(key, points[0].units).rsplit(".", 1)) for key in points[0].values]
     columns: list[Column | str] = [*(Column(key, overflow="fold") for key in keys), "response", "reached", *heads]
     more = f"{counted(left, 'more figure')} in sweep.csv" if left else None
     table = Table(*columns, box=None, title="Responses", title_justify="left", caption=more, caption_justify="left")
     for point in points:
         for branch in point.branches:
-            cells = [_cell(branch, name) for name in names]
+            cells = [_cell(branch, name, factor) for name, (_, factor) in names.items()]
             ways = ", ".join(f"{way}" for way in dict.fromkeys(branch.reached_from))
             table.add_row(*point.values.values(), branch.word, f"{branch.count} ({ways})", *cells)
         for record in point.failures:
             words = record["verdict"] if record["verdict"] != "passed" else "no figures"
             start, found = start_words(record), record.get("figures") or {}
-            known = {name: shown(unit)[1] * found[name]["mean"] for name, unit in names.items() if name in found}
+            known = {name: factor * found[name]["mean"] for name, (_, factor) in names.items() if name in found}
             cells = [f"{known[name]:.4g}" if name in known else "" for name in names]
             table.add_row(*point.values.values(), words, f"from {start}" if start else "", *cells)
     return table
 
 
-def _cell(branch: Branch, name: str) -> str:
+def _cell(branch: Branch, name: str, factor: float) -> str:
     if name not in branch.figures:
         return "-"
-    mean, scatter, unit = branch.figures[name]
-    factor = shown(unit)[1]
+    mean, scatter, _ = branch.figures[name]
     return f"{factor * mean:.4g}" + (f" ± {factor * scatter:.2g}" if scatter > 5e-4 * abs(mean) else "")
 
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 from rich.table import Table
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown_by
 from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journal_style, panels, write_figure
 from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, UNCERTAIN_PICTURE
 from gapbeam.solver.messages.wording import counted
@@ -247,7 +247,7 @@ def draw_distributions(found: Uncertain, figures: Iterable[str] = ()) -> Figure:
         grid[0][0].set_title("no member settled, and none is chaotic")
     kinds = [name for name in found.responses if any((name, one) in found.distributions for one in names)]
     for (axes,), name in zip(grid, names, strict=False):
-        unit, factor = shown(found.units.get(name, ""))
+        unit, factor = shown_by(found.units.get(name, ""), map(float, found.figures[name]))
         y = factor * found.figures[name]
         ends = np.histogram_bin_edges(y[np.isfinite(y)], bins="auto") if np.isfinite(y).any() else np.array([0.0, 1.0])
         base: Array = np.zeros(len(ends) - 1)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.display_units import shown, size_words
+from gapbeam.postprocess.display_units import shown, shown_by, size_words
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -215,7 +215,7 @@ def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
     blocks.append(TableBlock("The runs, and the windows over which they are compared", heads, runs))
     figures: list[tuple[Cell, ...]] = []
     for row in found["figures"]:
-        unit, factor = shown(row["unit"])
+        unit, factor = shown_by(row["unit"], (row["a"], row["b"]))
         difference = row["difference"]
         figures.append(
             (

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown_by
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -35,6 +35,7 @@ from gapbeam.postprocess.study_figures.sweep_branches import (
     SweepPoint,
     census,
     census_words,
+    figure_unit,
     grid_of,
     start_words,
 )
@@ -160,15 +161,16 @@ def _summary(records: Sequence[dict[str, Any]], points: Sequence[SweepPoint]) ->
     return [*blocks, *warnings_of([f"{note} ({count} of {len(records)})" for note, count in notes.most_common(10)])]
 
 
-def shown_figures(points: Sequence[SweepPoint]) -> dict[str, str]:
-    """Return the figures of a sweep that its report shows, with their units: those of one's own, and the usual ones."""
-    found: dict[str, str] = {}
-    for record in (member for point in points for branch in point.branches for member in branch.members):
-        found |= {name: str(one["unit"]) for name, one in record["figures"].items() if one.get("own")}
-    for branch in (branch for point in points for branch in point.branches):
-        usual = {name: unit for name, (_, _, unit) in branch.figures.items() if name.endswith(SHOWN)}
-        found |= {name: usual[name] for name in usual if name not in found}
-    return found
+def shown_figures(points: Sequence[SweepPoint]) -> dict[str, tuple[str, float]]:
+    """Return the figures of a sweep that its report shows, with the units shown and the factors to them.
+
+    Those of one's own, and the usual ones.
+    """
+    branches = [branch for point in points for branch in point.branches]
+    members = [member["figures"] for branch in branches for member in branch.members]
+    names = [name for figures in members for name, one in figures.items() if one.get("own")]
+    names += [name for branch in branches for name in branch.figures if name.endswith(SHOWN)]
+    return {name: figure_unit(points, name) for name in dict.fromkeys(names)}
 
 
 def _response_curves(points: Sequence[SweepPoint], command: str) -> list[Block]:
@@ -177,9 +179,11 @@ def _response_curves(points: Sequence[SweepPoint], command: str) -> list[Block]:
     return [_response_curve(points, name, unit, along, command) for name, unit in shown_figures(points).items()]
 
 
-def _response_curve(points: Sequence[SweepPoint], name: str, unit: str, along: StudyAxis, command: str) -> Chart:
+def _response_curve(
+    points: Sequence[SweepPoint], name: str, unit: tuple[str, float], along: StudyAxis, command: str
+) -> Chart:
     parts: dict[tuple[str, str | None], list[tuple[float, float, float, str]]] = {}
-    label, factor = shown(unit)
+    label, factor = unit
     for point in points:
         for branch in point.branches:
             if name not in branch.figures:
@@ -242,6 +246,8 @@ def _point_words(point: SweepPoint, branch: Branch, name: str, mean: float, scat
 def _harmonics(points: Sequence[SweepPoint], command: str) -> Chart | None:
     """Return the harmonics of every response, with a button for every point; None for many points or none."""
     curves = []
+    every = [branch.figures for point in points for branch in point.branches]
+    unit, factor = shown_by("m", (figures[name][0] for figures in every for name in figures if " harmonic " in name))
     for point in points:
         label = ", ".join(point.values.values())
         for place, branch in enumerate(point.branches, start=1):
@@ -252,14 +258,15 @@ def _harmonics(points: Sequence[SweepPoint], command: str) -> Chart | None:
                     branch.figures.get(f"{probe} harmonic {n}", (np.nan, 0.0, "m"))[0] for n in range(1, ORDERS + 1)
                 ]
                 name = f"{probe}, response {place}"
-                values = shown("m")[1] * np.array(heights)
-                curves.append(ChartCurve(name, range(1, ORDERS + 1), values, "lines+markers", label))
+                curves.append(
+                    ChartCurve(name, range(1, ORDERS + 1), factor * np.array(heights), "lines+markers", label)
+                )
     choices = list(dict.fromkeys(str(curve.choice) for curve in curves))
     if not curves or len(choices) > BUTTONS:
         return None
     return Chart(
         "Harmonics of the displacement of every response, the one that was reached most often first.",
-        "harmonic of the forcing", f"amplitude ({shown('m')[0]})", curves, command, log_y=True, choices=choices,
+        "harmonic of the forcing", f"amplitude ({unit})", curves, command, log_y=True, choices=choices,
         choice=", ".join(points[0].values),
     )  # fmt: skip
 
@@ -272,21 +279,21 @@ def _census_table(points: Sequence[SweepPoint]) -> TableBlock:
         for branch in point.branches:
             ways = ", ".join(dict.fromkeys(branch.reached_from))
             cells: list[Cell] = []
-            for name, unit in names.items():
+            for name, (_, factor) in names.items():
                 value = branch.figures.get(name)
-                cells.append(None if value is None else shown(unit)[1] * value[0])
+                cells.append(None if value is None else factor * value[0])
             rows.append((*point.values.values(), branch.word, branch.count, ways, *cells))
         for record in point.failures:
             outcome = record["verdict"] if record["verdict"] != "passed" else "no figures"
             found = record.get("figures") or {}
-            cells = [shown(unit)[1] * found[name]["mean"] if name in found else None for name, unit in names.items()]
+            cells = [factor * found[name]["mean"] if name in found else None for name, (_, factor) in names.items()]
             rows.append((*point.values.values(), outcome, None, start_words(record), *cells))
     heads = (
         *(si_key(key, points[0].units) for key in keys),
         "response",
         "reached",
         "from",
-        *(f"{name} ({shown(unit)[0]})" for name, unit in names.items()),
+        *(f"{name} ({label})" for name, (label, _) in names.items()),
     )
     return TableBlock("Every response of every point, peak to peak over its windows", heads, rows)
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown, shown_by
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -250,7 +250,7 @@ def _verdict(data: Mapping[str, Any]) -> Verdict:
 
 def _comparison(data: Mapping[str, Any], name: str, command: str) -> TableBlock:
     mine = [row for row in data["measurements"] if row["figure"] == name]
-    unit, factor = shown(mine[0]["unit"])
+    unit, factor = shown_by(mine[0]["unit"], (row[key] for row in mine for key in ("measured", "computed")))
     rows: list[tuple[Cell, ...]] = []
     for row in mine:
         measured, computed, scatter = row["measured"], row["computed"], row["scatter"]
@@ -266,8 +266,8 @@ def _comparison(data: Mapping[str, Any], name: str, command: str) -> TableBlock:
 def _experiment(row: Mapping[str, Any]) -> str:
     parts = []
     for key, value in row["set"].items():
-        unit, factor = shown(row["set_units"][key])
         number = isinstance(value, int | float) and not isinstance(value, bool)
+        unit, factor = shown(row["set_units"][key], value if number else 0.0)
         parts.append(f"{key} = {factor * value:.4g} {unit}".strip() if number else f"{key} = {value}")
     return ", ".join(parts) or "the case"
 
@@ -284,7 +284,7 @@ def _note(row: Mapping[str, Any], factor: float) -> str:
 def _figure_chart(data: Mapping[str, Any], name: str, command: str) -> Chart:
     rows = [row for row in data["measurements"] if row["figure"] == name]
     label, places = abscissa(rows)
-    unit, factor = shown(rows[0]["unit"])
+    unit, factor = shown_by(rows[0]["unit"], (row[key] for row in rows for key in ("measured", "computed")))
     measured = factor * np.array([row["measured"] for row in rows])
     computed = factor * np.array([math.nan if row["computed"] is None else row["computed"] for row in rows])
     order = np.argsort(places, kind="stable")

@@ -421,7 +421,7 @@ def test_loads_of_a_file_are_varied_by_paths(seed: int) -> None:
 
 @pytest.mark.parametrize("study", [UncertainStudy, OptimumStudy, Identification])
 @pytest.mark.parametrize("case", ["demo.toml", "scenes/clip.toml"])
-def test_a_case_in_place_of_a_study_is_told_so(study: Any, case: str) -> None:
+def test_a_case_in_place_of_a_study_is_named_as_such(study: Any, case: str) -> None:
     """One fault, of the key that names the case, in place of one for each of its tables; it says what to write."""
     path = PROJECT / "cases" / case
     with pytest.raises(gb.CaseError) as refused:

@@ -203,3 +203,41 @@ def test_a_seat_holds_by_friction_what_pulls_along_a_bar_up_to_its_limit(
         found = gb.history(scene, 1e-4, 0.05, rest)
         creep = sliding * 0.05 / np.sqrt(pull**-2 - 1.0) if sliding else 0.0
         assert np.ptp(found.displacement["end"][:, 0]) == pytest.approx(creep, rel=0.3, abs=1e-6 * limit / stiff)
+
+
+@pytest.mark.parametrize("kind", ["frame", "matrices"])
+def test_points_of_files_rub_in_three_directions(kind: str, tmp_path: Path) -> None:
+    """A bar on two rests, on a plane of any slope, pulled along it: x = (T / m - mu g) t^2 / 2 as a whole."""
+    steel = {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 8000.0}
+    model: dict[str, object] = {"type": "frame", "route": [[0.0, 0.0, 0.0], TURN[:, 0].tolist()], "thickness": 0.01,
+                                "section": {"type": "rectangle"}, "material": steel, "elements": 4}  # fmt: skip
+    points: list[dict[str, object]] = [{"name": name, "structure": "bar", "at": at, "direction": TURN.T.tolist()}
+                                       for name, at in (("a", 0.2), ("b", 0.8))]  # fmt: skip
+    if kind == "matrices":
+        (tmp_path / "bar.dof").write_text("".join(f"{node}.{way}\n" for node in (1, 2) for way in (1, 2, 3)))
+        np.save(tmp_path / "M.npy", 0.4 * np.eye(6))
+        np.save(tmp_path / "K.npy", 1e9 * np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(3)))
+        model = {"type": "matrices", "units": "m-kg-s", **{
+            key: str(tmp_path / name) for key, name in (("mass", "M.npy"), ("stiffness", "K.npy"), ("dofs", "bar.dof"))
+        }}  # fmt: skip
+        points = [{"name": name, "structure": "bar", "node": node, "direction": TURN.T.tolist()}
+                  for node, name in ((1, "a"), (2, "b"))]  # fmt: skip
+    down, mass, pull = (-TURN[:, 2]).tolist(), 0.8, 2.0 * MU * 0.8 * GRAVITY
+    weight = {"type": "gravity", "direction": down} if kind == "frame" else None
+    loads = [weight] if weight else [
+        {"type": "constant_force", "name": f"w-{at}", "point": f"bar.{at}", "amplitude": 0.4 * GRAVITY,
+         "direction": [0.0, 0.0, -1.0]} for at in "ab"
+    ]  # fmt: skip
+    tables = {
+        "structure": [{"name": "bar", "model": model}], "point": points,
+        "contact": {"friction": MU, "law": {"type": "kelvin-voigt", "stiffness": 1e6, "damping": 100.0}},
+        "pair": [{"name": at, "between": [f"bar.{at}"],
+                  "region": {"type": "half-plane", "clearance": 0.0, "normal": [0.0, 0.0, -1.0]}} for at in "ab"],
+        "load": [*loads, {"type": "step_force", "name": "pull", "point": "bar.b", "amplitude": pull, "start": 1e-5,
+                          "direction": [1.0, 0.0, 0.0]}],
+        "time": {"end": 0.05, "step": 1e-5}, "start": {"state": "seat"},
+    }  # fmt: skip
+    scene = gb.scene(tables)
+    found = gb.history(scene, 1e-5, 0.05, gb.seat(scene))
+    ways = np.mean([found.displacement[at][-1, 0] for at in "ab"])
+    assert ways == pytest.approx((pull / mass - MU * GRAVITY) * 0.05**2 / 2, rel=2e-3)

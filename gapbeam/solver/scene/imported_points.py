@@ -243,7 +243,7 @@ class Rows:
         return rows
 
     def _along(self, key: str, given: Mapping[str, Any], fixed: set[int]) -> Array:
-        """Return the mean motion of nodes along one or two directions."""
+        """Return the mean motion of nodes along one to three directions."""
         argument = f"points.{key}"
         where = [one for one in WHERE if given.get(one) is not None]
         if len(where) != 1 or set(given) - {*WHERE, "direction"}:
@@ -254,9 +254,9 @@ class Rows:
             raise ArgumentError(f"point {key}: nothing names the rows; expected `dofs`, or numbers of rows", argument)
         nodes = self._nodes(key, where[0], given[where[0]])
         axes = np.atleast_2d(finite(given.get("direction"), f"point {key}: direction"))
-        if axes.ndim != 2 or axes.shape[1] != 3 or not 1 <= len(axes) <= 2:
+        if axes.ndim != 2 or axes.shape[1] != 3 or not 1 <= len(axes) <= 3:
             raise ArgumentError(
-                f"point {key}: found direction {given.get('direction')!r}, expected a vector (x, y, z), or two",
+                f"point {key}: found direction {given.get('direction')!r}, expected a vector (x, y, z), or up to three",
                 argument,
             )
         size = np.linalg.norm(axes, axis=1)
@@ -264,8 +264,8 @@ class Rows:
             raise ArgumentError(f"point {key}: found a direction of length 0, expected a vector", argument)
         axes = axes / size[:, None] @ self.place.turn
         axes[np.abs(axes) < TURNED] = 0.0
-        if len(axes) == 2 and abs(axes[0] @ axes[1]) > 1e-9:
-            raise ArgumentError(f"point {key}: found two directions that are not at right angles", argument)
+        if np.abs(axes @ axes.T - np.eye(len(axes))).max() > 1e-9:
+            raise ArgumentError(f"point {key}: found directions that are not at right angles", argument)
         rows = np.zeros((len(axes), len(self.labels)))
         for node in nodes:
             for way in np.flatnonzero(np.abs(axes).max(axis=0)):

@@ -363,9 +363,9 @@ class PointTable(Table):
         description='"node.direction", or the number of a row from 0 on',
         examples=["12.3"],
     )
-    direction: tuple[Number, Number, Number] | tuple[Direction, Direction] | None = Field(
+    direction: Direction | tuple[Direction, Direction] | tuple[Direction, Direction, Direction] | None = Field(
         default=None,
-        description="direction of its motion, or two at right angles, no unit",
+        description="direction of its motion, or two or three at right angles, no unit",
         examples=[[0.0, 0.0, 1.0]],
     )
     about: Direction | None = Field(

@@ -132,7 +132,7 @@ ODD = {
     "late ramp": (NOISE + POINT + "ramp = 2.0\n" + WHITE, ["ramp = 2 is longer than the run"]),
     "hard": (
         NOISE + 'quantity = "acceleration"\n' + WHITE.replace("0.1,", "1e6,"),
-        ["over 1000 g: are its values in m/s^2?"],
+        ["% of the wave speed of the material; are its values in SI units?"],
     ),
     "coarse records": (
         NOISE + POINT + WHITE,

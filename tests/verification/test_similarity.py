@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import gapbeam
+from gapbeam.solver.case.checks.case_warnings import unusual_loads
 from gapbeam.solver.case.json_schema import OF_KEY, OF_QUANTITY, UNITS, unit_in
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.reading.known_keys import tables
@@ -99,6 +100,15 @@ def test_units_that_other_keys_choose() -> None:
     assert small.contact.stiffness == 1e13 * 0.25**-1.5
     assert small.load[0].peak == 9.81 * 4.0
     assert small.material == case.material
+
+
+@pytest.mark.parametrize("size", [2.0**-20, 2.0**-10, 1.0, 2.0**10])
+def test_hard_shaking_is_asked_about_at_any_size(size: float) -> None:
+    """Also of MEMS that 10 000 g do not harm, and of a tower that 100 g would."""
+    text = BEAM + "[support]\nlength = 0.05\nclearance = 1e-4\n" + '[[load]]\ntype = "base_motion"\nfrequency = 20.0\n'
+    soft, hard = (scaled_case(read_case_text(f"{text}amplitude = {a}\n"), size) for a in (1e3, 1e5))
+    assert not any("wave speed" in line for line in unusual_loads(soft))
+    assert any("wave speed" in line for line in unusual_loads(hard))
 
 
 def test_the_cases_cover_models_and_laws() -> None:

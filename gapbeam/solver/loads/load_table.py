@@ -13,14 +13,25 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, Strict, TypeAdapter
 
-from gapbeam.solver.loads.places import Attachment, BodyForce, LoadPart, Place, StaticForce
+from gapbeam.solver.loads.places import (
+    Attachment,
+    BodyForce,
+    LoadPart,
+    Place,
+    StaticForce,
+    SupportAcceleration,
+    SupportWalls,
+)
 from gapbeam.solver.loads.time_function import TimeFunction, constant
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import apart, exceeds
+from gapbeam.solver.schema.record_table import STANDARD_GRAVITY
 from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Switch, Table, Vector
 
 OF_MODEL = ("type", "name", "direction")
 """Keys that a model depends on beside those of the place."""
+HARDEST = 0.015
+"""Speed over wave speed, the strain of an impact, up to which shaking is usual."""
 
 
 class LoadTable(Table, ABC):
@@ -204,6 +215,23 @@ class LoadTable(Table, ABC):
     def unusual_values(self) -> Iterator[str]:
         """Yield unusual values, in words that continue after the name of the load."""
         yield from ()
+
+    def unusual_shaking(self, wave_speed: float, length: float) -> Iterator[str]:
+        """Yield an acceleration of supports with which impacts would strain the beam beyond `HARDEST`, v / c.
+
+        Args:
+            wave_speed: c of the material, m/s.
+            length: Length over which v is reached, m.
+        """
+        place = self.place
+        shakes = isinstance(place, SupportAcceleration) or (isinstance(place, SupportWalls) and not place.opens)
+        if shakes and self.peak * length > (HARDEST * wave_speed) ** 2:
+            recorded = "time_scale" in type(self).model_fields
+            yield (
+                f"shakes the support with {self.peak:.3g} m/s^2, {self.peak / STANDARD_GRAVITY:.3g} g: over the length "
+                f"of the beam it would reach {100.0 * HARDEST:g} % of the wave speed of the material; are "
+                f"{'scale and time_scale right' if recorded else 'its values in SI units'}?"
+            )
 
     def unusual_in_run(self, end: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
         """Yield unusual values in a run with this end, s, in words as those of `unusual_values`."""

@@ -17,7 +17,6 @@ from pydantic import Field
 from gapbeam.solver.loads.load_table import RampedLoad
 from gapbeam.solver.loads.places import PointForce, SupportAcceleration
 from gapbeam.solver.loads.point_load import HARMONICS, PointLoad
-from gapbeam.solver.loads.support_motion import SupportMotion
 from gapbeam.solver.loads.time_function import SweptSine, TimeFunction, piecewise_mean, ramps_at
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import apart, exceeds
@@ -184,11 +183,6 @@ class PointOrSupportLoad(UnrepeatedLoad):
                 'leave point out, or quantity = "force"',
                 ((*key, "quantity"),),
             )
-
-    def unusual_values(self) -> Iterator[str]:
-        """Yield a motion that looks like another unit."""
-        if self.quantity == "acceleration" and self.peak > SupportMotion.hardest:
-            yield f"shakes the support with {self.peak:.3g} m/s^2, over 1000 g: are its values in m/s^2?"
 
 
 FEW, ENOUGH = 20, 50  # steps in a period

@@ -55,7 +55,6 @@ class MovingSupport(LoadTable):
         return SupportWalls(self.support, self.opens)
 
 
-HARDEST = 1.0e4  # m/s^2
 SLOWEST = 1.0e-9  # share of the largest speed that is no jump
 
 
@@ -81,12 +80,6 @@ class HarmonicSupportMotion(HarmonicLoad, MovingSupport):
     def amplitude_unit(self) -> str:
         """Unit of the displacement."""
         return "m"
-
-    def unusual_values(self) -> Iterator[str]:
-        """Yield a motion that does nothing, or that looks like another unit."""
-        yield from super().unusual_values()
-        if self.peak > HARDEST:
-            yield f"shakes a support with {self.peak:.3g} m/s^2, over 1000 g: is the amplitude in mm?"
 
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a motion whose speed starts with a jump, or that never reaches its amplitude."""
@@ -123,21 +116,12 @@ class RecordedSupportMotion(RecordedLoad, MovingSupport):
         """Largest acceleration in the record, m/s^2."""
         return replace(signal_of(self), derivative=2).peak
 
-    def unusual_values(self) -> Iterator[str]:
-        """Yield a motion that looks like another unit, and oddities of the record."""
-        if self.peak > HARDEST:
-            yield f"shakes a support with {self.peak:.3g} m/s^2, over 1000 g: are scale and time_scale right?"
-        yield from super().unusual_values()
-
 
 class SupportMotion(LoadTable):
     """Motion of the support; the equations are solved in the moving frame.
 
     Nothing is integrated in time: in the frame of the support only its acceleration acts.
     """
-
-    hardest: ClassVar[float] = 1.0e4
-    """Usual acceleration of a support, m/s^2."""
 
     quantity: Literal["acceleration", "velocity", "displacement"] = Field(
         default="acceleration", description="quantity of the support's motion"
@@ -177,12 +161,6 @@ class RecordedMotion(RecordedLoad, SupportMotion):
             )
         yield from super().faults_in_run(key, end, step)
 
-    def unusual_values(self) -> Iterator[str]:
-        """Yield a motion that looks like another unit, and oddities of the record."""
-        if self.peak > self.hardest:
-            yield f"shakes the support with {self.peak:.3g} m/s^2, over 1000 g: are scale and time_scale right?"
-        yield from super().unusual_values()
-
 
 class BaseMotion(HarmonicLoad, SupportMotion):
     """Harmonic motion of the support; the equations are solved in the moving frame."""
@@ -195,12 +173,6 @@ class BaseMotion(HarmonicLoad, SupportMotion):
     def amplitude_unit(self) -> str:
         """Unit of the quantity."""
         return self.quantity_unit
-
-    def unusual_values(self) -> Iterator[str]:
-        """Yield a motion that does nothing, or that looks like another unit."""
-        yield from super().unusual_values()
-        if self.peak > self.hardest:
-            yield f"shakes the support with {self.peak:.3g} m/s^2, over 1000 g: is the amplitude in mm?"
 
 
 MOST = 10_000  # rows

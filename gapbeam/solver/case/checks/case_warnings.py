@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -213,7 +214,8 @@ def beam_elements(case: Case) -> Iterator[str]:
 
 def unusual_loads(case: Case) -> Iterator[str]:
     """Yield values of loads that look like another unit."""
-    yield from _of_loads(case, lambda load: load.unusual_values())
+    speed = math.sqrt(case.material.young_modulus / case.material.density)
+    yield from _of_loads(case, lambda load: chain(load.unusual_values(), load.unusual_shaking(speed, case.beam.length)))
 
 
 def waves(case: Case) -> Iterator[str]:

@@ -17,6 +17,7 @@ from gapbeam.postprocess.figures.motion_figures import draw_contact
 from gapbeam.postprocess.report.sections.statistics_section import impacts_section, peak_rows
 from gapbeam.postprocess.results.columns_of_run import impacts_of
 from gapbeam.postprocess.signals.cycle_counts import impact_data, impact_rows
+from gapbeam.solver.kernel.kernel_data import kernel_data, model_description
 from gapbeam.studies.atlas import run_atlas
 from gapbeam.studies.uncertain.member_responses import figure_units
 
@@ -189,6 +190,28 @@ def test_studies_have_the_units_of_their_places(given: Any, tmp_path: Path, monk
     units = figure_units(gb.scene(tables), [gb.figure("turn", "displacement", "hinge", statistic="maximum")])
     wanted = {"turn": angle, "peak/hinge": angle, "rms/hinge": angle, "mean_force/play": moment, "closed/play": ""}
     assert {name: units[name] for name in wanted} == wanted
+
+
+@pytest.mark.parametrize("given", [{"about": [0.0, 1.0, 0.0]}, {"direction": [0.0, 0.0, 1.0]}])
+def test_units_for_other_simulators_have_the_units_of_their_places(given: Any) -> None:
+    """Points, faces, and loads: rad = 1 and N m = kg m^2 s^-2 in the base units of FMI, also beside others."""
+    tables = hinged(**given)
+    tables["joint"] = tables["joint"][:1]
+    tables["load"] += [tables["load"][0] | {"name": "twist", "point": "bar.hinge"}]
+    data = kernel_data(gb.scene(tables), 1e-4)
+    found = {one.name: one.unit for one in data.variables}
+    turns = "about" in given
+    wanted = {
+        "hinge.displacement": ("m", "rad"), "hinge.velocity": ("m/s", "rad/s"), "hinge.force": ("N", "N m"),
+        "hinge.force.slope": ("N/s", "N m/s"), "play.clearance": ("m", "rad"), "play.stiffness": ("N/m", "N m/rad"),
+        "play.force": ("N", "N m"), "twist.amplitude": ("N", "N m"), "twist.value": ("N", "N m"),
+        "tip.displacement": ("m", "m"), "push.amplitude": ("N", "N"), "yaw.displacement": ("rad", "rad"),
+    }  # fmt: skip
+    assert {name: found[name] for name in wanted} == {name: units[turns] for name, units in wanted.items()}
+    text = model_description(data, "bar", "token").decode()
+    for unit, base in {"rad": 'rad="1"', "N m": 'kg="1" m="2" s="-2"', "rad/s": 'rad="1" s="-1"'}.items():
+        assert f'<Unit name="{unit}">\n      <BaseUnit {base} />' in text
+    assert set(found.values()) <= {"", *re.findall('<Unit name="(.*?)">', text)}
 
 
 def inline(value: Any) -> str:

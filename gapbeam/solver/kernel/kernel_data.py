@@ -14,8 +14,8 @@ import base64
 import hashlib
 import re
 import zipfile
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from itertools import accumulate
@@ -30,9 +30,11 @@ from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import HalfPlane, Slot
 from gapbeam.solver.scene.force_law import LawKind
 from gapbeam.solver.scene.linear_scheme import MIDPOINT
+from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_load import Load, sine
 from gapbeam.solver.scene.shipped_laws import HuntCrossley, KelvinVoigt
+from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
 
 HEAD = 15  # sizes before the arrays, as in the first enumeration of kernel.c
@@ -136,11 +138,12 @@ def kernel_data(
     n, m, out, w, g = scene.size, len(rows), at[-1], len(points), len(groups)
     size = out + 2 * w + g + 2 * n + 2 * m * m + 10 * m
     head = [MARK, size, n, m, len(own), w, g, full, step, state.t, 0, out, at[7], at[9], out]
+    turning = turning_places(scene)
     variables = (
         *_loads(scene, at[7], own, points, inputs),
-        *_faces(at[8], groups, labels, contacts),
-        *_outputs(out, points, labels, watch, state, contacts, place[1]),
-    )
+        *_in_units((*_faces(at[8], groups, labels, contacts),
+                    *_outputs(out, points, labels, watch, state, contacts, place[1])), turning),
+    )  # fmt: skip
     return KernelData(np.concatenate([head, *flat]), size, step, state.t, n, variables)
 
 
@@ -249,7 +252,8 @@ def _loads(
     names = [load.name or f"load {i}" for i, load in enumerate(scene.loads, 1)]
     for k, name in enumerate([*names, *(f"{name}.force" for name, _ in points)]):
         load = scene.loads[k] if k < len(names) else None
-        unit, place = "N" if load is None else load.unit, at + k * PER_LOAD
+        turns = name.removesuffix(".force") in turning_places(scene)
+        unit, place = unit_where("N", turns) if load is None else load.unit, at + k * PER_LOAD
         if load is not None and name not in inputs:
             shown = ("mean",) if load.value is not sine else tuple(
                 one for one in ("mean", "amplitude", "frequency") if one in load.parameters
@@ -265,6 +269,12 @@ def _loads(
         yield KernelVariable(value, place + 5, "input", unit, 0.0, f"{words}, at the communication point")
         slope = f"rate of {value} until the next communication point"
         yield KernelVariable(f"{value}.slope", place + 6, "input", f"{unit}/s" if unit else "", 0.0, slope)
+
+
+def _in_units(found: Iterable[KernelVariable], turning: Collection[str]) -> Iterator[KernelVariable]:
+    """Yield variables of faces and points in units of their places: rad and N m of rotations."""
+    for one in found:
+        yield replace(one, unit=unit_where(one.unit, one.name.rpartition(".")[0] in turning))
 
 
 def _faces(at: int, groups: Array, labels: Sequence[str], contacts: Array) -> Iterator[KernelVariable]:
@@ -302,6 +312,11 @@ UNITS: dict[str, dict[str, str]] = {
     "N/m": {"kg": "1", "s": "-2"},
     "N/m/s": {"kg": "1", "s": "-3"},
     "N/s": {"kg": "1", "m": "1", "s": "-3"},
+    "rad": {"rad": "1"},
+    "rad/s": {"rad": "1", "s": "-1"},
+    "N m": {"kg": "1", "m": "2", "s": "-2"},
+    "N m/rad": {"kg": "1", "m": "2", "s": "-2", "rad": "-1"},
+    "N m/s": {"kg": "1", "m": "2", "s": "-3"},
     "Hz": {"s": "-1"},
     "s": {"s": "1"},
 }

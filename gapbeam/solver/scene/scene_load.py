@@ -29,6 +29,7 @@ from gapbeam.solver.messages.wording import counted, printable
 from gapbeam.solver.scene.argument_checks import NO_NUMBERS, checked, finite
 from gapbeam.solver.scene.printed_values import load_words
 from gapbeam.solver.scene.structure import Structure, StructurePoint
+from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
 
 Value = float | Callable[..., Any] | tuple[Any, Any]
@@ -215,6 +216,7 @@ class Force(Load):
                 f"force {name or '?'}: found direction {direction!r}, expected {counted(len(point.rows), 'number')}"
             )
         super().__init__(point.structure, along @ point.rows, value, name, **parameters)
+        self.unit = unit_where("N", point.turns)
 
 
 class _InertiaLoad(Load):

@@ -241,3 +241,24 @@ def test_points_of_files_rub_in_three_directions(kind: str, tmp_path: Path) -> N
     found = gb.history(scene, 1e-5, 0.05, gb.seat(scene))
     ways = np.mean([found.displacement[at][-1, 0] for at in "ab"])
     assert ways == pytest.approx((pull / mass - MU * GRAVITY) * 0.05**2 / 2, rel=2e-3)
+
+
+@pytest.mark.parametrize(("region", "motions", "words"), [
+    ({"type": "disc", "clearance": 1e-4}, 3, '2 directions of the points, or a "half-plane" with a normal of 3'),
+    ({"type": "half-plane", "clearance": 0.0, "normal": [0.0, 1.0]}, 3, '"half-plane" with a normal of 3 numbers'),
+    ({"type": "slot", "clearance": 1e-4}, 2, '1 direction of the points, or a "disc", a "polygon", or a "half-plane"'),
+])  # fmt: skip
+def test_regions_of_other_motions_are_refused_with_those_that_fit(
+    region: dict[str, object], motions: int, words: str
+) -> None:
+    body = {"name": "pin", "model": {"type": "mass", "mass": 1.0, "motions": motions}}
+    if motions == 3:
+        body["place"] = {"origin": [0.0, 0.0, 0.0]}
+    law = {"type": "kelvin-voigt", "stiffness": 1e6}
+    push = {"type": "constant_force", "name": "push", "point": "pin.at", "amplitude": 1.0, "direction": [1.0]}
+    tables = {"structure": [body], "pair": [{"name": "gap", "between": ["pin.at"], "region": region, "law": law}],
+              "load": [push], "time": {"end": 0.1}}  # fmt: skip
+    with pytest.raises(gb.CaseError) as refused:
+        gb.scene(tables)
+    assert words in str(refused.value)
+    assert f"[1.0] at a point of {motions} motions" in str(refused.value)

@@ -117,7 +117,7 @@ def _in_motions(site: Site, number: int, load: AnyLoad, point: StructurePoint) -
     given = np.eye(len(point.rows))[0] if along is None else np.asarray(along, dtype=float)
     if len(given) != len(point.rows) or not np.any(given):
         site.faults.append(
-            Fault(("load", number, "direction"), f"{list(given)} at a point of {counted(len(point.rows), 'motion')}",
+            Fault(("load", number, "direction"), f"{given.tolist()} at a point of {counted(len(point.rows), 'motion')}",
                   "a number for each motion, not all 0")
         )  # fmt: skip
         return None

@@ -27,6 +27,12 @@ from gapbeam.solver.system.operators import Array
 
 Pair2 = tuple[Number, Number]
 Pair3 = tuple[Number, Number, Number]
+REGIONS = {
+    1: 'a "slot", or a "half-plane" with normal = 1 or -1',
+    2: 'a "disc", a "polygon", or a "half-plane" with a normal of 2 numbers',
+    3: 'a "half-plane" with a normal of 3 numbers',
+}
+"""Regions for points of so many motions."""
 
 
 class HalfPlaneRegion(Table):
@@ -206,7 +212,9 @@ def pair_faults(
         words = " and ".join(map(str, counts))
         return [
             Fault((*key, "region"), f'"{pair.region.type}" of {counted(region.motions, "motion")} at points of {words}',
-                  "points and a region of as many motions", related=((*key, "between"),))
+                  "points and a region of as many motions",
+                  f"{counted(region.motions, 'direction')} of the points, or {REGIONS.get(max(counts), REGIONS[3])}",
+                  related=((*key, "between"),))
         ]  # fmt: skip
     if pair.friction and region.motions == 1:
         return [

@@ -101,7 +101,7 @@ def test_restitution_of_hunt_crossley_is_the_closed_form() -> None:
 
 def test_what_the_kernel_cannot_march_is_refused_by_name() -> None:
     """All of it in one message; step and inputs, too."""
-    body, other = gb.mass(1.0, motions=2, name="body"), gb.mass(1.0, name="other")
+    body, other, third = gb.mass(1.0, motions=2, name="body"), gb.mass(1.0, name="other"), gb.mass(1.0, name="third")
     law = gb.KelvinVoigt(stiffness=1e5)
     contacts = [
         gb.Contact(body["at"], gb.Disc(1e-4), law, friction=0.1, name="hole"),
@@ -112,12 +112,15 @@ def test_what_the_kernel_cannot_march_is_refused_by_name() -> None:
     ]
     joint = gb.Joint(other["at"], stiffness=10.0, name="spring")
     loads = [gb.Force(other["at"], lambda t: t, name="push")]
-    scene = gb.Scene(body, other, contacts=contacts, loads=loads, joints=[joint])
+    strut = gb.Joint((other["at"], third["at"]), stiffness=10.0)
+    brake = gb.Feedback(other["at"], other["at"], [], [], [], [[-1.0, 0.0]])
+    scene = gb.Scene(body, other, third, contacts=contacts, loads=loads, joints=[joint, strut], feedbacks=[brake])
     with pytest.raises(gb.UserError) as refused:
         kernel_data(scene, H, inputs=["pull"])
     for words in (
         "contact hole: region Disc", "contact hole: friction", "contact bumper: law Cubic", "contact bumper: a wall",
         "contact odd: law HuntCrossley", "load push: a function of time", "joint spring", "input 'pull'",
+        "joint at other.at and third.at", "feedback at other.at",
     ):  # fmt: skip
         assert words in str(refused.value)
     for wrong in (0.0, float("nan")):

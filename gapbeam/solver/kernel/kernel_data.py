@@ -28,6 +28,7 @@ import numpy as np
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import HalfPlane, Slot
+from gapbeam.solver.scene.feedback import Joint
 from gapbeam.solver.scene.force_law import LawKind
 from gapbeam.solver.scene.linear_scheme import MIDPOINT
 from gapbeam.solver.scene.recorded_places import turning_places
@@ -152,7 +153,10 @@ def _refusals(scene: Scene, inputs: Sequence[str]) -> Iterator[str]:
     if scene.is_large:
         yield "a structure marches with its matrices; reduce it: structure.reduced(modes)"
         return
-    yield from (f"feedback or joint {one.name or '?'}" for one in scene.feedbacks)
+    for feedback in scene.feedbacks:
+        points = dict.fromkeys(f"{one.structure.name}.{one.name}" for one in feedback.points)
+        kind = "joint" if isinstance(feedback, Joint) else "feedback"
+        yield f"{kind} {feedback.name}" if feedback.name else f"{kind} at {' and '.join(points)}"
     for one in scene.contacts:
         what = f"contact {one.name or '?'}: "
         if one.region.kind not in (HalfPlane(0.0).kind, Slot(0.0).kind):

@@ -262,3 +262,25 @@ def test_regions_of_other_motions_are_refused_with_those_that_fit(
         gb.scene(tables)
     assert words in str(refused.value)
     assert f"[1.0] at a point of {motions} motions" in str(refused.value)
+
+
+@pytest.mark.parametrize("ramp", [0.0, 1e-2])
+def test_a_step_is_no_part_of_the_seat(ramp: float, tmp_path: Path) -> None:
+    """A mass at rest under a constant force F on its spring and its stop: a step of F at t = 0 moves it from there."""
+    k, stiff, force = 1e3, 1e5, 4.0
+    push = {"point": "block.at", "amplitude": force}
+    tables = {
+        "structure": [{"name": "block", "model": {"type": "mass", "mass": 1.0, "stiffness": k}}],
+        "pair": [{"name": "stop", "between": ["block.at"], "region": {"type": "half-plane", "clearance": 0.0},
+                  "law": {"type": "kelvin-voigt", "stiffness": stiff}}],
+        "load": [{"type": "constant_force", "name": "rest", **push},
+                 {"type": "step_force", "name": "jump", "ramp": ramp, **push}],
+        "time": {"step": 1e-5, "end": 0.02}, "start": {"state": "seat"},
+    }  # fmt: skip
+    run = gb.run(tables, output=tmp_path / "out")
+    assert run.exit_status == 0, run.message
+    x, w = run.history["displacement"].to_numpy().ravel(), np.sqrt(k + stiff)
+    assert x[0] == pytest.approx(force / (k + stiff), rel=1e-9)
+    if ramp == 0.0:
+        wanted = force / (k + stiff) * (2.0 - np.cos(w * run.history["time"].to_numpy()))
+        assert np.abs(x - wanted).max() < 1e-4 * force / (k + stiff)

@@ -89,7 +89,8 @@ class SceneStart(Table):
     """The state at the start."""
 
     state: Literal["rest", "seat"] = Field(
-        default="rest", description="undeformed and at rest, or the static equilibrium under the loads at t = 0"
+        default="rest",
+        description="undeformed and at rest, or the static equilibrium under the loads at t = 0 but steps",
     )
 
 

@@ -26,7 +26,6 @@ from gapbeam.solver.scene.flow_margin import (
 from gapbeam.solver.scene.lagged_force import CoefficientFit
 from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene
-from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene_file.feedback_tables import ConnorsCheck, Controller
@@ -183,7 +182,7 @@ class SceneDescription:
 def describe_scene(read: ReadScene) -> SceneDescription:
     """Describe the run of a file: structures, points, frequencies, contacts, march and seat."""
     scene, time = read.scene, read.case.time
-    seated, rest = _rest(scene)
+    seated, rest = _rest(read)
     steps = round(time.end / read.step)
     how = "sparse matrices, factored once" if scene.is_large else "all modes of the structures"
     flow, controlled = flow_rows(read), all(isinstance(one, Controller) for one in read.case.feedback)
@@ -249,13 +248,13 @@ def lowest_squares(structure: Structure, most: int = MOST) -> list[float]:
     return [float(one) if one > STILL * ratios.max() else 0.0 for one in squares]
 
 
-def _rest(scene: Scene) -> tuple[bool, tuple[Row, ...]]:
+def _rest(read: ReadScene) -> tuple[bool, tuple[Row, ...]]:
     """Return whether there is a seat, and its contact forces, or why there is none."""
     try:
-        state = seat(scene)
+        state = read.seat()
     except (UserError, NotConverged) as error:
         return False, (("none", str(error), ""),)
-    return True, tuple(_forces(scene, state.F[:, 0])) or (("displacements", "no contacts", ""),)
+    return True, tuple(_forces(read.scene, state.F[:, 0])) or (("displacements", "no contacts", ""),)
 
 
 def _forces(scene: Scene, forces: np.ndarray) -> Iterator[Row]:

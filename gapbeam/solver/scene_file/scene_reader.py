@@ -186,8 +186,18 @@ class ReadScene:
             NotConverged: No seat was found.
         """
         if self.case.start.state == "seat":
-            return seat(self.scene)
+            return self.seat()
         return self.scene.state(velocity=start_velocities(self.case, self.scene))
+
+    def seat(self) -> SceneState:
+        """Return the static equilibrium under the loads at t = 0, without steps, which may jump there.
+
+        Raises:
+            UserError: There is no seat.
+            NotConverged: No seat was found.
+        """
+        steps = {f"{one.name}.value": 0.0 for one in self.case.load if one.settles}
+        return seat(self.scene.with_(steps))
 
 
 @dataclass(frozen=True)

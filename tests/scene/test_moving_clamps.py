@@ -72,6 +72,21 @@ def test_the_only_clamp_that_moves_is_a_frame_that_moves(tmp_path: Path, kind: s
     assert abs(found.last.balance) < 1e-9 * found.last.energy["strain"]
 
 
+def test_supports_of_one_name_move_together(tmp_path: Path) -> None:
+    """All of them, with a mass on the structure: the frame that moves, again."""
+    tables = cantilever("frame", tmp_path, reduce={"modes": 6})
+    tables["joint"] += [{"type": "pinned", "name": "foot", "structure": "a", "nearest": ROUTE[-1]}]
+    tables["point"][0] = {"name": "tip", "structure": "a", "at": 0.8, "direction": [0.6, 0.0, 0.8]}
+    tables["mass"] = [{"point": "a.tip", "mass": 1.5}]
+    moved = HarmonicSupportMotion(name="m", **SHAKEN).time_function()
+    found = gb.history(gb.scene(tables), step=1e-4, end=0.4)
+    held = gb.scene(tables | {"load": []}).structures[0]
+    frame = gb.BaseMotion(held, moved.acceleration, [0.6, 0.0, 0.8], name="frame")
+    relative = gb.history(gb.Scene(held, loads=[frame]), step=1e-4, end=0.4)
+    wanted = relative.displacement["tip"] + moved.value(relative.t)
+    assert found.displacement["tip"] == pytest.approx(wanted, abs=2e-5 * np.abs(wanted).max())
+
+
 def test_a_clamp_moves_in_two_planes(tmp_path: Path) -> None:
     """As a beam in one plane does along each: 0.6 and 0.8 of the motion."""
     both = gb.history(gb.scene(cantilever("two", tmp_path)), step=1e-4, end=0.2).displacement["tip"]

@@ -69,7 +69,8 @@ def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
         return [] if body is None else _along_beam(site, number, load, body)
     if support_of(load) is not None or opens(load):
         clamps = {clamp: one for clamp, one in driven_joints(site.case).items() if one.name == support_of(load)}
-        return [part for clamp, joint in clamps.items() for part in _at_clamp(site, number, load, clamp, joint)]
+        parts = [part for clamp, joint in clamps.items() for part in _at_clamp(site, number, load, clamp, joint)]
+        return [Load(*part, f"{name}-{k}") for k, part in enumerate(parts, start=1)]
     value, own = valued(load)
     if place is not None:
         point = site.point((*key, "point"), place, may_move=not load.noise)
@@ -169,7 +170,7 @@ def driven_joints(case: SceneCase) -> dict[str, ClampedBody | PinnedBody | HeldB
 
 def _at_clamp(
     site: Site, number: int, load: AnyLoad, clamp: str, joint: ClampedBody | PinnedBody | HeldBody
-) -> list[Load]:
+) -> list[tuple[Structure, Array, LoadSignal]]:
     """Return the forces on a structure, one of whose clamps moves by s, counted from t = 0; see `driven_rows`.
 
     The damping ratio of modes acts beside the motion that the structure follows slowly, K^-1 f for the force f of
@@ -201,10 +202,7 @@ def _at_clamp(
     assert s.rate is not None
     assert s.acceleration is not None
     values = {"K": lambda t: s.value(t) - s.value(0.0), "C": s.rate, "M": s.acceleration}
-    name = str(vars(load)["name"])
-    return [
-        Load(body, f, LoadSignal(values[letter]), f"{name}-{k}") for k, (letter, f) in enumerate(force.items(), start=1)
-    ]
+    return [(body, f, LoadSignal(values[letter])) for letter, f in force.items()]
 
 
 def at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructurePoint) -> list[Load]:

@@ -381,6 +381,24 @@ def test_faults_of_experiments_name_the_line_of_the_identification(tmp_path: Pat
     assert 'time.step = "auto"' in message
 
 
+@pytest.mark.parametrize(
+    ("figure", "marched"), [('type = "frequency"', False), ('type = "motion"\nprobe = "tip"', True)]
+)
+def test_a_step_is_asked_for_where_something_is_marched(figure: str, marched: bool, tmp_path: Path) -> None:
+    """Natural frequencies have no step, so that "auto" cannot make their misfit jump."""
+    path = tmp_path / "fit.toml"
+    path.write_text(
+        f'case = "{CASE}"\n[[unknown]]\nkey = "material.young_modulus"\nlower = 1e11\nupper = 3e11\n'
+        f'[[figure]]\nname = "one"\n{figure}\n[[measurement]]\nfigure = "one"\nvalue = 40.0\n',
+        encoding="utf-8",
+    )
+    if not marched:
+        assert read_identification(path, ['time.step="auto"'])
+        return
+    with pytest.raises(CaseError, match="gapbeam check gives for the case"):
+        read_identification(path, ['time.step="auto"'])
+
+
 def test_units_are_those_of_the_case_models() -> None:
     """Also behind remarks in brackets, in named tables, and for springs at points."""
     case = read_case(CASE).model_dump(mode="json")

@@ -245,7 +245,7 @@ def read_recording(
             rows = read_record(str(path), time_column, column)
         except RecordError as error:
             text = "\n\n".join(
-                f"{path}: {_option(str(fault.key[-1]))}\n{str(fault).lstrip()}" for fault in error.faults
+                f"{path}: {_option(str(fault.key[-1]))}\n{str(fault).strip(chr(10))}" for fault in error.faults
             )
             raise UserError(text.replace("relative to the case file", "relative to the current folder")) from error
         times, values = rows.times, rows.values

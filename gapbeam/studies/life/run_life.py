@@ -96,8 +96,8 @@ class LifeResult(PrintedResult):
             return f"after {time_words(last.time)}: {', '.join(self._worn_by())}; no face reaches its limit{doubt}"
         if worn.life is None or worn.low is None or worn.high is None:
             return (
-                f"{size_words(self.limit)} is not reached: after {time_words(last.time)} {name}, the nearest to its limit, is "
-                f"worn by {size_words(last.depths[worn.first], 3)}; {WHY[worn.reason]}"
+                f"{size_words(self.limit)} is not reached: after {time_words(last.time)} {name}, the nearest to its "
+                f"limit, is worn by {size_words(last.depths[worn.first], 3)}; {WHY[worn.reason]}"
             )
         doubt = "" if self.verdict == "good" else f"; intervals of the rates: {self.verdict}"
         return (

@@ -184,12 +184,38 @@ def _say_once(words: str) -> None:
     LOG.warning(words)
 
 
-def refuse_scene(data: Mapping[str, Any], path: Path) -> None:
-    """Refuse a file with [[structure]], which makes a scene, where a case with one beam is needed.
+STUDIES = {"recorded": "library", "unknown": "identify", "free": "optimize", "variable": "uncertain"}
+"""Commands that take a study of a case, by a table that their files have."""
+
+
+def refuse_study(data: Mapping[str, Any], path: Path, root: type[BaseModel], needed: str) -> None:
+    """Refuse a study of a case where another kind of file is needed.
+
+    Args:
+        data: Its tables as read.
+        path: The file.
+        root: Model of the needed file.
+        needed: Such a file in words.
 
     Raises:
-        CaseError: The file makes a scene.
+        CaseError: The file is such a study.
     """
+    mark = next((name for name in STUDIES if name in data), "")
+    if "case" in data and mark and mark not in root.model_fields:
+        hint = f"gapbeam {STUDIES[mark]} {path.name}"
+        fault = Fault(
+            (mark,), f"a study for gapbeam {STUDIES[mark]}, with `{mark}`", needed, hint, where=f"{path}: {mark}"
+        )
+        raise CaseError(str(path), [fault])
+
+
+def refuse_scene(data: Mapping[str, Any], path: Path) -> None:
+    """Refuse a file with [[structure]], which makes a scene, or a study, where a case with one beam is needed.
+
+    Raises:
+        CaseError: The file makes a scene, or is a study of a case.
+    """
+    refuse_study(data, path, Case, "a case with [beam]")
     if SCENE in data:
         fault = Fault(
             (SCENE,),
@@ -227,12 +253,13 @@ def read_tables(
     text = read_text(path)
     data, places = parse(text, str(path)), Places(path, {}, key_lines(text), {}, root)
     itself = [name for name in ("beam", SCENE) if name in data]
+    needed = [name for name, one in root.model_fields.items() if one.is_required() and name != "case"]
+    expected = f"a study of a case: a file with `case`{''.join(f', `{name}`' for name in needed)}"
     if "case" in root.model_fields and "case" not in data and itself:
-        needed = [name for name, one in root.model_fields.items() if one.is_required() and name != "case"]
-        expected = f"a study of a case: a file with `case`{''.join(f', `{name}`' for name in needed)}"
         hint = f'write another file, with case = "{path.name}"'
         fault = Fault(("case",), f"a case itself, with `{itself[0]}`", expected, hint)
         raise CaseError(str(path), places.put_in_order([fault]))
+    refuse_study(data, path, root, expected)
     tables: Root = checked_tables(data, places, check)[0]
     return tables
 

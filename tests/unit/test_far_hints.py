@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from typing import Any
 
 import pytest
@@ -50,3 +51,53 @@ def test_a_value_of_a_load_or_a_figure_is_named_as_they_name_it(root: Any, value
     assert len(loads) > 8
     assert all("`amplitude`" in meant("value", one, root, value) for one in loads)
     assert "`statistic`" in meant("value", Figure, root, value)
+
+
+HINTS = [
+    ("support", {"type": "hole"}, 'did you mean region = "hole"?'),
+    ("support", {"shape": "stop"}, 'did you mean region = "stop"?'),
+    ("support", {"sides": "below"}, ""),
+    ("support", {"mass": 1.0}, "`mass` belongs in [support.body]"),
+    ("support", {"direction": [0.0, 1.0]}, "`direction` belongs in [[load]]"),
+    ("support", {"spring": 1e6}, "did you mean `stiffness`?"),
+    ("support", {"initial_gap": 1e-4}, "did you mean `clearance`?"),
+    ("contact", {"type": "penalty"}, 'did you mean formulation = "penalty"?'),
+    ("contact", {"method": "nitsche"}, 'did you mean formulation = "nitsche"?'),
+    ("contact", {"model": "kelvin-voigt"}, 'did you mean law = "kelvin-voigt"?'),
+    ("model", {"kind": "beam"}, 'did you mean type = "beam"?'),
+    ("damping", {"zeta": 0.01}, "did you mean `ratio`?"),
+    ("damping", {"alpha": 1.0}, "`mass` is the coefficient of M"),
+    ("damping", {"loss_factor": 0.01}, ""),
+    ("time", {"tmax": 1.0}, "did you mean `end`?"),
+    ("time", {"stop": 1.0}, "did you mean `end`?"),
+    ("time", {"steps": 100}, "their number is `end` over `step`"),
+    ("joint", {"end": "left"}, ""),
+    ("probe", {"direction": "z"}, ""),
+    ("load", {"path": "x.csv"}, 'did you mean `file`, which belongs in [[load]] of type "recorded_force"'),
+    ("material", {"name": "steel"}, ""),
+    ("beam", {"E": 2.1e11}, "did you mean `young_modulus`, which belongs in [material] or [[segment]]?"),
+]
+
+
+@pytest.mark.parametrize(("name", "entry", "words"), HINTS, ids=lambda one: str(one)[:30])
+def test_words_of_other_programs(name: str, entry: dict[str, Any], words: str) -> None:
+    """No hint is better than one at a key that does not take the value, or at fifteen tables."""
+    ((key, value),) = entry.items()
+    model = next(one.model for one in reversed(tables(Case)) if one.header.strip("[]") == name)
+    found = meant(key, model, Case, value)
+    assert found.startswith(words) if words else found == ""
+
+
+def test_a_named_choice_is_one_that_its_key_takes() -> None:
+    """Every type of every table within another is found by its name, whatever the key was called."""
+    for table in tables(Case):
+        for inner in tables(Case):
+            outer, _, key = inner.header.strip("[]").rpartition(".")
+            if outer == table.header.strip("[]") and inner.kind and key in table.model.model_fields:
+                found = meant("sort_of_it", table.model, Case, inner.kind)
+                line = re.fullmatch(r"did you mean (\w+ = .+)\?", found)
+                assert line is not None
+                if "..." in line[1]:  # a key without an example
+                    continue
+                ((chosen, value),) = tomllib.loads(line[1]).items()
+                assert chosen == "type" or taken(chosen, value, Case), found

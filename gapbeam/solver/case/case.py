@@ -13,8 +13,8 @@ may name a contact law of its own.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
@@ -253,6 +253,11 @@ def acting_friction(contact: Contact, layout: Layout) -> Friction | None:
 
 class Damping(Table):
     """Rayleigh damping C = mass M + stiffness K, by two frequencies and ratios or coefficients, and modal damping."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "alpha": "`mass` is the coefficient of M",
+        "beta": "`stiffness` is the coefficient of K",
+    }
 
     frequencies: tuple[Positive, Positive] | None = Field(
         default=None, description="two frequencies, Hz", examples=[[40.0, 300.0]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import ceil, inf
 from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
@@ -317,6 +317,11 @@ ModelTable = Annotated[FullModel | ReducedModel | BeamModel | RigidModel | AutoM
 
 class Time(Table):
     """Span, step and scheme."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "start": "a run begins at t = 0",
+        "steps": "their number is `end` over `step`",
+    }
 
     end: Positive = Field(description="end of the run, s", examples=[0.6])
     step: Literal["auto"] | Positive = Field(

@@ -83,8 +83,21 @@ SYNONYMS = {
     "inner_diameter": "wall",
     "start": "from",
     "begin": "from",
-    "stop": "to",
+    "stop": "to end",
     "end": "to",
+    "t": "end",
+    "tmax": "end",
+    "t_max": "end",
+    "at": "point from",
+    "zeta": "ratio",
+    "spring": "stiffness",
+    "damper": "damping",
+    "gap_size": "clearance",
+    "initial_gap": "clearance",
+    "mu_s": "static_friction",
+    "filename": "file",
+    "path": "file",
+    "data": "file",
     "mu": "coefficient",
     "friction_coefficient": "coefficient",
     "amp": "amplitude",
@@ -138,13 +151,21 @@ def same(word: object, known: list[str]) -> str | None:
     return next((name for name in known if _plain(name) in meant), None)
 
 
-def close_to(word: object, known: list[str]) -> str | None:
-    """Return the known word that begins alike or is spelled much alike, or None."""
+def close_to(word: object, known: list[str], alike: float = 0.6) -> str | None:
+    """Return the known word that begins alike or is spelled much alike, of three letters or more, or None.
+
+    Args:
+        word: The word as typed.
+        known: Known words.
+        alike: Least likeness of the spelling, 0 to 1.
+    """
     plain = {_plain(name): name for name in known}
-    begins = [name for name in known if len(_plain(word)) > 2 and _plain(name).startswith(_plain(word))]
+    if len(_plain(word)) < 3:
+        return None
+    begins = [name for name in known if _plain(name).startswith(_plain(word))]
     if len(begins) == 1:
         return begins[0]
-    close = difflib.get_close_matches(_plain(word), plain, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(_plain(word), plain, n=1, cutoff=alike)
     return plain[close[0]] if close else None
 
 

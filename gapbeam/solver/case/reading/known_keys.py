@@ -163,28 +163,67 @@ def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case, value
     hints = getattr(model, "elsewhere", {})
     if hint := hints.get(same(name, list(hints)) or ""):
         return str(hint)
+    if word := same(name, own):
+        return _own_key(word, model, root)
+    if chosen := _named_choice(value, model, root):
+        return f"did you mean {chosen}?"
     every = sorted({key for table in tables(root) for key in table.model.model_fields})
-    word = same(name, own)
-    if not (word or same(name, every)):
-        word = close_to(name, [key for key in own if fits(model, key, value)]) or close_to(name, own)
-    if word:
-        is_table = model is root and models_in(model.model_fields[word].annotation)
-        return f"did you mean {header((word,), {}, root) if is_table else f'`{word}`'}?"
-    word = near(name, every)
+    far = same(name, [key for key in every if key not in OF_MANY])
+    takes = [key for key in own if fits(model, key, value)]
+    if not far and (word := close_to(name, takes) or close_to(name, own, FAR)):
+        return _own_key(word, model, root)
+    word = far or close_to(name, every, FAR)
     homes = [table for table in tables(root) if word in table.model.model_fields]
-    if not word or not (same(name, every) or any(fits(table.model, word, value) for table in homes)):
-        return ""
+    homes = [table for table in homes if value is None or fits(table.model, str(word), value)]
     here = {table.header for table in tables(root) if table.model is model}
     homes = [table for table in homes if table.header in here] or homes  # another type of the same table is nearest
     names = {table.strip("[]") for table in here}
     homes = [table for table in homes if table.header.strip("[]") in names] or homes  # or another form of it
+    within = tuple(f"[{table}." for table in names)
+    homes = [table for table in homes if within and table.header.startswith(within)] or homes  # or a table inside it
     types = {
         home.header: [f'"{one.kind}"' for one in homes if one.header == home.header and one.kind] for home in homes
     }
-    places = [f"{table} of type {either(dict.fromkeys(kinds))}" if kinds else table for table, kinds in types.items()]
+    if not 0 < len(types) <= MOST_HOMES:
+        return ""
+    places = [
+        f"{table} of type {either(dict.fromkeys(kinds))}" if 0 < len(kinds) <= MOST_KINDS else table
+        for table, kinds in types.items()
+    ]
     if word == name:
         return f"`{name}` belongs in {either(places)}"
     return f"did you mean `{word}`, which belongs in {either(places)}?"
+
+
+OF_MANY = ("type", "name", "from", "to", "point")
+"""Keys of many tables: no hint at those of others."""
+MOST_HOMES, MOST_KINDS = 4, 7
+"""Tables that have a key, and types of one, beyond which a hint at them would be a list."""
+FAR = 0.81
+"""Least likeness of the spelling of a key of another table."""
+
+
+def _own_key(word: str, model: type[BaseModel], root: type[BaseModel]) -> str:
+    is_table = model is root and models_in(model.model_fields[word].annotation)
+    return f"did you mean {header((word,), {}, root) if is_table else f'`{word}`'}?"
+
+
+def _named_choice(value: object, model: type[BaseModel], root: type[BaseModel]) -> str:
+    """Return the line with the key whose table has a type of this name, region = "hole"; "" if none."""
+    if not isinstance(value, str):
+        return ""
+    here = {table.header for table in tables(root) if table.model is model}
+    if value in {table.kind for table in tables(root) if table.header in here and table.kind}:
+        return f"type = {toml_value(value)}"
+    for key, field in model.model_fields.items():
+        for inner in models_in(field.annotation):
+            if type_name(inner) == value:
+                asked = [name for name, part in inner.model_fields.items() if part.is_required() and name != "type"]
+                keys = ", ".join(
+                    [f"type = {toml_value(value)}", *(example(inner, name) or f"{name} = ..." for name in asked)]
+                )
+                return f"{key} = {toml_value(value)}" if fits(model, key, value) else f"{key} = {{ {keys} }}"
+    return ""
 
 
 MOST_FAULTS = 100

@@ -12,6 +12,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from gapbeam.postprocess.display_units import shown
 from gapbeam.solver.case.analysis_table import Periodic, Transient, centered_pose
 from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint, motions_in_words
 from gapbeam.solver.case.case import Case
@@ -162,9 +163,10 @@ def _mesh_rows(case: Case, meshed: MeshedBeam) -> list[Row]:
 def _model_rows(model: Model) -> list[Row]:
     contact = model.system.contact
     areas = np.bincount(contact.faces, weights=contact.weights)
+    unit, factor = shown("m", float(np.sqrt(areas.max(initial=0.0))))
     alike = dict[str, list[str]]()
     for name, area in zip(contact.face_names, areas, strict=True):
-        alike.setdefault(f"{1e6 * area:.5g} mm^2", []).append(name)
+        alike.setdefault(f"{factor**2 * area:.5g} {unit.replace('µ', 'u')}^2", []).append(name)
     faces = ", ".join(
         f"{area} on {', '.join(names) if len(names) <= FEW else f'each of {len(names)} faces'}"
         for area, names in alike.items()

@@ -35,10 +35,10 @@ def test_each_face_has_its_loads_with_intervals() -> None:
     """Peaks that records do not resolve are means with a star; wear is a column where it is known."""
     table = support_table(summary())
     assert table is not None
-    assert table.columns == ("face", "peak force (N)", "impulse in 0.05 s (N s)", "impacts (1/s)", "use of the peak")
+    assert table.columns == ("face", "peak force (N)", "impulse in 0.05 s (mN s)", "impacts (1/s)", "use of the peak")
     assert table.rows == [
-        ("base", "413 ± 4.0 %", "0.500 ± 2.0 %", "40.0 (12 counted)", "good"),
-        ("gland", "300 ± 30 % *", "0.250 ± 0.40", "10.0 (3 counted)", "rough"),
+        ("base", "413 ± 4.0 %", "500 ± 2.0 %", "40.0 (12 counted)", "good"),
+        ("gland", "300 ± 30 % *", "250 ± 400", "10.0 (3 counted)", "rough"),
     ]
     assert "largest mean force" in table.notes[0]
     assert "without an interval" in table.notes[1]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.display_units import shown_along
+from gapbeam.postprocess.display_units import shown_along, shown_by
 from gapbeam.postprocess.report.blocks import Block, Cell, TableBlock, Verdict, number, percent
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.html_page import sentence
@@ -51,12 +51,17 @@ def support_table(summary: Summary) -> TableBlock | None:
     spans = {str(one["name"]): float(one["width"]) for one in (summary.get("errors") or {}).get("spans") or ()}
     over = f" in {spans[span]:.3g} s" if span in spans else ""
     wear_head = (f"wear ({unit})",) if worn else ()
-    heads = ("face", "peak force (N)", f"impulse{over} (N s)", "impacts (1/s)", *wear_head, USE_HEAD)
+    kinds = [f"{face} {kind}" for face in faces for kind in (LARGEST_FORCE, MEAN_FORCE)]
+    every = [figures[name]["value"] for name in kinds if name in figures]
+    recorded = summary.get("peak_contact_force") or {}
+    force, in_force = shown_by("N", every or [recorded.get(face) for face in faces])
+    push, in_push = shown_by("N s", [one["value"] for name, one in figures.items() if name.endswith(f" {IMPULSE}")])
+    heads = ("face", f"peak force ({force})", f"impulse{over} ({push})", "impacts (1/s)", *wear_head, USE_HEAD)
     rows = list[tuple[Cell, ...]]()
     for face in faces:
-        peak, judged = _peak(summary, face, figures)
+        peak, judged = _peak(summary, face, figures, in_force)
         wear = (worn.get(face, ""),) if worn else ()
-        impulse = _figure(figures.get(f"{face} {IMPULSE}"))
+        impulse = _figure(figures.get(f"{face} {IMPULSE}"), in_push)
         rows.append((face, peak, impulse, _impacts(summary, face), *wear, judged))
     part = f", {closing}" if closing else ""
     notes = (
@@ -68,7 +73,10 @@ def support_table(summary: Summary) -> TableBlock | None:
         notes.append(f"No peak force: {IMPULSES_ONLY} The last column judges the impulse.")
     turning = set((summary.get("scene") or {}).get("turning") or ())
     if turned := [face for face in faces if face in turning]:
-        notes.append(f"{', '.join(turned)}: moments of rotations, in N m and N m s; speeds of impacts in rad/s.")
+        notes.append(
+            f"{', '.join(turned)}: moments of rotations, in {force} m and {push.removesuffix(' s')} m s; speeds of "
+            "impacts in rad/s."
+        )
     if any(RANGE in str(row[3]) for row in rows):
         notes.append("†: of the whole run, with the range over it and its comparison runs; light touches count.")
     if any(COUNTED in str(row[3]) for row in rows):
@@ -89,25 +97,25 @@ def impulsive_faces(summary: Summary) -> list[str]:
     return [str(one["name"]) for one in contacts if one.get("impulsive")]
 
 
-def _peak(summary: Summary, face: str, figures: Mapping[str, Summary]) -> tuple[str, str]:
+def _peak(summary: Summary, face: str, figures: Mapping[str, Summary], factor: float) -> tuple[str, str]:
     """Return the peak force of a face with its interval, and whether it, or the impulse, may be used."""
     names = ((IMPULSE, ""),) if face in impulsive_faces(summary) else ((LARGEST_FORCE, ""), (MEAN_FORCE, " *"))
     for name, star in names:
         if one := figures.get(f"{face} {name}"):
             if one["value"] == 0.0 == one.get("error"):
                 return "0", "no contact"
-            return "none" if name == IMPULSE else f"{_figure(one)}{star}", usable(one.get("relative_error"))
+            return "none" if name == IMPULSE else f"{_figure(one, factor)}{star}", usable(one.get("relative_error"))
     force = (summary.get("peak_contact_force") or {}).get(face)
-    return ("", "") if force is None else (number(float(force), 3), "error not known")
+    return ("", "") if force is None else (number(factor * float(force), 3), "error not known")
 
 
-def _figure(one: Summary | None) -> str:
-    """Return a figure of a run with its error."""
+def _figure(one: Summary | None, factor: float) -> str:
+    """Return a figure of a run with its error, times a factor."""
     if one is None:
         return ""
-    value, relative, error = float(one["value"]), one.get("relative_error"), one.get("error")
+    value, relative, error = factor * float(one["value"]), one.get("relative_error"), one.get("error")
     if relative is None:
-        return number(value, 3) if error is None else f"{number(value, 3)} ± {number(float(error), 2)}"
+        return number(value, 3) if error is None else f"{number(value, 3)} ± {number(factor * float(error), 2)}"
     part = (
         percent(float(relative), signed=False) if relative >= LEAST or not error else f"less than {percent(LEAST)[1:]}"
     )

@@ -380,7 +380,7 @@ HEAVIEST = 3e4
 LOG = logging.getLogger("gapbeam")
 
 
-def check_imported(K: Any, M: Any, rows: Rows, name: str = "") -> None:
+def check_imported(K: Any, M: Any, rows: Rows, name: str = "", cut: float = 0.0) -> None:
     """Refuse matrices of which no model is made, and ask about units that make unusual waves or densities.
 
     Args:
@@ -388,6 +388,7 @@ def check_imported(K: Any, M: Any, rows: Rows, name: str = "") -> None:
         M: Mass.
         rows: Their names and nodes.
         name: Name of the structure.
+        cut: Relative error that the digits of K leave, at most.
 
     Raises:
         ArgumentError: M is not positive definite, K has a negative direction, or rows are in another order than their
@@ -419,13 +420,12 @@ def check_imported(K: Any, M: Any, rows: Rows, name: str = "") -> None:
         )
     if has_negative_direction(elastic + NEGATIVE * float(abs(elastic.diagonal()).max()) * unit):
         raise ArgumentError(
-            "found a K with a negative direction, expected none; look at how K was exported, and give forces that "
-            "soften as a feedback",
-            "stiffness",
-        )
+            "found a K with a negative direction, expected none; look at how K was exported, and with how many "
+            "digits (DMIG: fields of 16 characters), and give forces that soften as a feedback", "stiffness",
+        )  # fmt: skip
     motions = rows.rigid()
     if motions is not None:
-        _check_order(K, motions, rows)
+        _check_order(K, motions, rows, max(ROUND_OFF, cut))
         for question in unit_questions(K, M, rows):
             LOG.warning("structure %s: %s", name or "?", question)
 
@@ -441,14 +441,14 @@ def has_negative_direction(A: Any) -> bool:
     return bool(np.any(factor.U.diagonal() < 0.0))
 
 
-def _check_order(K: Any, motions: Array, rows: Rows) -> None:
+def _check_order(K: Any, motions: Array, rows: Rows, round_off: float) -> None:
     """Refuse rows in another order: rigid translations leave most rows without force, whatever holds a structure."""
     size = K.shape[0]
     if size < FEW_ROWS:
         return
     moved = np.flatnonzero(np.abs(motions).max(axis=0) > 0.0)
     force, most = np.abs(K @ motions), abs(K) @ np.abs(motions)
-    strained = (force > ROUND_OFF * most).mean(axis=0)
+    strained = (force > round_off * most).mean(axis=0)
     along = [k for k in moved if k < 3]
     if along and min(strained[along]) > MOST:
         raise ArgumentError(

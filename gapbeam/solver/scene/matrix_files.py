@@ -6,7 +6,7 @@ Abaqus (`*MATRIX OUTPUT`) writes `.mtx` as "row column value" (FORMAT=COORDINATE
 
 DMIG of Nastran names rows by grid point and component. A header `DMIG NAME 0 IFO TIN` (IFO 6: symmetric, one triangle;
 1 or 2: whole) precedes columns `DMIG NAME GJ CJ` with entries `GI CI A`. Fields have 8 characters, 16 after `DMIG*`, or
-commas between them. 16 characters hold ten digits. Source: MSC Nastran Quick Reference Guide, DMIG.
+commas between them. 16 characters hold ten digits, 8 three to five. Source: MSC Nastran Quick Reference Guide, DMIG.
 """
 
 from __future__ import annotations

@@ -19,8 +19,9 @@ from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked
 from gapbeam.solver.scene.beam_structure import driven_rows
 from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows, check_imported, read_nodes
+from gapbeam.solver.scene.matrix_digits import PrintedDigits, lost_frequency
 from gapbeam.solver.scene.matrix_files import FIRST_LETTERS, aligned, dmig_text, read_matrix, refuse_half
-from gapbeam.solver.scene.structure import SYMMETRY, Structure
+from gapbeam.solver.scene.structure import MOST_RIGID, SYMMETRY, Structure
 from gapbeam.solver.scene.structure_geometry import Pose, StructureGeometry
 from gapbeam.solver.system.operators import Array
 
@@ -99,6 +100,7 @@ class ImportedModel:
         name: Name of the structure.
         is_placed: Whether a place was given.
         surface: Lines and facets of a mesh, whose nodes are those of the rows in their order.
+        digits: Digits of K and M, where their files have few.
     """
 
     K: Any
@@ -108,6 +110,7 @@ class ImportedModel:
     name: str
     is_placed: bool
     surface: MeshSurface | None = None
+    digits: tuple[PrintedDigits | None, PrintedDigits | None] = (None, None)
 
     @property
     def places(self) -> dict[str, Array]:
@@ -149,13 +152,23 @@ class ImportedModel:
             inertia = np.asarray(self.M @ along)[free]
             moved = {key: row @ along[free] for key, row in rows.items()}
         rows |= driven_rows(shoved, matrices, lambda forces: forces[free])
-        motions = rows_of.rigid()
+        motions, rigid = rows_of.rigid(), MOST_RIGID
+        if motions is not None:
+            ranks = [np.linalg.matrix_rank(one) if len(one) else 0 for one in (motions, motions[sorted(fixed)])]
+            rigid = int(ranks[0] - ranks[1])
         K, M = (A[free][:, free] for A in (self.K, self.M))
         C = None if self.C is None else self.C[free][:, free]
         motions = None if motions is None else _without_strain(K, motions[free])
         places = {key: PlacedPoint(*rows_of.placed(given)) for key, given in points.items()}
         geometry = self.geometry(free, places)
-        return Structure(M, K, C, rows, motions, self.name, inertia, moved or None, geometry), places
+        made = Structure(M, K, C, rows, motions, self.name, inertia, moved or None, geometry)
+        if lost := lost_frequency(made, free, *self.digits, rigid):
+            logging.getLogger("gapbeam").warning(
+                "structure %s: found matrices of at most %d digits: %s; expected more digits; try DMIG in fields of 16 "
+                "characters, output4 or Matrix Market, unless the entries are exact",
+                self.name or "?", max(one.most for one in self.digits if one is not None), lost,
+            )  # fmt: skip
+        return made, places
 
     def geometry(self, free: Array, places: Mapping[str, PlacedPoint]) -> StructureGeometry | None:
         """Return the nodes in space of a structure with some of the rows; None where files do not say where they are.
@@ -218,9 +231,10 @@ def read_model(
     names = labels or [str(i) for i in range(size)]
     rows_of = Rows(names, held, meter, labels is not None, place or Pose())
     lengths = np.array([meter if DIRECTIONS.get(one.partition(".")[2], 0) < 3 else 1.0 for one in rows_of.labels])
+    printed = [PrintedDigits.of(A, kilogram * meter**2, 1.0 / lengths) for A in matrices[:2]]
     K, M, C = (None if A is None else _in_si(A, kilogram * meter**2, lengths) for A in matrices)
-    check_imported(K, M, rows_of, name)
-    return ImportedModel(K, M, C, rows_of, name, place is not None)
+    check_imported(K, M, rows_of, name, 2.0 * printed[0].relative if printed[0] else 0.0)
+    return ImportedModel(K, M, C, rows_of, name, place is not None, digits=(printed[0], printed[1]))
 
 
 def _in_si(A: Any, energy: float, lengths: Array) -> Any:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import sys
+import types
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +79,80 @@ def test_two_matrices_of_one_dmig_file(tmp_path: Path) -> None:
     assert rows == ["1.3", "2.3"]
     assert np.array_equal(K.toarray(), np.diag([2500.0, 1000.0]))
     assert np.array_equal(M.toarray(), np.diag([0.25, 0.0]))
+
+
+def punched(entries: list[tuple[int, int, str]], name: str = "KAAX", number: int = 2, form: int = 6) -> str:
+    """Return DMIG with a column for each entry (row, column, fields of its value)."""
+    lines = [f"DMIG    {name:<8}{0:>8}{form:>8}{number:>8}{0:>8}"]
+    return "\n".join(lines + [f"DMIG,{name},{j},1,,{i},1,{value}" for i, j, value in entries]) + "\n"
+
+
+WHOLE = [(1, 1, "2.0"), (2, 1, "-1.0"), (1, 2, "-1.0"), (2, 2, "2.0")]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("whole.pch", punched(WHOLE), "2 entries twice"),
+        ("twice.pch", punched([*WHOLE[::3], (2, 2, "2.0")], form=1), "1 entry twice"),
+        ("whole.sti", "".join(f"{i} {j} {value}\n" for i, j, value in WHOLE), "2 entries twice"),
+        ("twice.mtx", "1 1 2.0\n1 2 1.0\n2 1 1.0\n2 2 2.0\n2 2 2.0\n", "1 entry twice"),
+        ("complex.pch", punched([(1, 1, "2.0,0.1"), (2, 2, "2.0,0.1"), (3, 3, "2.0,0.1")], number=4), "complex"),
+        (
+            "complex.mtx",
+            "%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 2.0 0.1\n",
+            "found complex entries",
+        ),
+        ("other.pch", punched(WHOLE[::3], "MAAX"), "the matrices MAAX, expected one whose name begins with K"),
+        ("many.pch", punched(WHOLE[::3]) + punched(WHOLE[::3], "KBBX"), "the matrices KAAX, KBBX, expected one"),
+    ],
+)
+def test_matrices_that_would_be_misread_are_refused(tmp_path: Path, name: str, text: str, words: str) -> None:
+    """Both triangles where one stands for both were added, a complex matrix and the mass were read as the stiffness."""
+    (tmp_path / name).write_text(text)
+    with pytest.raises(gb.UserError, match=words):
+        gb.read_structure(tmp_path / name, tmp_path / name, units="m-kg-s")
+
+
+@pytest.mark.parametrize("suffix", [".op2", ".op4"])
+def test_matrices_through_pyyeti(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All matrices are asked for, by pyyeti's own names: one of several by its letter; of superelements none."""
+    held = {"KAA": [np.diag([2.0, 3.0])], "MAA": [np.eye(2)], "BAA": [np.eye(2), np.eye(2)]}
+
+    class File:
+        """A stand-in for the reader of output2."""
+
+        def __init__(self, path: str) -> None:
+            assert Path(path).exists()
+
+        def __enter__(self) -> File:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            return
+
+        def rdop2mats(self, which: str) -> dict[str, list[np.ndarray]]:
+            assert which == "all"
+            return held
+
+    def load(_: str, into: str, sparse: bool) -> tuple[list[str], list[sp.coo_matrix], list[int], list[int]]:
+        assert (into, sparse) == ("list", True)
+        flat = [(key.lower(), sp.coo_matrix(one)) for key, many in held.items() for one in many]
+        return [key for key, _ in flat], [one for _, one in flat], [6] * len(flat), [2] * len(flat)
+
+    op2, op4 = types.ModuleType("op2"), types.ModuleType("op4")
+    op2.OP2, op4.load = File, load  # type: ignore[attr-defined]
+    nastran = types.ModuleType("pyyeti.nastran")
+    nastran.op2, nastran.op4 = op2, op4  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "pyyeti", types.ModuleType("pyyeti"))
+    monkeypatch.setitem(sys.modules, "pyyeti.nastran", nastran)
+    path = tmp_path / f"model{suffix}"
+    path.touch()
+    assert gb.read_structure(path, path, units="m-kg-s").K.toarray().tolist() == [[2.0, 0.0], [0.0, 3.0]]
+    with pytest.raises(
+        gb.UserError, match=r"(?i)the matrices KAA, MAA, BAA, BAA, expected one whose name begins with B"
+    ):
+        gb.read_structure(path, path, damping=path, units="m-kg-s")
 
 
 def test_sets_of_input_files(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ commas between them. 16 characters hold ten digits, 8 three to five. Source: MSC
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,6 +24,7 @@ from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError
 
 SYMMETRIC = 6
+COMPLEX = ("3", "4")  # types of numbers, TIN
 FIRST_LETTERS = {"stiffness": "K", "mass": "M", "damping": "B"}
 BARE_EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")  # 1.5+3 is 1.5e3
 
@@ -49,11 +50,16 @@ def read_matrix(path: Path, argument: str) -> ReadMatrix:
         found, known = path.suffix or "no suffix", list(READERS)
         raise ArgumentError(f"{path}: found {found}, expected {', '.join(known[:-1])} or {known[-1]}", argument)
     try:
-        return READERS[path.suffix](path, argument)
+        read = READERS[path.suffix](path, argument)
     except ArgumentError:
         raise
     except (OSError, ValueError, TypeError, KeyError, IndexError) as error:
         raise ArgumentError(f"{path}: cannot be read as a matrix ({error})", argument) from None
+    if np.iscomplexobj(read.matrix):
+        raise ArgumentError(
+            f"{path}: found complex entries, expected real ones; try their real part, and a damping ratio", argument
+        )
+    return read
 
 
 def refuse_half(A: Any, path: Path, argument: str) -> None:
@@ -143,7 +149,10 @@ def _whole(i: Any, j: Any, values: Any, size: int, is_triangle: bool | None) -> 
         is_triangle = len(np.unique(pairs, axis=0)) == len(pairs)
     if is_triangle:
         i, j, values = np.concatenate([i, j[off]]), np.concatenate([j, i[off]]), np.concatenate([values, values[off]])
-    return sp.csr_matrix((values, (i, j)), shape=(size, size))
+    found = sp.csr_matrix((values, (i, j)), shape=(size, size))
+    if found.nnz < len(values):
+        raise ValueError(f"found {counted(len(values) - found.nnz, 'entry')} twice, expected each once")
+    return found
 
 
 def _dmig(path: Path, argument: str) -> ReadMatrix:
@@ -153,6 +162,8 @@ def _dmig(path: Path, argument: str) -> ReadMatrix:
     for card in _cards(path.read_text(encoding="utf-8")):
         name, first, second = card[0], card[1], card[2]
         if first == "0" and name not in kinds:
+            if len(card) > 3 and card[3] in COMPLEX:
+                raise ValueError(f"matrix {name} is complex, expected a real one")
             kinds[name], entries[name] = int(second), []
             continue
         if name not in kinds:
@@ -166,15 +177,27 @@ def _dmig(path: Path, argument: str) -> ReadMatrix:
             (f"{node}.{way}", column, _number(value))
             for node, way, value in zip(rest[::3], rest[1::3], rest[2::3], strict=True)
         ]
-    names = [one for one in kinds if one.startswith(FIRST_LETTERS[argument])] if len(kinds) > 1 else list(kinds)
+    name = _name_of(kinds, path, argument)
+    rows, columns, values = zip(*entries[name], strict=True) if entries[name] else ((), (), ())
+    return _named(rows, columns, values, kinds[name] == SYMMETRIC)
+
+
+def _name_of(known: Iterable[str], path: Path, argument: str) -> str:
+    """Return the name that begins with K, M or B, or the only one, if the letter of another kind does not begin it.
+
+    Raises:
+        ArgumentError: No name is right, or several are.
+    """
+    first, held = FIRST_LETTERS[argument], list(known)
+    names = [one for one in held if one.upper().startswith(first)]
+    if len(held) == 1 and held[0][0].upper() not in FIRST_LETTERS.values():
+        names = held
     if len(names) != 1:
-        known = ", ".join(kinds) or "none"
         raise ArgumentError(
-            f"{path}: found the matrices {known}, expected one whose name begins with {FIRST_LETTERS[argument]}",
+            f"{path}: found the matrices {', '.join(held) or 'none'}, expected one whose name begins with {first}",
             argument,
         )
-    rows, columns, values = zip(*entries[names[0]], strict=True) if entries[names[0]] else ((), (), ())
-    return _named(rows, columns, values, kinds[names[0]] == SYMMETRIC)
+    return names[0]
 
 
 def _cards(text: str) -> Iterator[list[str]]:
@@ -237,13 +260,15 @@ def _by_pyyeti(path: Path, argument: str) -> ReadMatrix:
             "write DMIG (.pch) or Matrix Market (.mtx)",
             argument,
         ) from None
-    first = FIRST_LETTERS[argument].lower()
-    held = op4.load(str(path), into="dct") if path.suffix == ".op4" else op2.rdnas2cam(str(path))
-    names = [name for name in held if name.lower().startswith(first)] if len(held) > 1 else list(held)
-    if len(names) != 1:
-        raise ValueError(f"matrices {', '.join(held)}; expected one that begins with {first}")
-    one = held[names[0]]
-    return ReadMatrix(sp.csr_matrix(one[0] if isinstance(one, list | tuple) else one))
+    if path.suffix == ".op4":
+        names, matrices, *_ = op4.load(str(path), into="list", sparse=True)
+    else:
+        with op2.OP2(str(path)) as file:
+            every = file.rdop2mats(which="all")
+        names, matrices = (
+            zip(*((name, one) for name in every for one in every[name]), strict=True) if every else ((), ())
+        )
+    return ReadMatrix(sp.csr_matrix(matrices[list(names).index(_name_of(names, path, argument))]))
 
 
 Reader = Callable[[Path, str], ReadMatrix]

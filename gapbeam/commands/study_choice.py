@@ -386,7 +386,7 @@ STUDIES: tuple[StudyCommand, ...] = (
     tradeoff.STUDY,
     StudyCommand(atlas, shipped_kind("atlas")),
     StudyCommand(uncertain, shipped_kind("uncertain")),
-    StudyCommand(library),
+    StudyCommand(library, shipped_kind("library")),
     StudyCommand(estimate),
     StudyCommand(identify, shipped_kind("identification")),
     StudyCommand(optimize, shipped_kind("optimum")),

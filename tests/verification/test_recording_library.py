@@ -14,6 +14,7 @@ from scipy.io import wavfile
 
 import gapbeam as gb
 from gapbeam.interface.case_atlas import repeating_scene
+from gapbeam.postprocess.report.sections.atlas_section import library_sections
 from gapbeam.studies.library.library_file import read_library_study
 from gapbeam.studies.uncertain.probability import IntervalEstimate
 from gapbeam.studies.uncertain.uncertain_file import settings_of_study
@@ -195,6 +196,10 @@ def test_library_is_read_back_and_continued(tmp_path: Path) -> None:
     shutil.rmtree(tmp_path / "a" / "held")
     again = gb.library(scene, ranges, **given)
     read = gb.read_library(tmp_path / "a")
+    headline, errors, words = library_sections(tmp_path / "a", "").pop().blocks
+    assert headline.text == read.headline()
+    assert [row[1:] for row in errors.rows] == [row[1:] for row in read.rows()]
+    assert "velocity at `at` over 8 periods of 6.283 s" in words.text
     t = np.linspace(0.0, 60.0, 2000)
     one = gb.Recording(t, np.sin(t) + 0.3 * np.sin(2.0 * t), "velocity")
     for other in (again, read):

@@ -11,9 +11,11 @@ from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, Tabl
 from gapbeam.postprocess.report.sections.atlas_section import (
     ATLAS_FILE,
     ATLAS_KEYS,
+    LIBRARY_FILE,
     OPTIMUM_FILE,
     atlas_sections,
     beside_curve,
+    library_sections,
     optimum_sections,
 )
 from gapbeam.postprocess.report.sections.contact_section import wear_section
@@ -241,6 +243,7 @@ _KINDS = (
     Kind("uncertain", "Uncertain values", (UNCERTAIN_FILE,), uncertain_sections),
     Kind("identification", "Identification", (IDENTIFICATION_FILE,), identification_blocks),
     Kind("optimum", "Optimum", (OPTIMUM_FILE,), optimum_sections),
+    Kind("library", "Library", (LIBRARY_FILE,), library_sections),
     Kind("life", "Life", (LIFE_FILE,), life_sections),
     Kind("comparison", "Comparison", (COMPARISON_FILE,), comparison_sections),
 )

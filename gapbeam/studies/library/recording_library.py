@@ -13,6 +13,7 @@ import numpy as np
 from rich.table import Table
 from scipy.stats import norm, qmc, randint, uniform
 
+from gapbeam.postprocess.report.sections.atlas_section import LIBRARY_FILE
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted
@@ -40,7 +41,7 @@ KEPT_SAMPLES = 8
 """Samples of members in a period of the highest harmonic: displacements above 7 times its frequency are aliased."""
 HELD = 8
 """One block of lanes in so many is held out, and marched in steps finer by so much."""
-ARRAYS, NOTE = "library.npz", "library.json"
+ARRAYS = "library.npz"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -326,7 +327,7 @@ def _write(found: Library, folder: Path) -> None:
         with part.open("wb") as file:
             np.savez(file, **arrays)
         part.replace(path)
-        write_beside(folder / NOTE, json.dumps(note, indent=1) + "\n")
+        write_beside(folder / LIBRARY_FILE, json.dumps(note, indent=1) + "\n")
 
 
 @checked
@@ -337,11 +338,11 @@ def read_library(folder: str | Path) -> Library:
         UserError: The folder holds no library, or a damaged one.
     """
     path = Path(folder)
-    if not (path / NOTE).is_file():
+    if not (path / LIBRARY_FILE).is_file():
         hint = "; it was not finished: call gapbeam library again" if (path / "kept").is_dir() else ""
-        raise UserError(f"{path}: expected the folder of a library, with {NOTE}{hint}")
+        raise UserError(f"{path}: expected the folder of a library, with {LIBRARY_FILE}{hint}")
     try:
-        note = json.loads((path / NOTE).read_text())
+        note = json.loads((path / LIBRARY_FILE).read_text())
         parts = arrays_in(path / ARRAYS)
         grid = parts.pop("grid")
         kind = FeatureKind(note["periods"], note["harmonics"], note["noise"])

@@ -1,4 +1,4 @@
-"""Reports on atlases (stable responses with their shares, chaos) and on searches for a least figure."""
+"""Reports on atlases (stable responses with their shares, chaos) on searches for a least figure, and on libraries."""
 
 from __future__ import annotations
 
@@ -7,8 +7,17 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict, picture_section
-from gapbeam.postprocess.report.study_json import read_records
+from gapbeam.postprocess.report.blocks import (
+    Block,
+    Cell,
+    ReportSection,
+    TableBlock,
+    Verdict,
+    Words,
+    number,
+    picture_section,
+)
+from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.postprocess.study_figures.study_axis import si_key
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.schema.record_table import faces_of, unit_of_places, unit_where
@@ -196,3 +205,33 @@ def optimum_sections(folder: Path, command: str) -> list[ReportSection]:
         ReportSection("Summary", "summary", blocks),
         *picture_section(folder / OPTIMUM_PICTURE, caption, "gapbeam optimize"),
     ]
+
+
+LIBRARY_FILE = "library.json"
+LIBRARY_KEYS = ("headline", "rows", "units", "point", "quantity", "period", "periods", "members", "failed", "noise")
+LIBRARY_HEADS = ("value", "from", "to", "median relative error", "19 of 20 below")
+
+
+def library_sections(folder: Path, command: str) -> list[ReportSection]:
+    """Return the values that a library estimates with their errors, and the recordings that it takes.
+
+    Args:
+        folder: As `gapbeam library` left it.
+        command: Command that makes the report.
+
+    Raises:
+        ResultsError: The file cannot be read, or is no such study.
+    """
+    del command
+    record = read_object(folder / LIBRARY_FILE, LIBRARY_KEYS)
+    rows: Rows = [(si_key(str(path), record["units"]), *map(float, numbers)) for path, *numbers in record["rows"]]
+    words = (
+        f"Of recordings of the {record['quantity']} at `{record['point']}` over {record['periods']} periods of "
+        f"{number(float(record['period']))} s, with noise of up to {100.0 * record['noise']:.3g} % of their rms."
+    )
+    blocks: list[Block] = [
+        Verdict("warning" if record["failed"] else "passed", str(record["headline"])),
+        TableBlock("Errors of estimates of members that were held out", LIBRARY_HEADS, rows),
+        Words(f"{words} `gapbeam estimate {folder} RECORDING` takes such a recording."),
+    ]
+    return [ReportSection("Summary", "summary", blocks)]

@@ -65,7 +65,8 @@ def run(
         march: Options of a scene, see `gapbeam.solver.run.scene_run.SceneRun`: `step` and `end`, s; `start`, a state;
             `every`, steps from one record to the next; `scheme`; `gates`, as the table [gates] of case files;
             `observers`, functions of the step after each record, which may set loads; `period` of the forcing, s;
-            `title`; `checkpoint`, wall time between checkpoints, s; `errors=False` estimates no errors; `penalty`,
+            `title`; `checkpoint`, wall time between checkpoints, s; `wall_time`, after which it
+            stops, s; `errors=False` estimates no errors; `penalty`,
             names of contacts whose stiffness stands for rigid contact; `figures`, of one's own, see `figure`.
 
     Returns:
@@ -138,8 +139,11 @@ def _run_of_scene(
     if rank_of_launcher() is None:
         return work()
     from gapbeam.meshes.rank_zero import on_rank_zero
+    from gapbeam.solver.run.interruption import left_to_rank_zero
 
-    return on_rank_zero(all_ranks(), work)
+    ranks = all_ranks()
+    with left_to_rank_zero(ranks.rank):
+        return on_rank_zero(ranks, work)
 
 
 def _refuse(names: Collection[str], what: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import resource
 import signal
+import time
 from math import pi, sqrt
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ import numpy as np
 import pytest
 
 import gapbeam as gb
+from gapbeam.solver.messages.errors import Interrupted
+from gapbeam.solver.run.interruption import left_to_rank_zero
 from gapbeam.solver.scene.marcher import Marcher
 
 GRAVITY, HEIGHT, STIFFNESS = 9.81, 0.1, 1e6
@@ -219,6 +222,49 @@ def test_a_run_that_was_stopped_continues_to_the_same_bits(
         assert again.summary[key] == whole.summary[key]
     done = gb.run(rattling(), output=tmp_path / "part", resume=True, **asked)
     assert done.message.startswith("was done before")
+
+
+def test_a_run_stops_at_its_wall_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before the march, or between two blocks: status 124, then resumed to the same bits."""
+    asked: dict[str, Any] = {"step": 2e-4, "end": 4.0, "every": 3, "errors": False}
+    whole = gb.run(rattling(), output=tmp_path / "whole", **asked)
+    hour, advance = 3600.0, Marcher.advance
+    late = []
+    with pytest.raises(Interrupted, match="the wall-time limit was reached before the march"):
+        gb.run(rattling(), output=tmp_path / "part", wall_time=1e-6, **asked)
+
+    def expiring(self: Marcher, steps: int, record: bool = False, energies: bool = False) -> Any:
+        monkeypatch.setattr(time, "perf_counter", lambda: clock() + hour)
+        return advance(self, steps, record, energies)
+
+    clock = time.perf_counter
+    for _ in range(2):
+        with monkeypatch.context() as within:
+            within.setattr(Marcher, "advance", expiring)
+            late.append(gb.run(rattling(), output=tmp_path / "part", resume=True, wall_time=hour, **asked))
+        monkeypatch.setattr(time, "perf_counter", clock)
+    assert [one.exit_status for one in late] == [124, 124]
+    assert all("wall-time limit" in one.message for one in late)
+    again = gb.run(rattling(), output=tmp_path / "part", resume=True, **asked)
+    assert again.exit_status == 0
+    one, other = (gb.open_results(folder).history for folder in (whole, again))
+    assert one.identical(other)
+
+
+@pytest.mark.parametrize(("rank", "heard"), [(0, True), (1, False), (3, False)])
+def test_ranks_that_wait_leave_signals_to_rank_zero(rank: int, heard: bool) -> None:
+    """They were killed by signals that rank 0 acts on, and took it with them."""
+    came = []
+    for number in (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT):
+        before = signal.signal(number, lambda number, _: came.append(number))
+        try:
+            with left_to_rank_zero(rank):
+                os.kill(os.getpid(), number)
+            assert (number in came) == heard
+            os.kill(os.getpid(), number)
+            assert number in came
+        finally:
+            signal.signal(number, before)
 
 
 def test_another_scene_is_not_continued(tmp_path: Path) -> None:

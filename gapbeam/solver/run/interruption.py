@@ -28,6 +28,22 @@ def listened_to() -> tuple[signal.Signals, ...]:
     return SIGNALS if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN else (*SIGNALS, signal.SIGHUP)
 
 
+@contextmanager
+def left_to_rank_zero(rank: int) -> Iterator[None]:
+    """Leave the signals that end a run to rank 0, while the other ranks wait for the outcome of its work.
+
+    Args:
+        rank: Rank of this process.
+    """
+    waits = rank != 0 and threading.current_thread() is threading.main_thread()
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in listened_to()} if waits else {}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 class Wish(IntEnum):
     """Request of a rank at the end of a step; of several requests the largest counts."""
 
@@ -136,10 +152,14 @@ class Signals:
         Raises:
             Interrupted: A signal came, or the limit was reached.
         """
+        if self.look() != Wish.NONE:
+            raise self._interrupted()
+
+    def look(self) -> Wish:
+        """Return the request that came, the end of the wall time among them."""
         if self.heard == Wish.NONE and self.deadline is not None and time.perf_counter() >= self.deadline:
             self.heard = Wish.WALL_TIME
-        if self.heard != Wish.NONE:
-            raise self._interrupted()
+        return self.heard
 
     @contextmanager
     def turned(self) -> Iterator[None]:
@@ -214,9 +234,7 @@ class Interruption:
     def agreed(self, own: Wish = Wish.NONE) -> Wish:
         """Return the strongest request of all ranks, signals of this rank included. Collective."""
         signals = self._signals
-        if signals.heard == Wish.NONE and signals.deadline is not None and self._comm.rank == 0:
-            signals.heard = Wish.WALL_TIME if time.perf_counter() >= signals.deadline else Wish.NONE
-        mine = max(own, signals.heard)
+        mine = max(own, signals.look() if self._comm.rank == 0 else signals.heard)
         if self._comm.size == 1:
             return mine
         return Wish(max(self._comm.allgather(int(mine))))

@@ -74,6 +74,7 @@ class SceneRun:
         period: Period of the forcing, s; None: it has none.
         title: Title of the results.
         checkpoint: Wall time from one checkpoint to the next, s.
+        wall_time: Wall time after which the run writes a checkpoint and stops, s; None: no limit.
         errors: Whether the errors of the figures are estimated, by the same scene at half the step.
         penalty: Contacts, by name with stars, whose stiffness stands for rigid contact: their errors include what a
             rigid contact would change, by the same scene with twice the stiffness.
@@ -95,6 +96,7 @@ class SceneRun:
     period: float | None = None
     title: str = ""
     checkpoint: float = 300.0
+    wall_time: float | None = None
     errors: bool = True
     penalty: Sequence[str] = ()
     wear: Mapping[str, float | None] | None = None
@@ -183,7 +185,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
         raise UserError("run: found resume=True with observers; what they keep is in no checkpoint: march again")
     limits = asked.limits
     check_folder(folder, overwrite or resume, overwrite)
-    with Signals(None) as signals:
+    with Signals(asked.wall_time) as signals, signals.turned():
         marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
         steps = steps_to(asked.end, marcher.t, marcher.h)
         asked.scene.check_feedback(marcher.z, asked.end - marcher.t)
@@ -394,7 +396,7 @@ class SceneMarch:
             yield None
 
     def _listen(self) -> None:
-        heard = self.signals.heard
+        heard = self.signals.look()
         if heard != Wish.NONE:
             raise Interrupted(f"{heard.words} at t = {self.marcher.t:.6g} s", heard.exit_status)
 

@@ -109,9 +109,15 @@ class SceneWear(Table):
 
 
 class SceneOutput(Table):
-    """Interval of the output."""
+    """Interval of the output, and limits of the run."""
 
     history_interval: Positive | None = Field(default=None, description="time between history records, s; default step")
+    wall_time: Positive | None = Field(
+        default=None, description="wall time after which a run writes a checkpoint and stops, s; default none"
+    )
+    errors: Literal["companions", "none"] = Field(
+        default="companions", description="error estimate of a finished run, by a march with half its step; or none"
+    )
 
 
 class SceneCase(Table):

@@ -160,6 +160,8 @@ class ReadScene:
             "figures": self.case.figure,
             "sources": {f"{name}: {what}": source for name, what, source in self.sources},
             "random_loads": [one.generated(time.end, self.case.load) for one in self.case.load if one.noise],
+            "wall_time": self.case.output.wall_time,
+            "errors": self.case.output.errors != "none",
             "wear": None if self.case.wear is None else self.case.wear.model_dump(exclude={"depth_limit"}),
         }
 

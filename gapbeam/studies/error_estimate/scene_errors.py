@@ -66,13 +66,14 @@ NO_ERRORS = {"GAPBEAM_ERRORS": "none"}
 def with_scene_errors(asked: SceneRun, outcome: Outcome) -> Outcome:
     """Estimate the errors of a run that passed, write them to its summary, and return the outcome with them.
 
-    Where a signal ends the estimate, the summary has no errors, and the exit status comes from the signal.
+    Where a signal or the wall time ends the estimate, the summary has no errors, and the exit status says which.
     """
     off = any(os.environ.get(name) == value for name, value in NO_ERRORS.items())
     if outcome.exit_status != 0 or not asked.errors or off or "errors" in outcome.summary:
         return outcome
     clock, summary = time.perf_counter(), dict(outcome.summary)
-    with Signals(None) as signals:
+    limit = None if asked.wall_time is None else max(asked.wall_time - summary["wall_time"]["total"], 1e-3)
+    with Signals(limit) as signals:
         signals.march_begins()
         try:
             errors, warnings, closing = _estimated(asked, outcome, signals)

@@ -57,9 +57,14 @@ def all_ranks() -> MPI.Comm:
 
 
 def leave(status: int) -> NoReturn:
-    """End the process: in order, or at once where MPI would wait for a launcher that is gone, or HDF5 for a disk."""
-    writes = any(thread.name == OUTPUT for thread in threading.enumerate())  # and does not end: its lock would not open
-    if writes or (_parents and os.getppid() != _parents[0]):
+    """End the process: in order, or at once where MPI would wait for a launcher that is gone, or HDF5 for a disk.
+
+    A thread that writes and does not end would not open the lock of HDF5.
+    """
+    writing = [thread for thread in threading.enumerate() if thread.name == OUTPUT]
+    for thread in writing:
+        thread.join(INTERVAL)
+    if any(thread.is_alive() for thread in writing) or (_parents and os.getppid() != _parents[0]):
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)

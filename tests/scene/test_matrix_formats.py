@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import logging
+import re
 import sys
 import types
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 import scipy.sparse as sp
 
 import gapbeam as gb
@@ -153,6 +156,33 @@ def test_matrices_through_pyyeti(tmp_path: Path, suffix: str, monkeypatch: pytes
         gb.UserError, match=r"(?i)the matrices KAA, MAA, BAA, BAA, expected one whose name begins with B"
     ):
         gb.read_structure(path, path, damping=path, units="m-kg-s")
+
+
+@pytest.mark.parametrize("kind", [".npz", ".npy", ".mtx", ".sti"])
+def test_a_damaged_file_is_refused_in_words(tmp_path: Path, kind: str) -> None:
+    """Cut off, or with bytes that changed: no error but a refusal, and binary files are never read cut."""
+    A, path = sp.csr_matrix(beam().K), tmp_path / f"k{kind}"
+    if kind == ".npz":
+        sp.save_npz(path, A)
+    elif kind == ".npy":
+        np.save(path, A.toarray())
+    elif kind == ".mtx":
+        scipy.io.mmwrite(path, A)
+    else:
+        upper = sp.coo_matrix(sp.triu(A))
+        np.savetxt(path, np.column_stack([upper.row + 1, upper.col + 1, upper.data]), fmt=["%d", "%d", "%.9e"])
+    held, rng = path.read_bytes(), np.random.default_rng(len(kind))
+    files = pytest.importorskip("gapbeam.solver.scene.structure_files")
+    for size in (0, 1, 3, *rng.integers(4, len(held) - 2, 40)):
+        path.write_bytes(held[:size])
+        if size > {".sti": 3, ".mtx": len(held) - 40}.get(kind, size):
+            continue  # text without an end
+        with pytest.raises(gb.UserError, match=re.escape(str(path))):
+            files.read_matrix(path, "stiffness")
+    for place in rng.integers(0, len(held), 0 if kind == ".mtx" else 40):  # SciPy crashes on some
+        path.write_bytes(held[:place] + bytes([held[place] ^ 0x55]) + held[place + 1 :])
+        with suppress(gb.UserError):
+            files.read_matrix(path, "stiffness")
 
 
 def test_sets_of_input_files(tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ def read_matrix(path: Path, argument: str) -> ReadMatrix:
         read = READERS[path.suffix](path, argument)
     except ArgumentError:
         raise
-    except (OSError, ValueError, TypeError, KeyError, IndexError) as error:
+    except Exception as error:  # readers raise errors of any kind on damaged files
         raise ArgumentError(f"{path}: cannot be read as a matrix ({error})", argument) from None
     if np.iscomplexobj(read.matrix):
         raise ArgumentError(

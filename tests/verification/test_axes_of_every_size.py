@@ -100,7 +100,7 @@ def test_numbers_on_axes_of_a_sweep_can_be_read(size: float, found: FOUND, tmp_p
     assert sorted(set(unreadable(found))) == []
 
 
-@pytest.mark.parametrize("size", [SIZES[0], 1.0, SIZES[1]])
+@pytest.mark.parametrize("size", [SIZES[0], pytest.param(1.0, marks=pytest.mark.slow(minutes=0.1)), SIZES[1]])
 @pytest.mark.parametrize("name", ["cantilever-stop", "stability"])
 def test_numbers_on_axes_can_be_read(name: str, size: float, found: FOUND, tmp_path: Path) -> None:
     """Nothing on an axis is a thousandth of its unit, or twenty thousand of it, at any size."""

@@ -19,7 +19,7 @@ from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, Validati
 
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.case.reading.known_keys import flat
+from gapbeam.solver.case.reading.value_words import flat
 from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.messages.wording import printable
 from gapbeam.solver.run.output.results_folder import by_one, check_place, finite, locked, write_beside

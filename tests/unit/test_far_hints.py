@@ -66,6 +66,7 @@ HINTS = [
     ("contact", {"model": "kelvin-voigt"}, 'did you mean law = "kelvin-voigt"?'),
     ("model", {"kind": "beam"}, 'did you mean type = "beam"?'),
     ("damping", {"zeta": 0.01}, "did you mean `ratio`?"),
+    ("damping", {"zeta": [0.01, 0.02]}, "did you mean `ratios`?"),
     ("damping", {"alpha": 1.0}, "`mass` is the coefficient of M"),
     ("damping", {"loss_factor": 0.01}, ""),
     ("time", {"tmax": 1.0}, "did you mean `end`?"),
@@ -86,6 +87,12 @@ def test_words_of_other_programs(name: str, entry: dict[str, Any], words: str) -
     model = next(one.model for one in reversed(tables(Case)) if one.header.strip("[]") == name)
     found = meant(key, model, Case, value)
     assert found.startswith(words) if words else found == ""
+
+
+def test_another_form_of_a_table_has_the_choice() -> None:
+    """A single [support] is a slot by its length; holes are for [[support]]."""
+    single = next(one.model for one in tables(Case) if one.header == "[support]")
+    assert meant("type", single, Case, "hole") == 'did you mean region = "hole", which belongs in [[support]]?'
 
 
 def test_a_named_choice_is_one_that_its_key_takes() -> None:

@@ -89,7 +89,7 @@ SYNONYMS = {
     "tmax": "end",
     "t_max": "end",
     "at": "point from",
-    "zeta": "ratio",
+    "zeta": "ratio ratios",
     "spring": "stiffness",
     "damper": "damping",
     "gap_size": "clearance",

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from gapbeam.solver.case.reading.known_keys import flat
+from gapbeam.solver.case.reading.value_words import flat
 from gapbeam.solver.loads.scene_load_choice import (
     AnyLoad,
     is_along_beam,

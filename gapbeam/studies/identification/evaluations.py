@@ -20,7 +20,7 @@ from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import WindowFigure, settled_windows
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.case.reading.known_keys import flat
+from gapbeam.solver.case.reading.value_words import flat
 from gapbeam.solver.messages.errors import CaseError, OutOfMemory, RunError
 from gapbeam.solver.messages.wording import counted, printable
 from gapbeam.solver.models.model import Model, body_key

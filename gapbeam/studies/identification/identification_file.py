@@ -17,8 +17,8 @@ import numpy as np
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case, read_tables
-from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.case.reading.overrides import override, pairs, unit_of_key
+from gapbeam.solver.case.reading.value_words import flat
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.messages.errors import CaseError, Fault
 from gapbeam.solver.messages.wording import either, near

@@ -24,8 +24,8 @@ from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.figure_table import Figure
-from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.case.reading.overrides import unit_of_key
+from gapbeam.solver.case.reading.value_words import flat
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.messages.errors import Interrupted, RunError, UserError
 from gapbeam.solver.models.model import Model, body_key

@@ -7,7 +7,6 @@ Numbers have limits beyond which their squares and products would overflow or va
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple, get_args
@@ -110,20 +109,6 @@ def _inside(data: object, part: str | int) -> object:
     return None
 
 
-def flat(value: Any, key: str = "") -> dict[str, Any]:
-    """Return a nested table, such as a case as plain data, as dotted keys; entries of arrays by names or numbers."""
-    if isinstance(value, dict):
-        entries = ((name, inner) for name, inner in value.items())
-    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
-        entries = ((str(entry.get("name", place)), entry) for place, entry in enumerate(value))
-    else:
-        return {key: value if not (isinstance(value, float) and not math.isfinite(value)) else repr(value)}
-    found: dict[str, Any] = {}
-    for name, inner in entries:
-        found |= flat(inner, f"{key}.{name}" if key else name)
-    return found
-
-
 def label(key: Key, data: object, root: type[BaseModel] = Case) -> str:
     """Return a key as a person names it: [support] clearance, [[load]] number 2 (name "shaker") amplitude."""
     if not key:
@@ -163,13 +148,13 @@ def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case, value
     hints = getattr(model, "elsewhere", {})
     if hint := hints.get(same(name, list(hints)) or ""):
         return str(hint)
-    if word := same(name, own):
+    takes = [key for key in own if fits(model, key, value)]
+    if word := same(name, takes) or same(name, own):
         return _own_key(word, model, root)
     if chosen := _named_choice(value, model, root):
         return f"did you mean {chosen}?"
     every = sorted({key for table in tables(root) for key in table.model.model_fields})
     far = same(name, [key for key in every if key not in OF_MANY])
-    takes = [key for key in own if fits(model, key, value)]
     if not far and (word := close_to(name, takes) or close_to(name, own, FAR)):
         return _own_key(word, model, root)
     word = far or close_to(name, every, FAR)
@@ -209,20 +194,30 @@ def _own_key(word: str, model: type[BaseModel], root: type[BaseModel]) -> str:
 
 
 def _named_choice(value: object, model: type[BaseModel], root: type[BaseModel]) -> str:
-    """Return the line with the key whose table has a type of this name, region = "hole"; "" if none."""
+    """Return the line with the key whose table has a type of this name, region = "hole"; "" if none.
+
+    The key is one of the table, or of another form of it: [[support]] for [support].
+    """
     if not isinstance(value, str):
         return ""
     here = {table.header for table in tables(root) if table.model is model}
     if value in {table.kind for table in tables(root) if table.header in here and table.kind}:
         return f"type = {toml_value(value)}"
+    names = {header.strip("[]") for header in here}
+    forms = (table for table in tables(root) if table.header.strip("[]") in names and table.header not in here)
+    others = (f"{line}, which belongs in {one.header}" for one in forms if (line := _choice_in(one.model, value)))
+    return _choice_in(model, value) or next(others, "")
+
+
+def _choice_in(model: type[BaseModel], value: str) -> str:
+    """Return the line of a table in which a key has a table of this type; "" if none."""
     for key, field in model.model_fields.items():
         for inner in models_in(field.annotation):
             if type_name(inner) == value:
                 asked = [name for name, part in inner.model_fields.items() if part.is_required() and name != "type"]
-                keys = ", ".join(
-                    [f"type = {toml_value(value)}", *(example(inner, name) or f"{name} = ..." for name in asked)]
-                )
-                return f"{key} = {toml_value(value)}" if fits(model, key, value) else f"{key} = {{ {keys} }}"
+                rest = "".join(f", {example(inner, name) or f'{name} = ...'}" for name in asked)
+                word = toml_value(value)
+                return f"{key} = {word}" if fits(model, key, value) else f"{key} = {{ type = {word}{rest} }}"
     return ""
 
 

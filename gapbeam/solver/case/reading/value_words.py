@@ -235,3 +235,17 @@ def _without_quotes(model: type[BaseModel], name: str, text: str) -> str:
     if unit not in FACTORS:
         return "write the number alone, without quotes and unit, in SI units"
     return f"remove the quotes and the unit{point}: {name} = {meant!r}"
+
+
+def flat(value: Any, key: str = "") -> dict[str, Any]:
+    """Return a nested table, such as a case as plain data, as dotted keys; entries of arrays by names or numbers."""
+    if isinstance(value, dict):
+        entries = ((name, inner) for name, inner in value.items())
+    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
+        entries = ((str(entry.get("name", place)), entry) for place, entry in enumerate(value))
+    else:
+        return {key: value if not (isinstance(value, float) and not math.isfinite(value)) else repr(value)}
+    found: dict[str, Any] = {}
+    for name, inner in entries:
+        found |= flat(inner, f"{key}.{name}" if key else name)
+    return found

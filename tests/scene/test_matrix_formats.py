@@ -185,6 +185,15 @@ def test_a_damaged_file_is_refused_in_words(tmp_path: Path, kind: str) -> None:
             files.read_matrix(path, "stiffness")
 
 
+@pytest.mark.parametrize("end", ["1 1 5E", "1 1 5e-", "1 1 -"])
+def test_a_matrix_market_file_that_ends_in_a_number_is_refused(end: str, tmp_path: Path) -> None:
+    """SciPy crashes on some."""
+    path = tmp_path / "k.mtx"
+    path.write_text(f"%%MatrixMarket matrix coordinate real general\n1 1 1\n{end}")
+    with pytest.raises(gb.UserError, match="cut off"):
+        gb.read_structure(path, path, units="m-kg-s")
+
+
 def test_sets_of_input_files(tmp_path: Path) -> None:
     """Clamped nodes and mean motions by the sets of an input file; elements are no nodes."""
     one = beam()

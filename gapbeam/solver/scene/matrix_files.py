@@ -105,6 +105,9 @@ def label_order(label: str) -> tuple[int, int]:
     return int(node), int(way or 0)
 
 
+LONGEST = 64  # bytes of a number
+
+
 def _mtx(path: Path, _: str) -> ReadMatrix:
     """Return a matrix of Matrix Market, or of Abaqus, which takes the same suffix."""
     with path.open(encoding="utf-8") as lines:
@@ -112,6 +115,11 @@ def _mtx(path: Path, _: str) -> ReadMatrix:
         while first.startswith("**") or (first.isspace() and first):
             first = lines.readline()
     if first.startswith("%%MatrixMarket"):
+        with path.open("rb") as text:
+            text.seek(max(0, path.stat().st_size - LONGEST))
+            last = text.read().split()[-1]
+        if not last[-1:].isdigit() and last[-1:] != b".":  # SciPy 1.18 crashes on an exponent without digits
+            raise ValueError(f"a last number that is cut off: {last.decode(errors='replace')}")
         return ReadMatrix(sp.csr_matrix(scipy.io.mmread(path)))
     if "," not in first and not first.startswith("*"):
         return _coordinate(path, None)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown, shown_by
 from gapbeam.postprocess.figures.figure_style import BLACK, VERMILION, journal_style, limits_around, panels
 from gapbeam.postprocess.run_comparison import RunComparison, is_raw
 from gapbeam.postprocess.signals.steady_figures import HARMONICS
@@ -99,7 +99,7 @@ def draw_comparison(comparison: RunComparison, path: Path) -> Path:
         names = [str(results.folder) for results in (comparison.a, comparison.b)]
     with journal_style():
         figure, axes = panels(max(len(waves), 1), 2, height=1.6, width_ratios=[2.0, 1.0])
-        clock, in_clock = shown("s", max((float(np.abs(one.time).max()) for one in waves), default=0.0))
+        clock, in_clock = shown_by("s", (float(np.abs(one.time).max()) for one in waves))
         for one, panel in zip(waves, axes[:, 0], strict=False):
             unit, factor = shown(one.unit, np.abs(np.concatenate([one.a, one.b])).max(initial=0.0))
             panel.plot(in_clock * one.time, factor * one.a, color=BLACK, lw=1.2, label=f"A: {names[0]}")
@@ -111,7 +111,7 @@ def draw_comparison(comparison: RunComparison, path: Path) -> Path:
         orders = np.arange(1, HARMONICS + 1)
         for panel, probe in zip(axes[:, 1], comparison.phases, strict=False):
             heights = [np.abs(run.harmonics[probe]).mean(axis=0) for run in comparison.steady]
-            unit, factor = shown("m", max(float(some.max()) for some in heights))
+            unit, factor = shown_by("m", (float(some.max()) for some in heights))
             for some, place, color in zip(heights, (-0.2, 0.2), (BLACK, VERMILION), strict=True):
                 panel.bar(orders + place, factor * some, 0.4, color=color)
             panel.set_yscale("log")

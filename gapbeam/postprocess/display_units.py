@@ -63,7 +63,7 @@ def shown_along(places: Iterable[ArrayLike]) -> tuple[str, float]:
     Args:
         places: Places, m, of several faces or states.
     """
-    every = np.concatenate([np.ravel(np.asarray(some, dtype=float)) for some in places])
+    every = np.concatenate([np.zeros(0), *(np.ravel(np.asarray(some, dtype=float)) for some in places)])
     low, high = (float(every.min()), float(every.max())) if every.size else (0.0, 0.0)
     return shown("m", 0.1 * (high - low or high))
 

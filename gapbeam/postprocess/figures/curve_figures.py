@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
-from gapbeam.postprocess.display_units import shown, shown_along
+from gapbeam.postprocess.display_units import shown_along, shown_by
 from gapbeam.postprocess.figures.figure_style import (
     BLACK,
     BLUE,
@@ -114,7 +114,7 @@ def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
     probes = [name.removesuffix(SUFFIX) for name in points[0] if name.endswith(SUFFIX)]
     figure, axes = panels(2, 1, width=DOUBLE, height=2.2, sharex=True)
     motion, multiplier = axes[:, 0]
-    unit, factor = shown("m", max(point[probe + SUFFIX] for point in points for probe in probes))
+    unit, factor = shown_by("m", (point[probe + SUFFIX] for point in points for probe in probes))
     for number, probe in enumerate(probes):
         color = COLORS[number % len(COLORS)]
         heights = factor * np.array([point[probe + SUFFIX] for point in points])
@@ -221,14 +221,14 @@ def draw_impacts(impacts: Mapping[str, np.ndarray], turning: Collection[str] = (
     units = impact_units(impacts, turning)
     figure, ((*drawn,),) = panels(1, len(QUANTITIES), width=DOUBLE, height=2.4)
     for column, (panel, name) in enumerate(zip(drawn, QUANTITIES, strict=True), start=1):
-        values = {face: units[face][column - 1][1] * rows[:, column] for face, rows in impacts.items()}
+        values = {face: units[face][name][1] * rows[:, column] for face, rows in impacts.items()}
         together = np.concatenate(list(values.values()))
         count = min(_MOST_BINS, max(4, round(len(together) ** 0.5)))
         edges = np.linspace(0.0, 1.0001 * float(together.max()) or 1.0, count + 1)
         for face, mine in values.items():
             share = np.histogram(mine, edges)[0] / len(mine)
             panel.stairs(100.0 * share, edges, label=face, **face_style(face, list(impacts)))
-        panel.set_xlabel(f"{name} ({' or '.join(dict.fromkeys(one[column - 1][0] for one in units.values()))})")
+        panel.set_xlabel(f"{name} ({' or '.join(dict.fromkeys(one[name][0] for one in units.values()))})")
     drawn[0].set_ylabel("share of impacts (%)")
     letter(drawn)
     figure.legend(*drawn[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)

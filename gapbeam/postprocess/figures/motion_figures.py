@@ -35,10 +35,10 @@ from gapbeam.postprocess.figures.figure_style import (
 from gapbeam.postprocess.results.columns_of_run import PointMap, RunFace, RunSupport, wall_motion_series
 from gapbeam.postprocess.results.contact_places import distinct
 from gapbeam.postprocess.signals.signal import (
-    SignalError,
     display_of,
     enlarged_span,
     face_signal,
+    finite_record,
     unit_of_record,
     unit_of_time,
 )
@@ -265,7 +265,8 @@ def draw_energy(history: xr.Dataset, forcing_frequency: float | None, zoom: int 
         SignalError: A value is not finite.
     """
     time = np.asarray(history["time"].values, dtype=float)
-    total = np.sum([_energy(history, name) for name, *_ in _STORED], axis=0)
+    stored = [(finite_record(history, name), label, color, line) for name, label, color, line in _STORED]
+    total = np.sum([values for values, *_ in stored], axis=0)
     start, stop = enlarged_span(time, total, forcing_frequency, zoom)
     figure = Figure(figsize=(DOUBLE, 4.9))
     axes = figure.subplot_mosaic(
@@ -274,9 +275,9 @@ def draw_energy(history: xr.Dataset, forcing_frequency: float | None, zoom: int 
     )  # fmt: skip
     spread(figure)
     marker: dict[str, Any] = {"marker": "o", "ms": 4} if time.size == 1 else {}
-    _stored(axes["whole"], axes["end"], history, time, (start, stop), marker, total)
+    _stored(axes["whole"], axes["end"], time, (start, stop), marker, stored, total)
     _balance(axes["ledger"], history, time, marker)
-    residual, (clock, in_record) = _energy(history, "energy_residual"), unit_of_record(time)
+    residual, (clock, in_record) = finite_record(history, "energy_residual"), unit_of_record(time)
     unit, factor = shown("J", np.abs(residual).max(initial=0.0))
     axes["residual"].plot(in_record * time, factor * residual, color=BLACK, lw=0.8, **marker)
     axes["residual"].axhline(0.0, color=GRAY, lw=0.5, zorder=0)
@@ -288,15 +289,17 @@ def draw_energy(history: xr.Dataset, forcing_frequency: float | None, zoom: int 
     return figure
 
 
+_Curve = tuple[np.ndarray, str, str, str]  # values, label, color and style
+
+
 def _stored(
-    whole: Axes, end: Axes, history: xr.Dataset, time: np.ndarray, span: tuple[float, float], marker: dict[str, Any],
-    total: np.ndarray,
+    whole: Axes, end: Axes, time: np.ndarray, span: tuple[float, float], marker: dict[str, Any],
+    stored: Sequence[_Curve], total: np.ndarray,
 ) -> None:  # fmt: skip
     (unit, in_unit), (clock, in_record) = unit_of_time(span), unit_of_record(time)
     keep = (time >= span[0]) & (time <= span[1])
     joule, factor = shown("J", total.max(initial=0.0))
-    for name, label, color, line in _STORED:
-        values = _energy(history, name)
+    for values, label, color, line in stored:
         if values.max() > _SMALL * total.max():
             end.plot(in_unit * time[keep], factor * values[keep], color=color, ls=line, label=label, **marker)
     whole.plot(in_record * time, factor * total, color=BLACK, lw=0.7, **marker)
@@ -308,14 +311,14 @@ def _stored(
 
 
 def _balance(panel: Axes, history: xr.Dataset, time: np.ndarray, marker: dict[str, Any]) -> None:
-    curves: list[tuple[np.ndarray, str, str, str]] = []
+    curves: list[_Curve] = []
     if "load_work" in history:
-        work = _energy(history, "load_work")
+        work = finite_record(history, "load_work")
         for index, load in enumerate(str(name) for name in history["load"].values):
             curves.append((work[:, index], f"work of {load}", *_LOADS[index % len(_LOADS)]))
     rubs = _FRICTION[0] in history and bool(np.any(history[_FRICTION[0]].values))
     losses = (*_LOST, _FRICTION) if rubs else _LOST
-    curves += [(_energy(history, name), label, color, line) for name, label, color, line in losses]
+    curves += [(finite_record(history, name), label, color, line) for name, label, color, line in losses]
     unit, factor = shown("J", max(float(np.abs(values).max(initial=0.0)) for values, *_ in curves))
     in_record = unit_of_record(time)[1]
     for values, label, color, line in curves:
@@ -329,13 +332,6 @@ def _balance(panel: Axes, history: xr.Dataset, time: np.ndarray, marker: dict[st
         columnspacing=1.0,
         handletextpad=0.5,
     )
-
-
-def _energy(history: xr.Dataset, name: str) -> np.ndarray:
-    values = np.asarray(history[name].values, dtype=float)
-    if not np.isfinite(values).all():
-        raise SignalError(f"{name}: a value is not finite")
-    return values
 
 
 _HEIGHT = 2.3  # inches of a row

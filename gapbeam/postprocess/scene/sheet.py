@@ -21,7 +21,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
 from matplotlib.tri import Triangulation
 
-from gapbeam.postprocess.display_units import shown, shown_along
+from gapbeam.postprocess.display_units import shown, shown_along, shown_by
 from gapbeam.postprocess.figures.figure_style import BASE_AND_GLAND, GRAY, SKY, face_style
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.scene.motion_range import Window, unrolled
@@ -147,8 +147,9 @@ class PressurePanel:
             )
             edges = self._in_x * support.front, 0.0, self._in_x * support.back
             panel.set_yticks([-180.0, 0.0, 180.0] if around else edges)
+            words = f"pressure on the {face}" if face in BASE_AND_GLAND else face
             panel.set_title(
-                f"{f'pressure on the {face}' if face in BASE_AND_GLAND else face} ({self._unit})",
+                f"{words} ({self._unit})",
                 loc="left",
                 fontsize="medium",
                 pad=4.0 * self._large,
@@ -266,9 +267,7 @@ class Sheet:
             self._near = self._ruled(ZOOM, windows[1], support, 7)
             self._pressure = PressurePanel(self.figure, _PRESSURE, support, *pressures, self._large)
             close = [block.face for block in support.near_blocks()]
-            unit, factor = shown(
-                "N", max((float(force.max(initial=0.0)) for force in traces.forces.values()), default=0.0)
-            )
+            unit, factor = shown_by("N", (float(force.max(initial=0.0)) for force in traces.forces.values()))
             forces = {face: factor * force for face, force in traces.forces.items()}
             self._force = self._trace(_FORCE, f"force ({unit})", traces.time, forces, close)
             unit, factor = shown("m", float(np.abs(traces.displacement).max(initial=0.0)))

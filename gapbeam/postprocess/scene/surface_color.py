@@ -11,7 +11,7 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.path import Path
 from matplotlib.transforms import IdentityTransform, TransformedPath
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown_by
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.solver.schema.record_table import STRESS_FIELDS
 
@@ -68,13 +68,17 @@ class SurfaceColor:
     def label(self) -> str:
         """Name and unit beside a scale."""
         name = self.field.replace("_", " ").replace("von mises", "von Mises")
-        return f"{name} ({shown(STRESS_FIELDS[self.field], max(map(abs, self.limits)))[0]})"
+        return f"{name} ({self._shown[0]})"
 
     @property
     def shown_limits(self) -> tuple[float, float]:
         """The limits in the unit of the label."""
-        factor = shown(STRESS_FIELDS[self.field], max(map(abs, self.limits)))[1]
+        factor = self._shown[1]
         return factor * self.limits[0], factor * self.limits[1]
+
+    @property
+    def _shown(self) -> tuple[str, float]:
+        return shown_by(STRESS_FIELDS[self.field], self.limits)
 
     def values(self, frame: Frame) -> np.ndarray:
         """Return the field in a frame, (n,), Pa."""

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STRESS = "Pa"
-Shown = tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True)
@@ -157,20 +156,22 @@ def rates(impacts: Mapping[str, np.ndarray], seconds: float) -> dict[str, float]
     return {face: float(rows[:, 4].sum()) / seconds for face, rows in impacts.items()}
 
 
-def impact_units(impacts: Mapping[str, np.ndarray], turning: Collection[str] = ()) -> dict[str, Shown]:
-    """Return the units shown and the factors to them by face, for each of `QUANTITIES`: one for all faces of a kind.
+def impact_units(
+    impacts: Mapping[str, np.ndarray], turning: Collection[str] = ()
+) -> dict[str, dict[str, tuple[str, float]]]:
+    """Return the units shown and the factors to them by face and quantity: one for all faces of a kind.
 
     Args:
         impacts: Impacts by face, (k, 5).
         turning: Faces between rotations.
     """
-    found = dict[str, Shown]()
+    found = dict[str, dict[str, tuple[str, float]]]()
     for turns in (False, True):
         faces = [face for face in impacts if (face in turning) is turns]
         if faces:
             largest = np.max([impacts[face][:, 1:4].max(axis=0) for face in faces], axis=0)
-            pairs = zip(QUANTITIES.values(), largest, strict=True)
-            units = tuple(shown(names[turns], float(size)) for names, size in pairs)
+            sizes = zip(QUANTITIES.items(), largest, strict=True)
+            units = {name: shown(both[turns], float(size)) for (name, both), size in sizes}
             found |= dict.fromkeys(faces, units)
     return {face: found[face] for face in impacts}
 
@@ -191,7 +192,8 @@ def impact_rows(impacts: Mapping[str, np.ndarray], seconds: float, turning: Coll
         every = int(impacts[face][0, 4])
         rest = f", distributions from one in {every}" if every > 1 else ""
         rows.append(f"  {face}: {rate:.4g} in a second{rest}")
-        for (name, values), (unit, factor) in zip(distributions(impacts[face]).items(), units[face], strict=True):
+        for name, values in distributions(impacts[face]).items():
+            unit, factor = units[face][name]
             label = f"{name}, {unit}"
             rows.append(f"    {label:30}" + "".join(f"{value:12.4g}" for value in factor * values))
     return rows

@@ -124,6 +124,18 @@ def unit_at(history: xr.Dataset, record: str, labels: Iterable[str]) -> str:
     return unit_where(unit, not turning_in(history).isdisjoint(labels))
 
 
+def finite_record(history: xr.Dataset, name: str) -> FloatArray:
+    """Return the values of a record.
+
+    Raises:
+        SignalError: A value is not finite.
+    """
+    values = np.asarray(history[name].values, dtype=float)
+    if not np.isfinite(values).all():
+        raise SignalError(f"{name}: a value is not finite")
+    return values
+
+
 def turning_in(history: xr.Dataset) -> set[str]:
     """Return the names of probes that are rotations, and of faces between them."""
     return set(history[TURNING].values.tolist()) if TURNING in history.coords else set()

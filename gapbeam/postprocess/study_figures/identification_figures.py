@@ -79,6 +79,11 @@ def abscissa(rows: Sequence[Mapping[str, Any]]) -> tuple[str, np.ndarray]:
     return "measurement", np.arange(1, len(rows) + 1, dtype=float)
 
 
+def measured_unit(rows: Sequence[Mapping[str, Any]]) -> tuple[str, float]:
+    """Return the unit in which a figure is shown, by its largest measured or computed value, and the factor to it."""
+    return shown_by(rows[0]["unit"], (row[key] for row in rows for key in ("measured", "computed")))
+
+
 def _draw_figures(data: Mapping[str, Any], path: Path) -> None:
     rows = data["measurements"]
     names = list(dict.fromkeys(row["figure"] for row in rows))
@@ -107,7 +112,7 @@ def _draw_figures(data: Mapping[str, Any], path: Path) -> None:
 
 def _figure_panel(panel: Axes, rows: Sequence[Mapping[str, Any]], logarithmic: bool) -> None:
     label, places = abscissa(rows)
-    unit, factor = shown_by(rows[0]["unit"], (row[key] for row in rows for key in ("measured", "computed")))
+    unit, factor = measured_unit(rows)
     order = np.argsort(places, kind="stable")
     computed = np.array([np.nan if row["computed"] is None else factor * row["computed"] for row in rows])
     scatter = np.array([factor * (row["scatter"] or 0.0) for row in rows])

@@ -246,13 +246,12 @@ def draw_branches(points: Sequence[SweepPoint], path: Path) -> Path:
     groups: dict[str, list[SweepPoint]] = {}
     for point, column_title in zip(points, columns_of(values, units), strict=True):
         groups.setdefault(column_title, []).append(point)
-    names = drawn_figures(points)
+    drawn = {name: figure_unit(points, name) for name in drawn_figures(points)}
     words: set[str] = set()
     with journal_style():
-        figure, columns = _columns(max(len(names), 1), len(groups))
+        figure, columns = _columns(max(len(drawn), 1), len(groups))
         for column, (title, mine) in zip(columns, groups.items(), strict=True):
-            for name, panel in zip(names, column, strict=False):
-                factor = figure_unit(points, name)[1]
+            for (name, (_, factor)), panel in zip(drawn.items(), column, strict=False):
                 panel.set_xscale("log" if along.is_logarithmic else "linear")
                 for point in mine:
                     words |= _draw_point(panel, point, name, along.place(point.values), factor)
@@ -261,9 +260,9 @@ def draw_branches(points: Sequence[SweepPoint], path: Path) -> Path:
             column[-1].set_xlabel(_axis_words(points, along))
             if along.counted:
                 column[-1].set_xticks(along.numbers, along.texts)
-        for name, row in zip(names, np.transpose(columns), strict=False):
+        for (name, (unit, _)), row in zip(drawn.items(), np.transpose(columns), strict=False):
             for panel in row[::ABREAST]:
-                panel.set_ylabel(f"{name}\n({figure_unit(points, name)[0]})")
+                panel.set_ylabel(f"{name}\n({unit})")
         figure.legend(handles=_legend(points, words), loc="outside upper center", ncols=4)
         figure.savefig(path)
     return path

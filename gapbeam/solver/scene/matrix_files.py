@@ -117,7 +117,7 @@ def _mtx(path: Path, _: str) -> ReadMatrix:
     if first.startswith("%%MatrixMarket"):
         with path.open("rb") as text:
             text.seek(max(0, path.stat().st_size - LONGEST))
-            last = text.read().split()[-1]
+            last = (text.read().split() or [b"0"])[-1]  # blank lines may follow
         if not last[-1:].isdigit() and last[-1:] != b".":  # SciPy 1.18 crashes on an exponent without digits
             raise ValueError(f"a last number that is cut off: {last.decode(errors='replace')}")
         return ReadMatrix(sp.csr_matrix(scipy.io.mmread(path)))

@@ -1,4 +1,4 @@
-"""Reports on atlases (stable responses with their shares, chaos) on searches for a least figure, and on libraries."""
+"""Reports on atlases (stable responses with their shares, chaos), on searches for a least figure, and on libraries."""
 
 from __future__ import annotations
 

@@ -274,7 +274,7 @@ def life_sections(folder: Path, command: str) -> list[ReportSection]:
             faces, *(state[key] for key in ("depths", "depth_rates", "low", "high", "verdicts")), strict=True
         )
     ]
-    unit, factor = shown("m", max(max(state["depths"]) for state in states))
+    unit, factor = shown_by("m", (depth for state in states for depth in state["depths"]))
     charts = [
         Chart("Depths of the faces", "time (h)", f"depth ({unit})", _curves(states, faces, "depths", factor), command),
         Chart(
@@ -292,7 +292,7 @@ def life_sections(folder: Path, command: str) -> list[ReportSection]:
 def _profiles(profiles: Mapping[str, Mapping[str, Sequence[float]]], command: str) -> list[Chart]:
     """Return charts of the final wear depth along the beam and, for faces all around it, around it."""
     charts = []
-    unit, factor = shown("m", max((max(one["depth"]) for one in profiles.values()), default=0.0))
+    unit, factor = shown_by("m", (depth for one in profiles.values() for depth in one["depth"]))
     for key, title, label in (
         ("x", "Worn profiles along the beam", "x (m)"),
         ("angle", "Worn profiles around the beam", "angle from straight down (deg)"),

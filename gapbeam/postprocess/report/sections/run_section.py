@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from gapbeam.postprocess.comparison_report import as_data
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown, shown_by
 from gapbeam.postprocess.figures.curve_figures import shape_picture, shapes_of
 from gapbeam.postprocess.figures.motion_figures import farthest, moves_in_space, rooms_at_probes, shifts_at_probes
 from gapbeam.postprocess.report.blocks import (
@@ -437,7 +437,7 @@ def _waveforms(found: Mapping[str, RunComparison], first: str, command: str) -> 
     for signal, unit in signals:
         laid = [(name, one) for name, run in found.items() for one in run.overlays if one.name == signal]
         shown_unit, factor = shown(unit, max(float(np.abs([one.a, one.b]).max()) for _, one in laid))
-        clock, in_clock = shown("s", max(float(np.abs(one.time).max()) for _, one in laid))
+        clock, in_clock = shown_by("s", (float(np.abs(one.time).max()) for _, one in laid))
         curves = []
         for name, one in laid:
             curves.append(ChartCurve(first, *envelope(in_clock * one.time, factor * one.a), choice=name))

@@ -14,7 +14,7 @@ from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinn
 from gapbeam.postprocess.report.sections.support_section import chart_along
 from gapbeam.postprocess.results.columns_of_run import PointMap
 from gapbeam.postprocess.signals.cycle_counts import HEADS, distributions, impact_units, rates
-from gapbeam.postprocess.signals.signal import SignalError, unit_at, unit_of_record
+from gapbeam.postprocess.signals.signal import finite_record, unit_at, unit_of_record
 from gapbeam.solver.schema.record_table import HISTORY
 
 SMALL = 1.0e-4  # of the largest stored energy: what stays below is not drawn
@@ -51,11 +51,11 @@ def energy_section(
         SignalError: A value is not finite.
     """
     blocks: list[Block] = []
-    there = {name: _values(history, name) for name in _STORED if name in history}
+    there = {name: finite_record(history, name) for name in _STORED if name in history}
     most = max((float(values.max()) for values in there.values()), default=0.0)
     stored = {name.replace("_", " "): values for name, values in there.items() if values.max() >= SMALL * most}
-    spent = _work(history) | {_NAMES[name]: _values(history, name) for name in _LOST if _any(history, name)}
-    residual = {"residual": _values(history, "energy_residual")} if "energy_residual" in history else {}
+    spent = _work(history) | {_NAMES[name]: finite_record(history, name) for name in _LOST if _any(history, name)}
+    residual = {"residual": finite_record(history, "energy_residual")} if "energy_residual" in history else {}
     time = np.asarray(history["time"].values, dtype=float)
     for words, label, curves in (
         ("Stored energy", "energy", stored),
@@ -94,22 +94,15 @@ def energy_of_span(history: xr.Dataset, command: str) -> ReportSection | None:
 def _balance(changed: xr.Dataset, first: str) -> TableBlock:
     """Return the energy that came, left, and is stored, from the first record of a span to its end."""
     there = [name for name in _STORED if name in changed]
-    stored = float(sum(_values(changed, name)[-1] - _values(changed, name)[0] for name in there))
+    stored = float(sum(finite_record(changed, name)[-1] - finite_record(changed, name)[0] for name in there))
     ends = {name: float(work[-1]) for name, work in _work(changed).items()}
-    ends |= {_NAMES[name]: -float(_values(changed, name)[-1]) for name in _LOST if _any(changed, name)}
+    ends |= {_NAMES[name]: -float(finite_record(changed, name)[-1]) for name in _LOST if _any(changed, name)}
     if "energy_residual" in changed:
-        ends["residual"] = float(_values(changed, "energy_residual")[-1])
+        ends["residual"] = float(finite_record(changed, "energy_residual")[-1])
     ends["stored more than at the start of the span"] = stored
     unit, factor = shown("J", max(map(abs, ends.values())))
     caption = f"Energy from {first} on: the last line is the sum of those above"
     return TableBlock(caption, ("", f"energy ({unit})"), [(name, factor * end) for name, end in ends.items()])
-
-
-def _values(history: xr.Dataset, name: str) -> np.ndarray:
-    values = np.asarray(history[name].values, dtype=float)
-    if not np.isfinite(values).all():
-        raise SignalError(f"{name}: a value is not finite")
-    return values
 
 
 def _over_time(words: str, label: str, time: np.ndarray, curves: Mapping[str, np.ndarray], command: str) -> Chart:
@@ -127,7 +120,7 @@ def _work(history: xr.Dataset) -> dict[str, np.ndarray]:
     if "load_work" not in history:
         return {}
     names = [str(name) for name in history["load"].values]
-    return {f"work of {name}": work for name, work in zip(names, _values(history, "load_work").T, strict=True)}
+    return {f"work of {name}": work for name, work in zip(names, finite_record(history, "load_work").T, strict=True)}
 
 
 def _gates_table(summary: Mapping[str, Any]) -> TableBlock | None:
@@ -281,7 +274,8 @@ def impacts_section(
     rows: list[tuple[Cell, ...]] = []
     units = impact_units(impacts, turning)
     for face, mine in impacts.items():
-        for (name, values), (unit, factor) in zip(distributions(mine).items(), units[face], strict=True):
+        for name, values in distributions(mine).items():
+            unit, factor = units[face][name]
             rows.append((face, f"{name} ({unit})", *map(float, factor * values)))
     notes = [
         f"{face}: one in {int(mine[0, 4])} impacts was kept for the distributions."

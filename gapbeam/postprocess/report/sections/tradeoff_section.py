@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.display_units import shown, shown_by
+from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -29,6 +29,7 @@ from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.postprocess.study_figures.identification_figures import (
     CLOUD,
     abscissa,
+    measured_unit,
     read_cloud,
     read_identification_data,
 )
@@ -250,7 +251,7 @@ def _verdict(data: Mapping[str, Any]) -> Verdict:
 
 def _comparison(data: Mapping[str, Any], name: str, command: str) -> TableBlock:
     mine = [row for row in data["measurements"] if row["figure"] == name]
-    unit, factor = shown_by(mine[0]["unit"], (row[key] for row in mine for key in ("measured", "computed")))
+    unit, factor = measured_unit(mine)
     rows: list[tuple[Cell, ...]] = []
     for row in mine:
         measured, computed, scatter = row["measured"], row["computed"], row["scatter"]
@@ -284,7 +285,7 @@ def _note(row: Mapping[str, Any], factor: float) -> str:
 def _figure_chart(data: Mapping[str, Any], name: str, command: str) -> Chart:
     rows = [row for row in data["measurements"] if row["figure"] == name]
     label, places = abscissa(rows)
-    unit, factor = shown_by(rows[0]["unit"], (row[key] for row in rows for key in ("measured", "computed")))
+    unit, factor = measured_unit(rows)
     measured = factor * np.array([row["measured"] for row in rows])
     computed = factor * np.array([math.nan if row["computed"] is None else row["computed"] for row in rows])
     order = np.argsort(places, kind="stable")

@@ -6,9 +6,11 @@ Bernoulli beams of drawn meshes are printed with few digits. Their frequencies w
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -73,8 +75,9 @@ def matrix_input(path: Path, A: Matrix, printed: Print) -> None:
 
 
 def read(
-    folder: Path, kind: str, K: Matrix, M: Matrix, x: Matrix | None, printed: Print, held: bool = False
-) -> gb.Structure:
+    folder: Path, kind: str, K: Matrix, M: Matrix, x: Matrix | None, printed: Print, held: bool = False,
+    points: Mapping[str, str] = MappingProxyType({}),
+) -> gb.Structure:  # fmt: skip
     files = []
     for name, A in (("k", K), ("m", M)):
         files.append(folder / f"{name}.{'pch' if kind in ('small', 'large') else 'mtx'}")
@@ -95,6 +98,7 @@ def read(
         nodes=nodes,
         dofs=dofs if kind in ("market", "general") else None,
         clamped=[1] if held else [],
+        points=points,
     )
 
 
@@ -188,3 +192,42 @@ def test_modes_keep_what_their_digits_hold(tmp_path: Path, digits: int) -> None:
     assert np.sqrt(np.diag(arm.K)) == pytest.approx(np.sqrt(squares), rel=1.01 * unit)
     b = arm["tip"].rows[0]
     assert b @ (b / np.diag(arm.K)) == pytest.approx(float(X[-2] @ (X[-2] / squares)), rel=4.1 * unit)
+
+
+DERIVED: list[Callable[[gb.Structure], gb.Structure]] = [
+    lambda one: one,
+    lambda one: one.reduced(4),
+    lambda one: gb.reduced_at_points(one, 3),
+    lambda one: gb.reduced_at_points(one.with_masses({one["tip"]: 1e-6}), 3),
+    lambda one: gb.in_fluid(one, {"mid": 0.1, "tip": 0.2}, 1e-6),
+]
+
+
+@pytest.mark.parametrize("kind", ["small", "market", "general"])
+def test_runs_carry_the_doubt(tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the first frequency is off by a fifth the run ends with status 4; less widens the errors of its figures."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "companions")
+    ended: set[int] = set()
+    for number, (K, M, x, printed, _) in enumerate(drawn(kind, 25)):
+        ends = {"mid": f"{len(x) // 2 + 1}.3", "tip": f"{len(x)}.3"}
+        made = read_or_words(partial(read, tmp_path, kind, K, M, x, printed, True, ends))
+        if isinstance(made, str):
+            continue
+        true = np.sqrt(sl.eigh(K[RIGID:, RIGID:], M[RIGID:, RIGID:], eigvals_only=True)[0])
+        off = abs(np.sqrt(abs(made.modes[0][0])) / true - 1.0)
+        arm = DERIVED[number % len(DERIVED)](made)
+        push = gb.Force(arm["tip"], lambda t, w=true: np.sin(0.3 * w * t), name="push")  # type: ignore[misc]
+        step = np.pi / true / 100.0  # an array's number
+        given: dict[str, Any] = {"step": step, "end": 200 * step, "overwrite": True}
+        run = gb.run(gb.Scene(arm, loads=[push]), output=tmp_path / "run", **given)
+        part = 0.0 if made.doubt is None else made.doubt.part
+        ended.add(run.exit_status)
+        assert run.exit_status == (4 if part > 0.1 else 0)
+        assert off < 0.2 or run.exit_status == 4
+        gates = {"failures": {"digits_of_matrices": "never"}}
+        accepted = gb.run(gb.Scene(arm, loads=[push]), output=tmp_path / "run", gates=gates, **given)
+        assert ("digits" in "".join(accepted.summary["warnings"])) == (part > 0.0)
+        figures = [one for one in accepted.summary["errors"]["figures"] if one["error"] is not None]
+        assert figures
+        assert all(one["error"] >= 0.999 * part * abs(one["value"]) for one in figures)
+    assert ended == ({4} if kind == "small" else {0, 4})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import resource
 import signal
@@ -303,3 +304,18 @@ def test_smoothing_follows_the_first_period_where_nothing_forces(tmp_path: Path)
     for end, expected in ((1.0, 2.0 * pi / 100.0), (0.05, 0.05)):
         outcome = gb.run(gb.Scene(free, held, contacts=[stop]), step=1e-3, end=end, output=tmp_path / f"{end}")
         assert outcome.summary["smoothing"]["window"] == pytest.approx(0.05 * expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32, np.asarray])
+def test_arguments_of_numpy_are_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: Any) -> None:
+    """Step, end and period from arrays leave the same summary as those of Python."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "companions")
+    block = gb.mass(1.0, stiffness=1.0, damping=0.5, name="block")
+    scene = gb.Scene(block, loads=[gb.Force(block["at"], lambda t: np.cos(2.0 * pi * t), name="push")])
+    given = {"step": 1.0 / 64.0, "end": 64.0, "period": 1.0}
+    found = []
+    for number in (float, kind):
+        run = gb.run(scene, **{key: number(value) for key, value in given.items()}, output=tmp_path / number.__name__)
+        found.append(json.loads((run.folder / "summary.json").read_text())["closing"])
+    assert found[0] == found[1]
+    assert found[0]["rows"]

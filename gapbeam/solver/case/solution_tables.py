@@ -438,6 +438,10 @@ class AssumptionLimits(Table):
         default=None,
         description="highest frequency over the first of the beam, no unit",
     )
+    digits_of_matrices: Bound = Field(
+        default=None,
+        description="part of a first frequency that the digits of matrices leave unknown, no unit",
+    )
     energy_under_noise_kept_by_the_scheme: Bound = Field(
         default=None,
         description="energy that the scheme took or created, no unit",

@@ -20,6 +20,7 @@ from gapbeam.meshes.versions.installed_versions import python_versions
 from gapbeam.solver.case.computed_defaults import SHARE
 from gapbeam.solver.case.figure_table import Figure, figure_faults
 from gapbeam.solver.case.solution_tables import Gates
+from gapbeam.solver.diagnostics.assumption import let_pass
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.diagnostics.statistics.run_statistics import in_words
 from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
@@ -438,10 +439,12 @@ class SceneMarch:
         Raises:
             EnergyCreated: More energy was created over the run than the gate of an impact allows.
             EnergyLost: The scheme took more of the energy than the gates allow.
+            AssumptionBroken: A limit beyond which the figures mean nothing is passed.
         """
         accounts = self.accounts
         accounts.gates.judge(self.scheme, accounts.ledger)
         accounts.gates.judge_loss(self.scheme, accounts.ledger, ", or the default scheme, which takes none")
+        let_pass(findings_of(accounts))
 
     def describe(self, summary: dict[str, Any]) -> None:
         """Add figures, findings and remarks to the summary, and log them."""

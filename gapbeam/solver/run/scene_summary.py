@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.diagnostics.assumption import WARNING, Finding, limited
+from gapbeam.solver.diagnostics.assumption import WARNING, Assumption, Finding, limited
 from gapbeam.solver.diagnostics.energy_gates import describe_energy, describe_gates
 from gapbeam.solver.diagnostics.march_diagnostics import figures_of_lists
 from gapbeam.solver.diagnostics.statistics.batch_interval import FEWEST, BlockEnds, burn_in, correlation_time
@@ -20,9 +20,15 @@ from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import Flow, fit_doubts
 from gapbeam.solver.scene.linear_scheme import LinearScheme
+from gapbeam.solver.scene.matrix_digits import MORE_DIGITS, MOST_OFF
 from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
+
+DIGITS = Assumption(
+    "digits of matrices", "part of the first frequency that digits leave unknown", "1", MOST_OFF, 10.0 * MOST_OFF,
+    MORE_DIGITS,
+)  # fmt: skip
 
 
 def describe_scene(scene: Scene, step: float, end: float, scheme: LinearScheme) -> dict[str, Any]:
@@ -147,6 +153,8 @@ def findings_of(accounts: SceneAccounts) -> list[Finding]:
     seen = accounts.episodes
     detail = f"{seen['short_episodes']} of {seen['episodes']} contacts"
     found = [Finding(RESOLVED, seen["share_of_impulse_in_short_episodes"], detail=detail)] if seen["episodes"] else []
+    doubts = [one.doubt for one in accounts.scene.structures if one.doubt is not None]
+    found += [Finding(DIGITS, one.part, detail=one.words) for one in doubts]
     return limited(found, accounts.gates.limits)
 
 

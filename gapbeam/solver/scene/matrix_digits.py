@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from gapbeam.solver.scene.structure import FIRST_GUESS, MOST_RIGID, Structure
+from gapbeam.solver.scene.structure import FIRST_GUESS, MOST_RIGID, FrequencyDoubt, Structure
 from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array
 
@@ -24,8 +24,9 @@ FEWEST = 3  # digits: with less, all entries are exact, written by hand
 SHORTER = 2  # digits that a field of 8 characters loses to a sign and a longer exponent
 SAMPLE = 200
 NOISE = 4.0  # standard deviations
+MORE_DIGITS = "try DMIG in fields of 16 characters, output4 or Matrix Market, unless the entries are exact"
 MOST_OFF = 0.01
-"""Part of a frequency that digits may leave unknown: two standard deviations, one of its square."""
+"""Part of the first frequency that digits may leave unknown: two standard deviations, one of its square."""
 
 
 @dataclass(frozen=True)
@@ -107,10 +108,10 @@ def _digits(value: float) -> str:
     return repr(abs(float(value))).partition("e")[0].replace(".", "").strip("0")
 
 
-def lost_frequency(
+def frequency_doubt(
     structure: Structure, free: Array, stiffness: PrintedDigits | None, mass: PrintedDigits | None, most_rigid: int
-) -> str:
-    """Return words on frequencies that the digits leave unknown by more than MOST_OFF; "": there are none.
+) -> FrequencyDoubt | None:
+    """Return the part of the first frequency that the digits leave unknown; None: at most MOST_OFF.
 
     Args:
         structure: The structure.
@@ -120,7 +121,7 @@ def lost_frequency(
         most_rigid: Rigid motions that it may have.
     """
     if stiffness is None and mass is None:
-        return ""
+        return None
     known = 0 if structure.rigid is None else structure.rigid.shape[1]
     if structure.is_large:
         operators = SparseOperators(structure.M, structure.K)
@@ -130,7 +131,7 @@ def lost_frequency(
         squares, _, X = structure.modes
     squares, X = squares[known : MOST_RIGID + 1], X[:, known : MOST_RIGID + 1]
     if not len(squares):
-        return ""
+        return None
     whole = np.zeros(((stiffness or mass).scale.size, len(squares)))  # type: ignore[union-attr]
     whole[free] = X
     off = np.zeros(len(squares)) if stiffness is None else stiffness.unknown(whole)
@@ -140,8 +141,11 @@ def lost_frequency(
     while still < min(most_rigid - known, len(squares) - 1) and squares[still] <= NOISE * off[still]:
         still += 1
     first = float(squares[still])
-    if off[still] > MOST_OFF * first:
+    stray = float(np.sqrt(np.maximum(np.abs(squares), off)[:still].max(initial=0.0) / first))
+    lost = float(off[still]) / first
+    if lost > MOST_OFF:
         hertz = np.sqrt(off[still] / MOST_OFF) / (2.0 * np.pi)
-        return f"frequencies below about {hertz:.3g} Hz are unknown by more than {MOST_OFF:.0%}"
-    stray = np.sqrt(np.maximum(np.abs(squares), off)[:still].max(initial=0.0) / first)
-    return f"a rigid motion vibrates at {stray:.2g} of the first frequency" if stray > MOST_OFF else ""
+        words = f"frequencies below about {hertz:.3g} Hz are unknown by more than {MOST_OFF:.0%}"
+        return FrequencyDoubt(max(lost, stray), words)
+    words = f"a rigid motion vibrates at {stray:.2g} of the first frequency"
+    return FrequencyDoubt(stray, words) if stray > MOST_OFF else None

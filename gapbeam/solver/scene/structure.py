@@ -20,7 +20,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
@@ -81,6 +81,13 @@ class StructurePoint:
         return f"<point {self.name or '?'} of structure {self.structure.name or '?'}>"
 
 
+class FrequencyDoubt(NamedTuple):
+    """Doubt from digits of matrices: unknown part of the first frequency, or that of stray rigid motions; in words."""
+
+    part: float
+    words: str
+
+
 class Structure:
     """A linear body: M u'' + C u' + K u = f.
 
@@ -104,6 +111,8 @@ class Structure:
         UserError: Shapes do not fit, an entry is not finite, M is not positive definite, M or K is not symmetric, or a
             rigid motion strains.
     """
+
+    doubt: FrequencyDoubt | None = None
 
     @checked
     def __init__(
@@ -159,6 +168,11 @@ class Structure:
     def point(self, rows: ArrayLike, name: str = "") -> StructurePoint:
         """Return a point that is not in the table of points; see `Structure` for `rows`."""
         return StructurePoint(self, self._rows(rows, name), name)
+
+    def in_doubt_as(self, other: Structure) -> Structure:
+        """Return the structure, made from another one, whose frequencies are as unknown."""
+        self.doubt = other.doubt
+        return self
 
     @property
     def is_spatial(self) -> bool:
@@ -233,7 +247,8 @@ class Structure:
                     )
                 inertia = inertia + kg * rows.T @ self.frame[point.name]
         points = {name: point.rows for name, point in self.points.items()}
-        return Structure(M, self.K, self.C, points, self.rigid, self.name, inertia, self.frame, self.geometry)
+        made = Structure(M, self.K, self.C, points, self.rigid, self.name, inertia, self.frame, self.geometry)
+        return made.in_doubt_as(self)
 
     def reduced(self, count: int, ratio: float = 0.0) -> Structure:
         """Return the structure in its first modes.
@@ -266,7 +281,7 @@ class Structure:
             None if self.inertia is None else X.T @ self.inertia,
             self.frame,
             None if self.geometry is None else self.geometry.over(X),
-        )
+        ).in_doubt_as(self)
 
     def _rows(self, value: ArrayLike, name: str) -> Array:
         """Return the rows of a point."""
@@ -421,4 +436,4 @@ def reduced_at_points(structure: Structure, modes: int, points: Iterable[str] | 
     geometry = None if structure.geometry is None else structure.geometry.over(Q)
     return Structure(
         np.eye(len(stiffness)), stiffness, C, carried, rigid, structure.name, inertia, structure.frame, geometry
-    )
+    ).in_doubt_as(structure)

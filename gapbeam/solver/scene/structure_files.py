@@ -19,7 +19,7 @@ from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked
 from gapbeam.solver.scene.beam_structure import driven_rows
 from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows, check_imported, read_nodes
-from gapbeam.solver.scene.matrix_digits import PrintedDigits, lost_frequency
+from gapbeam.solver.scene.matrix_digits import MORE_DIGITS, PrintedDigits, frequency_doubt
 from gapbeam.solver.scene.matrix_files import FIRST_LETTERS, aligned, dmig_text, read_matrix, refuse_half
 from gapbeam.solver.scene.structure import MOST_RIGID, SYMMETRY, Structure
 from gapbeam.solver.scene.structure_geometry import Pose, StructureGeometry
@@ -162,12 +162,12 @@ class ImportedModel:
         places = {key: PlacedPoint(*rows_of.placed(given)) for key, given in points.items()}
         geometry = self.geometry(free, places)
         made = Structure(M, K, C, rows, motions, self.name, inertia, moved or None, geometry)
-        if lost := lost_frequency(made, free, *self.digits, rigid):
-            logging.getLogger("gapbeam").warning(
-                "structure %s: found matrices of at most %d digits: %s; expected more digits; try DMIG in fields of 16 "
-                "characters, output4 or Matrix Market, unless the entries are exact",
-                self.name or "?", max(one.most for one in self.digits if one is not None), lost,
-            )  # fmt: skip
+        if (doubt := frequency_doubt(made, free, *self.digits, rigid)) is not None:
+            most = max(one.most for one in self.digits if one is not None)
+            made.doubt = doubt._replace(
+                words=f"structure {self.name or '?'}: found matrices of at most {counted(most, 'digit')}: {doubt.words}"
+            )
+            logging.getLogger("gapbeam").warning("%s; expected more digits; %s", made.doubt.words, MORE_DIGITS)
         return made, places
 
     def geometry(self, free: Array, places: Mapping[str, PlacedPoint]) -> StructureGeometry | None:

@@ -93,6 +93,7 @@ SAME_VARIANCE = 0.75  # of the ratios of two estimates of one variance lie below
 FIRST_ORDER, SLOWEST = 0.5, 0.9  # ratios of differences of finer meshes
 RESTS = 1.0e-9  # of the largest displacement: a range that is smaller is round-off and the residue of the seat
 BARELY = 1.0e-5  # likewise, where none of its digits is right: the asymmetry of a mesh moves a beam so far sideways
+LEAST_PART = 1.0e-6  # of a figure: less is no error
 ROUND_OFF = 1.0e-12  # of a figure: a plane one that is smaller is no scale
 
 
@@ -134,6 +135,13 @@ class FigureError:
         """The error relative to the figure; None: not known, larger than the figure, or of a point at rest."""
         known = not self.rests and self.error is not None and self.error <= abs(self.value) and self.value != 0.0
         return self.error / abs(self.value) if known and self.error is not None else None
+
+    def with_part(self, name: str, share: float) -> FigureError:
+        """Return the figure, whose error includes one more part of that share of its value, where it is known."""
+        if self.error is None or share < LEAST_PART:
+            return self
+        part = share * abs(self.value)
+        return replace(self, error=self.error + part, parts={**self.parts, name: part})
 
     def as_data(self) -> dict[str, Any]:
         """Return the figure for summary.json."""

@@ -65,7 +65,6 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("gapbeam")
 
 SET_UP = 2.0  # s, of a wall time that the user limits
-LEAST_BENDING = 1.0e-6  # of a figure: less is no error
 FAR = 2.0  # times the limit of an assumption on the frequencies that carry the energy
 RESOLVING = [one.name for one in (ON_MESH, IN_BASIS, SLENDER, RIGID)]
 MOST_EATEN = 0.2  # of the energy under noise
@@ -183,7 +182,8 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
         warnings += doubtful_peaks(errors["force_peaks"], run.interval, "" if advice else SMALLER_STEP)
         found, beyond, noisy = estimate(case, run, summary, outcome.body), beyond_resolution(summary), eaten(summary)
         found = without_errors(found, "" if noisy else ACCELERATION) if beyond or noisy else found
-        found = with_bending(found, summary["model"].get("bending", {}).get("off", 0.0))
+        off = summary["model"].get("bending", {}).get("off", 0.0)  # by round-off and locking, also of companions
+        found = replace(found, figures=tuple(one.with_part("bending", off) for one in found.figures))
         errors |= describe(found)
         warnings += [*doubts(found, run.end), *beyond, *noisy, *doubts_about_forces(found.figures, advice)]
         summary["closing"] = closing_table(
@@ -237,26 +237,6 @@ def without_errors(found: RunErrors, ending: str) -> RunErrors:
     """Return errors of which those of the figures whose names end in some words are not known."""
     figures = tuple(replace(one, error=None) if one.name.endswith(ending) else one for one in found.figures)
     return replace(found, figures=figures)
-
-
-def with_bending(found: RunErrors, share: float) -> RunErrors:
-    """Return errors that include the shares of bending stiffness lost to round-off and locking.
-
-    Args:
-        found: Errors of the companions, whose meshes have the same trouble.
-        share: Error of a figure, over its value.
-    """
-    if share < LEAST_BENDING:
-        return found
-    figures = [
-        one
-        if one.error is None
-        else replace(
-            one, error=one.error + share * abs(one.value), parts={**one.parts, "bending": share * abs(one.value)}
-        )
-        for one in found.figures
-    ]
-    return replace(found, figures=tuple(figures))
 
 
 def estimate(case: Case, run: MotionRecord, summary: Mapping[str, Any], body: Body | None = None) -> RunErrors:

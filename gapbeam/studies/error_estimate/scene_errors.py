@@ -8,7 +8,7 @@ The midpoint rule is of second order, where 4/3 |f - H| would do; where contacts
 first order, and 2 |f - H| is its error; ranges of motions, which may agree by chance, differ by at least a tenth of the
 range of the difference. Of contacts of few steps half of the step shows as little as the run: see
 `lost_in_steps`. Where both motions differ by 3 % of their range, the motion can no longer be predicted, and only its
-statistics have errors.
+statistics have errors. Errors include the part of a first frequency that digits of matrices leave unknown.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun, smoothing_of
+from gapbeam.solver.run.scene_summary import DIGITS
 from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene_march import marcher_of, steps_to
 from gapbeam.solver.system.operators import Array
@@ -169,6 +170,8 @@ def _errors(
     for own in figure_spans(run, run.end, horizon, settled):
         lost = lost_by_own(run, own, asked.step)
         figures += figure_errors(run, motions, None, own, False, averages, lost=lost, factors=FIRST_ORDER)
+    unknown = max((one.doubt.part for one in asked.scene.structures if one.doubt is not None), default=0.0)
+    figures = [one.with_part(DIGITS.name, unknown) for one in figures]
     warnings = list(doubtful_peaks(peaks, run.interval, turning=run.turning))
     if horizon is not None:
         beyond = words_beyond(figures, statistics is not None, frequency, 0.0, horizon)

@@ -411,8 +411,6 @@ def finite(value: Any) -> Any:
         return {key: finite(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
         return [finite(entry) for entry in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, np.integer):
-        return int(value)
-    return value
+    if isinstance(value, np.ndarray | np.generic):  # of any kind, as arguments of users are
+        return finite(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -594,6 +594,50 @@ def test_a_blow_within_a_long_contact_is_not_resolved() -> None:
     assert "on gland (and so on base), 2e+04 N" in words, "one warning for all faces"
 
 
+@pytest.mark.parametrize("shift", [0.0, 0.2, 0.45])
+@pytest.mark.parametrize("statistic", ["time-of-maximum", "time-of-minimum"])
+def test_a_time_has_the_error_of_the_interval_of_its_records(statistic: str, shift: float) -> None:
+    """A sine that begins between two records: its extreme lies within E of the time found, though companions agree."""
+    late = shift * INTERVAL
+    times = np.arange(10_001) * INTERVAL
+    motion = replace(sine(), figures=(), own=1e-3 * np.sin(OMEGA * (times - late))[:, None])
+    own = Figure(name="when", quantity="displacement", place="tip", statistic=statistic, end=0.05)
+    motion = replace(motion, figures=(own,))
+    [span] = figure_spans(motion, 1.0, None, None)
+    [found] = figure_errors(motion, {HALF_STEP: motion}, None, span, False, SMOOTHED)
+    exact = late + (0.25 if statistic == "time-of-maximum" else 0.75) / FREQUENCY
+    assert found.error is not None
+    assert abs(found.value - exact) <= found.error <= INTERVAL
+
+
+@pytest.mark.parametrize("limit", [0.5e-3, 2e-3])
+@pytest.mark.parametrize("known", [True, False])
+def test_a_probability_has_its_interval_as_its_error(limit: float, known: bool) -> None:
+    """Clopper and Pearson's, of all of 20 windows or of none, also where the motion itself cannot be predicted."""
+    own = Figure(name="over", quantity="displacement", place="tip", statistic="probability", limit=limit, duration=0.05)
+    motion = sine()
+    motion = replace(motion, figures=(own,), own=motion.displacement[:, :1])
+    [span] = figure_spans(motion, 1.0, None if known else 0.1, None)
+    [found] = figure_errors(motion, {HALF_STEP: motion}, None, span, False, SMOOTHED)
+    assert found.value == (limit < 1e-3)
+    assert found.error == pytest.approx(1.0 - 0.025 ** (1.0 / 20.0))
+
+
+@pytest.mark.parametrize("place", ["stop", "stop_below"])
+@pytest.mark.parametrize("statistic", ["maximum", "peak-to-peak"])
+def test_the_force_on_a_whole_support_has_the_error_of_its_face(place: str, statistic: str) -> None:
+    """Blows of few records: what the step may falsify belongs to the error, whether a face or its support is asked."""
+    motion = sine()
+    blows = 10.0 * np.maximum(np.sin(np.pi * np.arange(10_001) / 6.0), 0.0)
+    own = Figure(name="hit", quantity="contact_force", place=place, statistic=statistic)
+    motion = replace(motion, faces=("stop_below",), force=blows[:, None], figures=(own,), own=blows[:, None])
+    [span] = figure_spans(motion, 1.0, None, None)
+    lost = lost_by_own(motion, span, INTERVAL)
+    [found] = figure_errors(motion, {HALF_STEP: motion}, None, span, False, SMOOTHED, lost=lost)
+    assert found.error == pytest.approx(10.0 * lost["stop_below largest recorded force"])
+    assert found.error > 0.1
+
+
 @pytest.mark.parametrize("gap", [1, 2, 5])
 def test_a_blow_right_after_the_horizon_belongs_to_its_error(gap: int) -> None:
     """Two records after the end of the part, the largest force is doubtful; five records after it, it is not."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +46,41 @@ def value_of(series: np.ndarray, **keys: Any) -> float:
 def test_statistics_of_a_sine_are_those_of_textbooks(keys: dict[str, Any], expected: float) -> None:
     series = np.abs(SINE) if keys.get("magnitude") else SINE
     assert value_of(series, **keys) == pytest.approx(expected, rel=2e-3, abs=1e-4)
+
+
+@pytest.mark.parametrize("level", [0.03, 0.31, 0.5, 0.9, 0.97])
+@pytest.mark.parametrize("records", [9, 10, 11, 25])
+def test_quantiles_are_of_the_lines_between_few_records(level: float, records: int) -> None:
+    """A sawtooth is A level at any level, however few records a period has, and however uneven they are."""
+    times = np.linspace(0.0, 1.0, records) ** 1.7
+    series = AMPLITUDE * np.where(times > 0.4, (1.0 - times) / 0.6, times / 0.4)
+    times, series = np.append(times, 0.4), np.append(series, AMPLITUDE)
+    order = np.argsort(times, kind="stable")
+    one = gapbeam.figure("a", "displacement", "tip", statistic="quantile", level=level)
+    assert one.value(times[order], series[order]).value == pytest.approx(AMPLITUDE * level, rel=1e-9)
+
+
+@pytest.mark.parametrize("level", [0.2, 0.4, 0.6, 0.8])
+def test_quantiles_of_what_rests_are_where_it_rests(level: float) -> None:
+    """0 for half of the time, then a line from 0 to 1: 0 up to the level 0.5, and 2 level - 1 beyond."""
+    one = gapbeam.figure("a", "displacement", "tip", statistic="quantile", level=level)
+    value = one.value(np.array([0.0, 0.1, 0.5, 1.0]), np.array([0.0, 0.0, 0.0, 1.0])).value
+    assert value == pytest.approx(max(2.0 * level - 1.0, 0.0), abs=1e-12)
+
+
+@pytest.mark.parametrize("limit", [0.0, 0.3, 0.8, 1.5])
+def test_windows_are_those_that_pass_the_limit_at_their_ends_or_between(limit: float) -> None:
+    """Against each window on its own, by many more records than a window has or fewer."""
+    draw = np.random.default_rng(2)
+    for count, duration in ((400, 0.011), (60, 0.05), (12, 0.02)):
+        t = np.concatenate([[0.0], np.sort(draw.random(count - 2)), [1.0]])
+        x = np.round(draw.standard_normal(count), 1)
+        one = gapbeam.figure("a", "displacement", "tip", statistic="probability", limit=limit, duration=duration)
+        edges = duration * np.arange(int(1.0 / duration + 1e-9) + 1)
+        t, x = np.append(t, edges), np.append(x, np.interp(edges, t, x))
+        passed = [x[(t >= begin) & (t <= end)].max() > limit for begin, end in pairwise(edges)]
+        order = np.argsort(t, kind="stable")
+        assert one.value(t[order], x[order]).value == pytest.approx(np.mean(passed))
 
 
 def test_a_limit_that_is_never_passed_has_an_upper_bound() -> None:

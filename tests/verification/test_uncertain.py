@@ -15,7 +15,14 @@ from scipy import stats
 import gapbeam as gb
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.studies.uncertain.member_responses import OTHER_WORK, WORK, KeptAnswers, members_of_block
-from gapbeam.studies.uncertain.probability import inputs_of, mean_of, normal_points, probability, subset_simulation
+from gapbeam.studies.uncertain.probability import (
+    indices_of,
+    inputs_of,
+    mean_of,
+    normal_points,
+    probability,
+    subset_simulation,
+)
 from tests.shared.bilinear_flights import flights
 from tests.shared.reports import report_on
 
@@ -67,6 +74,21 @@ def test_indices_of_ishigami_lie_in_their_intervals() -> None:
     assert np.ptp(one.first_interval, axis=1).max() < 0.15
     assert np.abs(one.half_total - one.total).max() < 0.1
     assert not one.missing
+
+
+@pytest.mark.parametrize("missing", [1, 40, 150])
+def test_indices_have_any_number_of_points_without_a_figure(missing: int) -> None:
+    """Of the sum of two equal inputs each has half of the variance, whichever points have no figure."""
+
+    def summed(u: np.ndarray) -> dict[str, np.ndarray]:
+        y = u.sum(axis=1)
+        y[np.random.default_rng(missing).choice(256, missing, replace=False)] = np.nan
+        return {"y": y}
+
+    one = indices_of(summed, 2, 256, 1)["y"]
+    assert one.missing == pytest.approx(missing / 256)
+    assert np.all((one.first_interval[:, 0] <= 0.5) & (one.first_interval[:, 1] >= 0.5))
+    assert one.total == pytest.approx([0.5, 0.5], abs=0.15)
 
 
 def test_intervals_of_independent_members_cover() -> None:

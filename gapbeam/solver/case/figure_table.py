@@ -8,6 +8,7 @@ values at the ends of an interval,
     mean     m = sum h_i (a_i + b_i) / (2 T)
     rms      s^2 = sum h_i (a_i^2 + a_i b_i + b_i^2) / (3 T), of x - m
     share    of the time above a limit L: sum h_i p_i / T, p_i the part of the line that is above L
+    quantile the limit whose share is one less its level
 
 The probability that x is above L within a time d is the share of the windows of length d whose largest value is. Its
 95 % interval is that of k windows out of m, which count as independent.
@@ -16,6 +17,7 @@ Source: Clopper and Pearson, Biometrika 26 (1934) 404.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
@@ -89,9 +91,9 @@ def probability(blank: FigureValue, t: Array, x: Array, limit: float, duration: 
     if count < 1:
         return replace(blank, reason=f"the records have no window of {duration:g} s")
     edges = t[0] + duration * np.arange(count + 1)
-    t, x = np.concatenate([t, edges]), np.concatenate([x, np.interp(edges, t, x)])
-    ends = ((t[x > limit, None] >= edges[:-1]) & (t[x > limit, None] <= edges[1:])).any(axis=0)
-    happened = scipy.stats.binomtest(int(ends.sum()), count)
+    above = np.concatenate([t[x > limit], edges[np.interp(edges, t, x) > limit]])
+    ends = np.union1d(np.searchsorted(edges, above, "left"), np.searchsorted(edges, above, "right"))
+    happened = scipy.stats.binomtest(int(np.count_nonzero((ends > 0) & (ends <= count))), count)
     interval = happened.proportion_ci(CONFIDENCE)
     return replace(blank, value=float(happened.statistic), low=float(interval.low), high=float(interval.high))
 
@@ -112,6 +114,23 @@ def deviation(t: Array, x: Array) -> float:
 def share_above(t: Array, x: Array, limit: float) -> float:
     """Return the share of the time above a limit."""
     return float(np.diff(t) @ part_above(x, limit) / (t[-1] - t[0])) if t[-1] > t[0] else float(x[-1] > limit)
+
+
+def value_below(t: Array, x: Array, level: float) -> float:
+    """Return the value below which a quantity is for a share of the time.
+
+    Args:
+        t: Times, s, (n,).
+        x: Values, (n,).
+        level: The share of the time.
+    """
+    known = np.unique(x)
+    place = bisect_left(known, level, hi=len(known) - 1, key=lambda limit: 1.0 - share_above(t, x, limit))
+    if place == 0:
+        return float(known[0])
+    low, high = 1.0 - share_above(t, x, known[place - 1]), share_above(t, -x, -known[place])
+    part = min((level - low) / (high - low), 1.0) if high > low else 1.0  # beyond: it rests at this value
+    return float(known[place - 1] + part * (known[place] - known[place - 1]))
 
 
 def part_above(x: Array, limit: float) -> Array:
@@ -282,7 +301,7 @@ class Figure(Table):
             case "rms":
                 found = deviation(t, x)
             case "quantile":
-                found = float(np.quantile(x, self.level or 0.0))
+                found = value_below(t, x, self.level or 0.0)
             case "share":
                 found = share_above(t, x, self.limit or 0.0)
         return replace(blank, value=found)

@@ -80,6 +80,7 @@ RIGID_FACTOR = 1.0 / (1.0 - 0.5**0.5)
 MODEL = "step and model"  # the difference from the reference
 SHORT = "steps in a contact"
 EDGE = "end of the part"
+RECORDS = "records"  # what a figure of one's own leaves open
 LATER = 2  # records of the companions, by which the end may be late
 SETTLING = "settling"
 QUICK, SLOW = 0.5, 0.99  # ratios of neighboring differences of windows
@@ -235,6 +236,9 @@ def figure_errors(
                 error = _error(known, span, factors) + parts.get(EDGE, 0.0)
             else:
                 error = _error_of_means(known, everyone, ratio, factors)
+        if isinstance(span, FigureSpan) and (left := span.left_open(run)):
+            parts[RECORDS] = left
+            error = None if error is None and figure.unit == "s" else left + (error or 0.0)
         found.append(
             FigureError(
                 name,
@@ -328,8 +332,10 @@ def _lost_of(name: str, faces: Iterable[str], lost: Mapping[str, float], span: S
     """Return the share of a figure that short contacts falsify: of faces, and of all statistics of a motion."""
     if isinstance(span, FigureSpan):
         assert span.figure is not None
-        place, asked = span.figure.place or OF_MOTION, (span.figure.quantity, span.figure.statistic)
-        return lost.get(f"{place} {LARGEST_FORCE}" if asked == ("contact_force", "maximum") else place, 0.0)
+        place, peak = span.figure.place, span.figure.statistic in ("maximum", "peak-to-peak")
+        end = f" {LARGEST_FORCE}" if peak and span.figure.quantity == "contact_force" else ""
+        places = [one for one in faces if one == place or one.startswith(f"{place}_")] if place else [OF_MOTION]
+        return max((lost.get(f"{one}{end}", 0.0) for one in places), default=0.0)
     for face in faces:
         if name.startswith(f"{face} "):
             return lost.get(name, lost.get(face, 0.0))

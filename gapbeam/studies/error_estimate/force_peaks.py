@@ -109,6 +109,14 @@ class FigureSpan(Span):
             return {}
         return {self.figure.name: WindowFigure(motion.unit(self.figure.place, self.figure.unit), np.array([found]))}
 
+    def left_open(self, motion: MotionRecord) -> float:
+        """Return what records leave open: half their interval of a time, and the 95 % interval of a probability."""
+        assert self.figure is not None
+        found = self.figure.value(motion.times, motion.own[:, self.number])
+        if None not in (found.value, found.low, found.high):
+            return max(found.value - found.low, found.high - found.value)  # type: ignore[operator]
+        return 0.5 * motion.interval if self.figure.statistic.startswith("time-of") else 0.0
+
 
 def spans_of(case: Case, end: float, interval: float, horizon: float | None, repeats: bool = False) -> list[Span]:
     """Return the spans of a run.

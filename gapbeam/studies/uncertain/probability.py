@@ -351,7 +351,7 @@ class Indices:
         total_interval: 95 %, (inputs, 2).
         half_first: First indices from half of the points: how far the numbers still move.
         half_total: Total indices from half of the points.
-        missing: Share of points without a figure: they are left out.
+        missing: Share of points without a figure: they are left out, and so are the last ones beyond a power of two.
     """
 
     first: Array
@@ -393,7 +393,7 @@ def indices_of(figures: Callable[[Array], dict[str, Array]], inputs: int, points
 def _indices(y: Array, seed: int) -> Indices:
     whole = np.isfinite(y).all(axis=0)
     missing, kept = 1.0 - float(whole.mean()), y[:, whole]
-    inputs = len(y) - 2
+    kept, inputs = kept[:, : 1 << max(kept.shape[1].bit_length() - 1, 0)], len(y) - 2  # a power of two
     if kept.shape[1] < 4 or np.ptp(kept) == 0.0:  # nothing varies: there is no variance to share
         none, pair = np.full(inputs, np.nan), np.full((inputs, 2), np.nan)
         return Indices(none, pair, none, pair, none, none, missing)

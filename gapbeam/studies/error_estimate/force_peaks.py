@@ -110,7 +110,7 @@ class FigureSpan(Span):
         return {self.figure.name: WindowFigure(motion.unit(self.figure.place, self.figure.unit), np.array([found]))}
 
     def left_open(self, motion: MotionRecord) -> float:
-        """Return what records leave open: half their interval of a time, and the 95 % interval of a probability."""
+        """Return the error that records leave: half their interval of a time, the 95 % interval of a probability."""
         assert self.figure is not None
         found = self.figure.value(motion.times, motion.own[:, self.number])
         if None not in (found.value, found.low, found.high):

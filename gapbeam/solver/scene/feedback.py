@@ -16,7 +16,7 @@ on a few modes move these alone, together.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from functools import cached_property
 from itertools import chain, pairwise
 from typing import Any, NamedTuple
 
@@ -32,6 +32,7 @@ from gapbeam.solver.system.operators import Array
 One = StructurePoint | tuple[StructurePoint, StructurePoint]
 Place = One | list[One]
 UNSEEN = 1e-9  # of the norms of A and C: what round-off leaves of a state that no output shows
+INTEGRATES = 1e-13  # of the largest singular value of A: a state decays so slowly that it only sums
 NOISE = 1e-12  # entry of a row over the largest one: round-off of modes on which a force does not act
 LINE = 64  # bytes of a line of the cache
 FEW, FOURS = 4, 4  # motions on the same modes from which their reading is a block; ports are padded to a multiple
@@ -126,18 +127,29 @@ class Feedback:
         """All points that it reads or acts on."""
         return tuple(chain(*parts_of(self.sense), *parts_of(self.act)))
 
-    @property
-    def resting(self) -> Array:
-        """States at rest for unit displacements of `sense`, (n, motions).
+    @cached_property
+    def integrals(self) -> Array:
+        """Projector Q on states that integrate, along all others, (n, n): A Q = Q A = 0; 0 where none does.
 
         Raises:
-            UserError: A state has no rest, as that of an integrator.
+            UserError: A state integrates another one that does, and has no rest.
         """
-        with suppress(np.linalg.LinAlgError), np.errstate(all="ignore"):
-            found: Any = -np.linalg.solve(self.A, self.B[:, : self.B.shape[1] // 2])
-            if np.isfinite(found).all():
-                return np.asarray(found, dtype=float)
-        raise UserError(f"feedback {self.name or '?'}: a state has no rest; march from rest instead")
+        right, left = (sl.null_space(one, rcond=INTEGRATES) for one in (self.A, self.A.T))
+        inner = left.T @ right
+        if right.shape[1] and np.linalg.svd(inner, compute_uv=False)[-1] <= INTEGRATES:
+            raise UserError(f"feedback {self.name or '?'}: a state has no rest; march from rest instead")
+        return np.asarray(right @ np.linalg.solve(inner, left.T))
+
+    @property
+    def resting(self) -> Array:
+        """States at rest for unit displacements of `sense`, without what integrators hold, (n, motions).
+
+        Raises:
+            UserError: See `integrals`.
+        """
+        scale = np.linalg.norm(self.A) or 1.0
+        inverse = np.linalg.inv(self.A + scale * self.integrals) - self.integrals / scale
+        return np.asarray(-inverse @ self.B[:, : self.B.shape[1] // 2])
 
     def check(self, *frequencies: float) -> None:
         """Raise UserError if the law does not hold at angular frequencies, rad/s; without any, at those of interest."""

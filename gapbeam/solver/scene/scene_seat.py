@@ -27,6 +27,7 @@ from gapbeam.solver.contact.solve.unopposed_motion import unopposed_motion
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.feedback import side_by_side
 from gapbeam.solver.scene.linear_scheme import Slabs, euler, rest
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import marcher_of
@@ -161,7 +162,8 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
 
     Contacts act without friction, unless it alone holds what loads pull along: it sticks, up to its coefficient times
     the force, whatever its sliding speed. Contacts of impulses do not penetrate. Joints and other springs of the
-    feedback act, with its states at rest. A large structure is factored once: its rigid motions and static responses
+    feedback act, with its states at rest; an integrator brings what it senses to 0, by any force, as a spring without
+    limit does. A large structure is factored once: its rigid motions and static responses
     hold the equilibrium of all of its DOFs.
 
     Args:
@@ -181,18 +183,26 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
     values = [load.table(np.array([t]))[0, 0] for load in scene.loads] or [0.0]
     at = statics_of(scene)
     f = at.rows(scene.load_columns.T).T @ np.array(values)
-    K = np.diag(at.squares)
-    for one in scene.feedbacks:
-        sense, act = (at.rows(scene.rows([place])) for place in (one.sense, one.act))
-        K = K - act.T @ (one.D[:, : len(sense)] + one.C @ one.resting) @ sense
-    if not np.abs(K - K.T).max() <= TINY * np.abs(K).max():
-        raise UserError("seat: a feedback is no spring (it acts elsewhere than it reads); march from rest instead")
-    if len(scene.feedbacks) and not np.linalg.eigvalsh(K)[0] >= -ROUND_OFF * len(K) * np.abs(K).max():
-        raise UserError(
-            "seat: the feedback pushes farther than the structures hold without contact (divergence): there may be "
-            "several seats or none; march from rest instead"
-        )
-    B = at.rows(scene.contact_rows)
+    sense, act = (at.rows(scene.rows([getattr(one, key) for one in scene.feedbacks])) for key in ("sense", "act"))
+    _, law_B, law_C, law_D = side_by_side(scene.feedbacks)
+    resting, summing = (
+        sl.block_diag(np.zeros((0, 0)), *(getattr(one, key) for one in scene.feedbacks))
+        for key in ("resting", "integrals")
+    )
+    drift, answers = summing @ law_B[:, : len(sense)] @ sense, act.T @ law_C @ summing
+    held = _sprung(-act.T @ law_C @ drift)
+    free = np.eye(len(f)) - held @ held.T
+    for one in (drift, answers.T):
+        if not np.abs(one @ free).max(initial=0.0) <= TINY * np.abs(one).max(initial=0.0):
+            raise UserError(
+                "seat: a feedback has an integrator that does not bring what it reads to 0, so that its rest depends "
+                "on the past; march from rest instead"
+            )
+    whole_K, whole_f = np.diag(at.squares) - act.T @ (law_D[:, : len(sense)] + law_C @ resting) @ sense, f
+    K, f, B, whole_B = free @ whole_K @ free, free @ f, at.rows(scene.contact_rows) @ free, at.rows(scene.contact_rows)
+    if scene.feedbacks:
+        _sprung(K)
+    K = K + (float(np.abs(K).max()) or 1.0) * held @ held.T
     pull = float(np.linalg.norm(f))
     slips, escape = slips_of(scene, at, K, f, B, pull)
     f = f - slips @ (slips.T @ f)
@@ -202,8 +212,8 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
     offset = scene.places(np.zeros((scene.size, 1)), t)[:, 0]
     stiff = float(np.abs(K).max()) or 1.0
     K = K + stiff * slips @ slips.T
-    held, hard = _with_springs(scene, B, stiff)
-    slabs = held.slabs(rough=False)
+    springy, hard = _with_springs(scene, B, stiff)
+    slabs = springy.slabs(rough=False)
     size = max(float(np.abs(f).max(initial=0.0)), float(np.abs(B.T @ static(slabs, offset)[0]).max(initial=0.0)))
     beyond: Array = np.zeros(len(B))
     for _ in range(MOST_PASSES):
@@ -218,9 +228,9 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
             f"seat: forces of {np.abs(residual).max():.3g} remain of {size:.3g} (modal); laws that pull or soften may "
             "have several seats or none: march with damping until it rests"
         )
-    whole = at.whole(q)[:, None]
-    states = [np.zeros((0, 1)), *(one.resting @ scene.rows([one.sense]) @ whole for one in scene.feedbacks)]
-    state = SceneState(t, whole, np.zeros((scene.size, 1)), np.vstack(states), F[:, None])
+    sums = np.linalg.lstsq(answers, whole_K @ q - whole_f - whole_B.T @ F)[0]
+    states = resting @ sense @ q + summing @ sums
+    state = SceneState(t, at.whole(q)[:, None], np.zeros((scene.size, 1)), states[:, None], F[:, None])
     if escape is None:
         return state
     springs = np.linalg.eigvalsh(K - stiff * slips @ slips.T - B.T @ static(slabs, B @ q + offset)[1] @ B)
@@ -229,6 +239,20 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
     if stuck is None:
         raise NoSeat(escape, "contacts do not hold, nor does their friction")
     return stuck
+
+
+def _sprung(K: Array) -> Array:
+    """Return the directions in which a stiffness acts, (n, count); refuse one that is not that of a spring."""
+    largest = float(np.abs(K).max(initial=0.0))
+    if not np.abs(K - K.T).max(initial=0.0) <= TINY * largest:
+        raise UserError("seat: a feedback is no spring (it acts elsewhere than it reads); march from rest instead")
+    squares, X = np.linalg.eigh(K)
+    if not squares[0] >= -ROUND_OFF * len(K) * largest:
+        raise UserError(
+            "seat: the feedback pushes farther than the structures hold without contact (divergence): there may be "
+            "several seats or none; march from rest instead"
+        )
+    return np.asarray(X[:, squares > TINY * largest])
 
 
 def _may_stick(scene: Scene) -> bool:

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 from numpy.polynomial import polynomial
+from scipy.linalg import eigh
+from scipy.sparse import csr_matrix
 
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.simulation import march_of_model
@@ -65,6 +67,20 @@ def test_modes_are_those_of_scipy() -> None:
     ) == pytest.approx(np.eye(len(modes.squares)), abs=1e-9)
     for frequency in bending_frequencies(model, 3):
         assert np.min(np.abs(modes.frequencies / frequency - 1.0)) < 1e-6
+
+
+@pytest.mark.parametrize("shift", [1e5, 1e11, 1e14, 1e16])
+@pytest.mark.parametrize("count", [4, 12, 30])
+def test_modes_do_not_depend_on_the_shift(shift: float, count: int) -> None:
+    """Far above the squares wanted, the shift leaves them close together: the Krylov space has to grow."""
+    operators = beam_model().system.operators
+    assert isinstance(operators, PetscOperators)
+    mass, stiffness = operators.matrices()
+    factor = operators.shifted_solver(mass, stiffness.copy(), shift, 1e-9)
+    modes = with_rigid_motions(lowest_modes(mass, stiffness, factor, shift, count), operators)
+    dense = [csr_matrix(matrix.getValuesCSR()[::-1]).toarray() for matrix in (stiffness, mass)]
+    squares = eigh(*dense, eigvals_only=True)[:count]
+    assert modes.squares[:count] == pytest.approx(squares, rel=1e-6, abs=1e-12 * shift + 1.0)
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt(), NotConverged("no digits")], ids=["signal", "error"])

@@ -309,7 +309,7 @@ def _solved(solver: SLEPc.EPS, solve: _Solve, wanted: int, most: int) -> int:
             return found
         if space >= most:
             break
-        solver.setDimensions(nev=wanted, ncv=min(2 * space, most))
+        solver.setDimensions(nev=wanted, ncv=min(2 * space, most), mpd=PETSc.DECIDE)
     raise RunError(
         f"{found} of {wanted} vibration modes of {most} DOFs converged, in a space of {space}: frequencies may lie too "
         "close together for that number; try more modes or fewer in [model]"

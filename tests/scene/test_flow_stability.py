@@ -313,6 +313,36 @@ def test_an_ensemble_over_the_velocity_is_that_of_its_scenes() -> None:
     assert np.ptp(many.peak["at"][0]) > 1e-4
 
 
+@pytest.mark.parametrize("size", [1e-5, 1.0, 50.0])
+def test_members_have_delays_of_the_order_of_their_velocity(tmp_path: Path, size: float) -> None:
+    """Thirty-fold velocities beside drawn gaps: each member is the march of its own scene, also read from a folder."""
+    tube = gb.mass(size**3, stiffness=size, damping=0.02 * size**2, name="tube")
+    w, rng = 1.0 / size, np.random.default_rng(4)
+    flow = gb.quasi_steady(
+        tube["at"], velocity=w * size, density=0.1 * size, diameter=0.3 * size, drag=1.0, slope=-3.0,
+        frequency=5.0 * w, name="flow",
+    )  # fmt: skip
+    stop = gb.Contact(tube["at"], gb.Slot(size), gb.KelvinVoigt(stiffness=50.0 * size), name="stop")
+    push = gb.Force(tube["at"], lambda t: size**2 * np.sin(0.8 * w * t), name="push")
+    scene = gb.Scene(tube, contacts=[stop], loads=[push], feedbacks=[flow])
+    members = {
+        "flow.velocity": w * size * np.repeat([0.5, 2.0, 15.0], 12),
+        "stop.clearance": size * rng.uniform(0.2, 3.0, 36),
+    }
+    step, end = 0.02 / w, 20.0 / w
+    many = [gb.ensemble(scene, members, step=step, end=end, output=tmp_path / "kept") for _ in range(2)]
+    orders = set()
+    for i in range(36):
+        one = gb.history(scene.with_({path: value[i] for path, value in members.items()}), step, end)
+        z = one.last.state.z[:, 0]
+        orders.add(len(z))
+        for found in many:
+            assert found.peak["at"][i] == pytest.approx(np.abs(one.displacement["at"]).max(), rel=1e-6)
+            assert found.z[: len(z), i] == pytest.approx(z, rel=1e-4, abs=1e-6 * size)
+            assert not found.z[len(z) :, i].any()
+    assert len(orders) == 3
+
+
 def test_marches_with_gaps_turn_unstable_at_as_many_idle_supports_as_eigenvalues() -> None:
     """Small motions within the gaps of each set of idle supports, all others closed: the march grows or decays."""
     scene, tube, _ = supported(30.0)
@@ -365,6 +395,7 @@ def refused() -> dict[str, tuple[Callable[[], Any], str]]:
         contacts=[gb.Contact(one["at"], gb.Slot(0.1), gb.Cubic(stiffness=1.0, scale=1.0), name="stop")],
         feedbacks=[flow],
     )
+    blown = gb.history(scene, 0.1, 2.0, scene.state(displacement={one: 1.0})).last.state
     fit = gb.measured(one["at"], table, **air, frequencies=[5.0], states=1, name="fit")
     fast = gb.Scene(one, feedbacks=[fit]).with_({"fit.velocity": 2.0})
     unseen = {"A": [[1.0, 0.0], [0.0, -1.0]], "B": np.ones((2, 2)), "C": [[0.0, 1.0]]}
@@ -385,8 +416,8 @@ def refused() -> dict[str, tuple[Callable[[], Any], str]]:
         "velocity": (lambda: gb.quasi_steady(one["at"], **(steady | {"velocity": -1.0}), frequency=1.0), "above 0"),
         "motions": (lambda: gb.quasi_steady(flat["at"], **steady, frequency=1.0), "points of 2 motions and a law of 1"),
         "members": (
-            lambda: gb.ensemble(scene, {"flow.velocity": [1.0, 0.2]}, step=0.1, end=1.0),
-            "states in the scene and",
+            lambda: gb.ensemble(scene, {"flow.velocity": [1.0, 0.2]}, step=0.1, end=3.0, start=blown),
+            "begin where the states are 0",
         ),
         "lanes": (lambda: scene.with_({"flow.velocity": np.ones(2)}), "a flow has one velocity"),
         "path": (lambda: scene.with_({"flow.speed": 1.0}), "it has velocity, density"),

@@ -44,7 +44,7 @@ class Members:
     Attributes:
         q: Coordinates at the end, (n, members).
         v: Velocities at the end.
-        z: States of the feedback at the end.
+        z: States of the feedback at the end, 0 beyond those of a member.
         span: Time over which features count, (members,), s.
         peak: Largest displacement in absolute value by point, (members,), or (motions, members), m.
         rms: Root of the mean square of the displacement by point, m.
@@ -120,6 +120,9 @@ def filled(arrays: dict[str, Any], contacts: list[str | int]) -> Members:
 def joined(parts: list[Members], order: Any) -> Members:
     """Return blocks one after the other, their members in the order that is asked for."""
     every = [part.flat() for part in parts]
+    states = max(len(one["z"]) for one in every)  # members at different velocities have delays of different orders
+    for one in every:
+        one["z"] = np.pad(one["z"], ((0, states - len(one["z"])), (0, 0)))
     arrays = {key: np.concatenate([one[key] for one in every], axis=-1)[..., order] for key in every[0]}
     return filled(arrays, list(parts[0].work))
 

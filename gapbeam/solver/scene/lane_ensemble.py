@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from threading import Lock
@@ -348,10 +348,10 @@ class _Job:
                     if len(linears) > 64:  # members with a step of their own: memory stays bounded
                         linears.clear()
                     part = self.scene.with_({path: float(self.values[path][index[0]]) for path in self.factors})
-                    if part.states != self.scene.states:
+                    if part.states != len(self.start.z) and self.start.z.any():
                         raise UserError(
-                            f"ensemble: the feedback has {self.scene.states} states in the scene and {part.states} in "
-                            "a member; give the delay a smaller `tolerance` or `frequency`, or march that member alone"
+                            f"ensemble: the feedback has {len(self.start.z)} states at the start and {part.states} in "
+                            "a member; begin where the states are 0, or march that member alone"
                         )
                     part.check_feedback(self.start.z, self.plan.steps * float(self.step[index[0]]))
                     linears[key] = part.condensed(float(self.step[index[0]]), self.scheme)
@@ -369,7 +369,7 @@ class _Job:
         for lanes in {1 if len(group) <= FEW else WIDTH for group in self.groups}:
             index = np.full(lanes, self.groups[0][0])  # compiles in this thread: numba's typing is not for several
             part = self.scene.with_(self._values(index))
-            h, start = float(self.step[index[0]]), self._start(index)
+            h, start = float(self.step[index[0]]), self._start(part, index)
             Marcher(part, h, start, lanes, self.scheme, condensed(index)).advance(0)
         with ThreadPoolExecutor(threads) as pool:
             tasks = [pool.submit(one, number) for number in range(len(self.groups))]
@@ -388,7 +388,7 @@ class _Job:
         lanes = WIDTH if count > 1 else 1
         index = members[np.minimum(np.arange(lanes), count - 1)]
         h, part = float(self.step[index[0]]), self.scene.with_(self._values(index))
-        marcher = Marcher(part, h, self._start(index), lanes, self.scheme, linear)
+        marcher = Marcher(part, h, self._start(part, index), lanes, self.scheme, linear)
         features = LaneFeatures(part, plan, lanes, h, marcher.t, self.figures)
         first = np.array(marcher.balance, ndmin=1)
         failed, done = np.zeros(count, dtype=bool), 0
@@ -439,10 +439,11 @@ class _Job:
         """Return the values of these members; one member: numbers, so that its march is that of a scene of its own."""
         if len(index) == 1:
             return {path: value[index[0]] for path, value in self.values.items()}
-        return {path: value[index] for path, value in self.values.items() if path not in self.factors}
+        return {path: value[index[0]] if path in self.factors else value[index] for path, value in self.values.items()}
 
-    def _start(self, index: Any) -> SceneState:
+    def _start(self, part: Scene, index: Any) -> SceneState:
         state = self.start
+        state = state if len(state.z) == part.states else replace(state, z=np.zeros((part.states, 1)))
 
         def pick(a: Array) -> Array:
             return a[:, index] if a.shape[1] > 1 else np.repeat(a, len(index), axis=1)

@@ -319,3 +319,21 @@ def test_arguments_of_numpy_are_numbers(tmp_path: Path, monkeypatch: pytest.Monk
         found.append(json.loads((run.folder / "summary.json").read_text())["closing"])
     assert found[0] == found[1]
     assert found[0]["rows"]
+
+
+@pytest.mark.parametrize("place", ["at", "ball.at"])
+def test_a_figure_takes_the_name_of_a_point_with_its_structure(tmp_path: Path, place: str) -> None:
+    """As files and `check` write it: it was refused where the point alone bears its name."""
+    deep = gb.figure("deep", "displacement", place)
+    outcome = gb.run(ball(), step=1e-5, end=0.2, output=tmp_path / "a", figures=[deep])
+    assert outcome.summary["figures"]["deep"]["value"] == pytest.approx(HEIGHT, rel=0.05)
+    table = {
+        "structure": [{"name": "ball", "model": {"type": "mass", "mass": 1.0, "stiffness": 1.0}}],
+        "pair": [{"name": "floor", "between": ["ball.at"], "region": {"type": "half-plane", "clearance": HEIGHT},
+                  "law": {"type": "kelvin-voigt", "stiffness": STIFFNESS}}],
+        "load": [{"type": "step_force", "point": "ball.at", "amplitude": GRAVITY}],
+        "figure": [{"name": "deep", "quantity": "displacement", "place": place}],
+        "time": {"end": 0.2},
+    }  # fmt: skip
+    found = gb.run(table, output=tmp_path / "b").summary["figures"]["deep"]
+    assert found["value"] == pytest.approx(HEIGHT, rel=0.05)

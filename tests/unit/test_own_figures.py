@@ -127,6 +127,9 @@ def beam_with(*figures: dict[str, Any], model: str = "beam", **tables: Any) -> d
         ({"quantity": "contact_force", "place": "glnd"}, 'did you mean "gland"'),
         ({"quantity": "axial_stress", "place": "tip"}, "stress = true"),
         ({"quantity": "displacement", "place": "tip", "end": 1.0}, "time.end = 0.01"),
+        ({"quantity": "velocity", "place": "tip", "component": "w"}, "one of x, y, z"),
+        ({"quantity": "contact_force", "place": "base", "component": "y"}, "contact_force has none"),
+        ({"quantity": "kinetic_energy", "component": "y"}, "kinetic_energy has none"),
     ],
 )
 def test_a_case_refuses_figures_that_it_does_not_record(figure: dict[str, Any], words: str) -> None:

@@ -383,7 +383,7 @@ def figure_faults(figures: Mapping[int, Figure], places: Mapping[str, Sequence[s
 
     Args:
         figures: Figures by number.
-        places: Names along each dimension that has places; "support" has whole supports, "struck" places of impulses.
+        places: Names along dimensions, "component" too; "support" has whole supports, "struck" places of impulses.
             Others are not checked.
         end: End of the run, s.
     """
@@ -396,6 +396,12 @@ def figure_faults(figures: Mapping[int, Figure], places: Mapping[str, Sequence[s
             continue
         yield from _key_faults(one, key)
         yield from _place_faults(one, key, places)
+        if one.component is not None:
+            dims = [dim for dim in RECORDED[one.quantity].dims[1:] if dim not in PLACED]
+            known = places.get(dims[0], ()) if dims else ()
+            if one.component not in known and (known or not dims):
+                expected = f"one of {', '.join(known)}" if dims else f"no component: {one.quantity} has none"
+                yield Fault((*key, "component"), f'"{one.component}"', expected)
         if one.quantity in STEPWISE and one.place in places.get("struck", ()) and not one.is_stepless:
             yield Fault((*key, "quantity"), f'"{one.quantity}" of {one.place}, which impulses strike: it follows the '
                         "step", 'statistic = "mean", or impulse, velocity and displacement',

@@ -23,7 +23,7 @@ from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.flow_margin import eigenvalues
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
 from gapbeam.solver.scene.marcher import TOLERANCE, Marcher
-from gapbeam.solver.scene.recorded_places import turning_places
+from gapbeam.solver.scene.recorded_places import components_of, turning_places
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
 from gapbeam.solver.scene.step_kernel import DAMPED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
@@ -339,7 +339,7 @@ class SceneRecords:
         self.walled = ["moving walls"] if any(one.is_moved for one in scene.contacts) else []
         self.labels: dict[str, tuple[str, ...]] = {
             "probe": self.probes,
-            "component": ("y", "z")[: self.width] if self.probes else (),
+            "component": components_of(scene),
             "face": scene.contact_names,
             "tangent": ("across",) if rough else (),
             "worn_face": scene.contact_names if any(one.region.motions > 1 for one in scene.contacts) else (),

@@ -45,7 +45,7 @@ from gapbeam.solver.scene.argument_checks import check_fields, positive
 from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecords
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
-from gapbeam.solver.scene.recorded_places import struck_places
+from gapbeam.solver.scene.recorded_places import as_recorded, places_of_figures
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
 from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE, TURNING
@@ -105,6 +105,11 @@ class SceneRun:
     sources: Mapping[str, str] = field(default_factory=dict)
     random_loads: Sequence[Mapping[str, Any]] = ()
 
+    def __post_init__(self) -> None:
+        """Give places of figures the names of the records."""
+        if self.figures:
+            object.__setattr__(self, "figures", as_recorded(self.scene, self.figures))
+
     @property
     def limits(self) -> Gates:
         """The gates.
@@ -137,9 +142,8 @@ class SceneRun:
         for one in self.observers:
             if not callable(one):
                 raise UserError(f"run: found the observer {one!r}, expected a function of the step")
-        places = {"probe": self.scene.probe_names, "face": self.scene.contact_names, "turned_probe": (), "gauge": (),
-                  "struck": struck_places(self.scene)}  # fmt: skip
         begin = 0.0 if self.start is None else self.start.t
+        places = places_of_figures(self.scene)
         for fault in figure_faults(dict(enumerate(self.figures)), places, max(self.end, begin)):
             name = self.figures[int(fault.key[1])].name
             raise UserError(f"run: figure {name}: {fault.key[-1]}: found {fault.found}; expected {fault.expected}")

@@ -25,7 +25,7 @@ import numpy as np
 from gapbeam.solver.case.figure_table import Figure, part_above
 from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.scene.printed_values import result_words
-from gapbeam.solver.scene.recorded_places import struck_places
+from gapbeam.solver.scene.recorded_places import components_of, struck_places
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
 
@@ -309,7 +309,7 @@ def _series(scene: Scene, figure: Figure, moved: Array, sizes: Array) -> Array:
         found = figure.series({FORCE: flat}, {"face": _labels_of(scene, figure, scene.contact_names)})
     else:
         records = {figure.quantity: flat.reshape(steps * lanes, len(scene.probe_names), scene.probe_width)}
-        labels = {"probe": scene.probe_names, "component": ("y", "z")[: scene.probe_width]}
+        labels = {"probe": scene.probe_names, "component": components_of(scene)}
         found = figure.series(records, labels)
     return np.asarray(found.reshape(steps, lanes))
 

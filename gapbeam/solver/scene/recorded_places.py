@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from fnmatch import fnmatchcase
 from math import log2
 
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import Load
@@ -36,6 +37,22 @@ def turning_places(scene: Scene) -> tuple[str, ...]:
     probes = [one for one in scene.probe_names if one in points or one.rpartition(" ")[0] in points]
     pairs = zip(scene.contact_names, scene.contacts, strict=True)
     return (*probes, *(name for name, one in pairs if one.points[0].turns))
+
+
+def components_of(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the components of motions in records: y, or y and z."""
+    return ("y", "z")[: scene.probe_width] if scene.probe_names else ()
+
+
+def places_of_figures(scene: Scene) -> dict[str, tuple[str, ...]]:
+    """Return the places that figures of one's own may have, by kind; impulses strike those of "struck"."""
+    return {"probe": scene.probe_names, "face": scene.contact_names, "turned_probe": (), "gauge": (),
+            "component": components_of(scene), "struck": struck_places(scene)}  # fmt: skip
+
+
+def as_recorded(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, ...]:
+    """Return figures whose places "structure.point" have the names that records give them."""
+    return tuple(one.model_copy(update={"place": scene.short_name(one.place)}) if one.place else one for one in figures)
 
 
 def units_of_values(scene: Scene, paths: Iterable[str]) -> dict[str, str]:

@@ -35,7 +35,7 @@ from gapbeam.solver.messages.errors import CaseError, Fault, UserError
 from gapbeam.solver.messages.wording import near
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.flow_force import FlowSpan
-from gapbeam.solver.scene.recorded_places import struck_places
+from gapbeam.solver.scene.recorded_places import as_recorded, places_of_figures
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocities
@@ -248,11 +248,12 @@ class SceneFile:
                 faults.append(Fault((), found, expected, where=f"`overrides=` {key}"))
         if faults:
             raise CaseError(str(path), faults)
-        struck = {"struck": struck_places(scene)}
-        faults = list(figure_faults(dict(enumerate(self.case.figure)), struck, self.case.time.end))
+        figures = as_recorded(scene, self.case.figure)
+        faults = list(figure_faults(dict(enumerate(figures)), places_of_figures(scene), self.case.time.end))
         if faults:
             raise CaseError(str(path), self.places.put_in_order(faults))
-        case, reason = with_step(self.case, scene, str(path), self.places.put_in_order)
+        case = self.case.model_copy(update={"figure": type(self.case.figure)(figures)})
+        case, reason = with_step(case, scene, str(path), self.places.put_in_order)
         return ReadScene(case, scene, spans, path.stem, reason)
 
 

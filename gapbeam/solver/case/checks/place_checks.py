@@ -18,6 +18,7 @@ from gapbeam.solver.loads.attachments import JointChoice
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import apart, counted, exceeds
+from gapbeam.solver.schema.record_table import COMPONENTS
 from gapbeam.solver.schema.table import Vector
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
@@ -225,6 +226,7 @@ def figures_are_recorded(
         "support": [one.name for one in layout.supports if any(f.startswith(f"{one.name}_") for f in faces)],
         "joint": [one.name for one in joint.values()],
         "load": [one.name for one in load.values()],
+        "component": COMPONENTS[3],
     }
     yield from figure_faults(figure, places, time.end)
     for number, one in probe.items():

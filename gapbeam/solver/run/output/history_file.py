@@ -13,6 +13,7 @@ the impulses of a face that was pressed between records only, or that yields.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -44,6 +45,7 @@ from gapbeam.solver.schema.record_table import (
 )
 from gapbeam.solver.system.operators import Array
 
+LOG = logging.getLogger("gapbeam")
 BLOCK = 1024  # records that lie side by side in a file
 KEPT = 2**13  # records kept in memory between writes, at most
 KEPT_BYTES = 2**23  # their size at most, where that leaves LEAST_KEPT of them
@@ -337,7 +339,11 @@ def recorded_figures(
             records = {name: np.asarray(file[name]) for name in wanted & set(file)}
     except OSError:
         return {}  # a history that cannot be read is reported by what reads it
-    return figure_values(figures, records, labels) if "time" in records and len(records["time"]) else {}
+    found = figure_values(figures, records, labels) if "time" in records and len(records["time"]) else {}
+    for name, one in found.items():
+        if one["value"] is None:
+            LOG.warning("the figure %s has no value: %s", name, one["reason"])
+    return found
 
 
 def write_impacts(

@@ -10,7 +10,7 @@ import pytest
 
 import gapbeam as gb
 from gapbeam.studies.error_estimate.force_peaks import Averages, Span, key_figures
-from gapbeam.studies.error_estimate.motion_record import MotionRecord
+from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 
 
 @pytest.fixture(autouse=True)
@@ -108,8 +108,9 @@ def test_smoothed_accelerations_have_the_window_of_their_run(tmp_path: Path, per
     window = outcome.summary["smoothing"]["window"]
     assert window == pytest.approx(0.05 * min(end, period or 2.0 * np.pi))
     v = np.concatenate([[0.0], gb.history(scene, h, end).velocity["at"]])
-    steps = round(window / h)
-    means = (v[steps:] - v[:-steps]) / (steps * h)
+    t = h * np.arange(len(v))
+    begins = t[t + window <= t[-1]]
+    means = (np.interp(begins + window, t, v) - np.interp(begins, t, v)) / window
     assert len(found) > 0
     assert [one["window"] for one in found] == pytest.approx(len(found) * [window])
     whole = [one["value"] for one in found if one["span"] == "whole run"]
@@ -156,3 +157,37 @@ def test_the_peak_of_a_blow_lies_within_its_error(tmp_path: Path, law: str, powe
     missed, errors = np.array(found).T
     assert np.mean(np.abs(missed) <= errors) >= 0.95
     assert np.median(errors) <= 5.0 * np.median(np.abs(missed))
+
+
+@pytest.mark.parametrize("records", [20.0, 47.3])
+@pytest.mark.parametrize("wide", [1.5, 2.5, 3.3, 4.49])
+def test_a_smoothed_acceleration_is_a_mean_over_the_time_that_is_stated(records: float, wide: float) -> None:
+    """Of x = sin t: the range is 2 sin(W / 2) / (W / 2). Windows were rounded to records, unlike the stated width."""
+    h = 2.0 * np.pi / records
+    t = h * np.arange(60 * round(records))
+    means = window_means(np.cos(t)[:, None], h, wide * h)
+    assert np.ptp(means) == pytest.approx(2.0 * np.sinc(0.5 * wide * h / np.pi), rel=1.05 * h**2 / 8.0)
+
+
+@pytest.mark.parametrize("every", [1, 8])
+def test_figures_cover_what_records_miss(tmp_path: Path, every: int) -> None:
+    """Free vibration from a speed, x = sin(w t): few records in a period, which the run of half the step has, too."""
+    rng, missed = np.random.default_rng(1), dict[str, list[float]]()
+    for _ in range(16):
+        w, steps = 10.0 ** rng.uniform(-4.0, 6.0), every * rng.uniform(20.0, 60.0)
+        body = gb.mass(1.0, stiffness=w**2, name="block")
+        stop = gb.Contact(body["at"], gb.HalfPlane(9.0), gb.KelvinVoigt(stiffness=1.0), name="stop")
+        scene = gb.Scene(body, contacts=[stop])
+        own = [gb.figure(one, "displacement", "at", statistic=one, end=7.0 / w) for one in ("maximum", "peak-to-peak")]
+        outcome = gb.run(
+            scene, step=2.0 * np.pi / w / steps, end=9.0 / w, start=scene.state(velocity={"block": w}), every=every,
+            figures=own, output=tmp_path / "a", overwrite=True,
+        )  # fmt: skip
+        mean = 2.0 * w**2 * np.sinc(0.5 * w * outcome.summary["smoothing"]["window"] / np.pi)
+        true = {"maximum": 1.0, "peak-to-peak": 2.0, "at peak-to-peak displacement": 2.0,
+                "at peak-to-peak smoothed acceleration": mean}  # fmt: skip
+        for name, (value, error) in figures(outcome).items():
+            if name in true:
+                missed.setdefault(name, []).append(abs(value - true[name]) / error)
+    assert len(missed) == 4
+    assert all(np.mean(np.array(one) <= 1.0) >= 0.9 for one in missed.values()), missed

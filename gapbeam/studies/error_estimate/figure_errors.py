@@ -40,8 +40,7 @@ With the variance v of a mean, c = t sqrt(2 v) and Student's t (95 %, two-sided)
 
 with the factors F_i of the terms above: what differs by more than chance is an error of step, mesh or stiffness.
 
-The factors but those derived here were found by comparing estimates with converged marches; benchmarks.drawn_cases
-compares them. A motion is predictable until it parts from its companions.
+The factors but those derived here were found by comparing estimates with converged marches (benchmarks.drawn_cases).
 """
 
 from __future__ import annotations
@@ -72,7 +71,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
     key_figures,
     lost_in_steps,
 )
-from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
+from gapbeam.studies.error_estimate.motion_record import MotionRecord, lost_between_records, window_means
 
 FACTORS = {FINEST: 2.0, COARSER: 1.0, FOURFOLD: 0.5, HALF_STEP: 4.0 / 3.0}
 OTHER_STEPS = (TWICE, FOURFOLD, HALF_STEP)
@@ -80,7 +79,7 @@ RIGID_FACTOR = 1.0 / (1.0 - 0.5**0.5)
 MODEL = "step and model"  # the difference from the reference
 SHORT = "steps in a contact"
 EDGE = "end of the part"
-RECORDS = "records"  # what a figure of one's own leaves open
+RECORDS = "records"  # what they leave open of a figure of one's own, and miss of ranges
 LATER = 2  # records of the companions, by which the end may be late
 SETTLING = "settling"
 QUICK, SLOW = 0.5, 0.99  # ratios of neighboring differences of windows
@@ -192,17 +191,18 @@ def figure_errors(
     longer = replace(span, width=span.width + LATER * records * run.interval)
     later = key_figures(run, longer, averages) if span.cut and span.count == 1 else {}
     usual_motion = run.thinned(records) if reference is None else companions[reference]
-    least = OF_ONE if companions.keys() <= {HALF_STEP, STIFFER} else {}
+    alone = companions.keys() <= {HALF_STEP, STIFFER}
+    least = OF_ONE if alone else {}
     if max(lost.values(), default=0.0) > RESOLVED:
         least = {**least, **OF_CHATTER}
+    left = _left_open(run, span, averages) if alone or isinstance(span, FigureSpan) else {}
     apart = {
         name: _apart(usual_motion, motion, span, averages, least if name in OTHER_STEPS else {})
         for name, motion in companions.items()
     }
     if not in_plane:
-        apart[MODEL] = _apart(
-            run.thinned(records), usual_motion, span, averages, least if reference in OTHER_STEPS else {}
-        )
+        here, other_step = run.thinned(records), least if reference in OTHER_STEPS else {}
+        apart[MODEL] = _apart(here, usual_motion, span, averages, other_step)
     farthest = run.farthest or float(np.abs(run.displacement).max(initial=0.0))
     moves = run.ranges >= STILL * run.spans
     still = {probe for probe, moving in zip(run.probes, moves, strict=True) if not moving}
@@ -236,23 +236,14 @@ def figure_errors(
                 error = _error(known, span, factors) + parts.get(EDGE, 0.0)
             else:
                 error = _error_of_means(known, everyone, ratio, factors)
-        if isinstance(span, FigureSpan) and (left := span.left_open(run)):
-            parts[RECORDS] = left
-            error = None if error is None and figure.unit == "s" else left + (error or 0.0)
-        found.append(
-            FigureError(
-                name,
-                figure.unit,
-                span.name,
-                figure.mean,
-                error,
-                parts,
-                figure.uncertainty,
-                averages.width_of(name),
-                rests=figure.unit in ("m", "rad") and _rests(abs(figure.mean), error, farthest),
-                own=isinstance(span, FigureSpan),
-            )
-        )
+        if left.get(name) and (error is not None or figure.unit == "1"):
+            parts[RECORDS] = left[name]
+            error = left[name] + (error or 0.0)
+        rests = figure.unit in ("m", "rad") and _rests(abs(figure.mean), error, farthest)
+        found.append(FigureError(
+            name, figure.unit, span.name, figure.mean, error, parts, figure.uncertainty, averages.width_of(name), rests,
+            isinstance(span, FigureSpan),
+        ))  # fmt: skip
     return list(_mixed(found)) if span.predictable else found
 
 
@@ -371,6 +362,14 @@ def _apart(
     for end, share in least.items():
         found |= {name: share * figure.mean for name, figure in figures.items() if name.endswith(f" {end}")}
     return found
+
+
+def _left_open(run: MotionRecord, span: Span, averages: Averages) -> dict[str, float]:
+    """Return the errors that the records of a run leave, by figure: means over the windows of a span."""
+    if isinstance(span, FigureSpan) and span.figure is not None:
+        return {span.figure.name: span.left_open(run)}
+    windows = [lost_between_records(one, averages.acceleration) for one in span.windows(run)]
+    return {name: float(np.mean([one[name] for one in windows])) for name in windows[0]}
 
 
 def _later_meshes(parts: Mapping[str, float]) -> dict[str, float]:

@@ -40,7 +40,7 @@ from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
+from gapbeam.studies.error_estimate.motion_record import MotionRecord, risen, window_means
 
 WHOLE_RUN, SETTLED, SECOND_HALF = "whole run", "settled part", "second half"
 UP_TO_HORIZON, BEYOND_HORIZON = "up to the horizon", "beyond the horizon"
@@ -50,6 +50,7 @@ FEWEST_WINDOWS = 4  # of which a standard error is taken
 FEWEST, FEWEST_RECORDS = 2, 8  # records in a span: at all, and up to the horizon, where some steps say nothing
 ALL = 0.999  # of the time of a run: what ends earlier is a part of it
 _WHOLE = 1.0e-6
+EXTREMES = {"maximum": (1.0,), "minimum": (-1.0,), "peak-to-peak": (1.0, -1.0)}
 
 
 @dataclass(frozen=True)
@@ -110,12 +111,15 @@ class FigureSpan(Span):
         return {self.figure.name: WindowFigure(motion.unit(self.figure.place, self.figure.unit), np.array([found]))}
 
     def left_open(self, motion: MotionRecord) -> float:
-        """Return the error that records leave: half their interval of a time, the 95 % interval of a probability."""
+        """Return the error that records leave of times, of probabilities (95 % interval) and of extremes but forces."""
         assert self.figure is not None
         found = self.figure.value(motion.times, motion.own[:, self.number])
         if None not in (found.value, found.low, found.high):
             return max(found.value - found.low, found.high - found.value)  # type: ignore[operator]
-        return 0.5 * motion.interval if self.figure.statistic.startswith("time-of") else 0.0
+        if self.figure.quantity == "contact_force" or self.figure.statistic not in EXTREMES:
+            return 0.5 * motion.interval if self.figure.statistic.startswith("time-of") else 0.0
+        series = motion.between(self.start, self.end).own[:, self.number]
+        return sum(risen(end * series) for end in EXTREMES[self.figure.statistic])
 
 
 def spans_of(case: Case, end: float, interval: float, horizon: float | None, repeats: bool = False) -> list[Span]:
@@ -268,20 +272,18 @@ def lost_in_steps(motion: MotionRecord, step: float) -> dict[str, float]:
 def between_records(force: Array, steps: float) -> float:
     """Return the share of its largest record by which a force is larger than that, by the parabola through three.
 
-    With the records a, b, c about the peak b and D = 2 b - a - c, the parabola rises above b by (c - a)^2 / (8 D). A
-    step takes the mean of the depths at its ends, which is less deep than its middle: by D / 8 in the force where each
-    step is a record.
+    A step takes the mean of the depths at its ends, which is less deep than its middle: by D / 8 in the force where
+    each step is a record, with D as in `risen`.
 
     Args:
         force: Contact force of a face, (n,), N.
         steps: Step over the interval between records.
     """
     peak = int(np.argmax(force))
-    if not 0 < peak < len(force) - 1:
+    if not (0 < peak < len(force) - 1 and force[peak] > 0.0):
         return 0.0
-    a, b, c = force[peak - 1 : peak + 2]
-    curved = 2.0 * b - a - c
-    return float(((c - a) ** 2 / (8.0 * curved) + steps**2 * curved / 8.0) / b) if curved > 0.0 < b else 0.0
+    curved = max(2.0 * force[peak] - force[peak - 1] - force[peak + 1], 0.0)
+    return float((risen(force) + steps**2 * curved / 8.0) / force[peak])
 
 
 def _longer(steps: float) -> float:

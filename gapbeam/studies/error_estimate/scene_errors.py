@@ -2,7 +2,7 @@
 
 With f of the run, H of half its step and K of twice the stiffness of its penalty contacts,
 
-    E = max(2 |f - H|, share of unresolved contacts) + 3.4 |f - K|.
+    E = max(2 |f - H|, share of unresolved contacts) + 3.4 |f - K| + what records miss of ranges.
 
 The midpoint rule is of second order, where 4/3 |f - H| would do; where contacts close and open within steps it is of
 first order, and 2 |f - H| is its error; ranges of motions, which may agree by chance, differ by at least a tenth of the

@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import gc
 import weakref
+from copy import copy
 
+import pytest
+from dolfinx import fem
+from dolfinx.fem import petsc
+
+from gapbeam.meshes.versions.mesh_geometry import cell_matrix, let_go
 from gapbeam.solver.models import body
 from tests.shared.models import beam_model
+
+pytestmark = pytest.mark.versions
 
 
 def test_meshes_that_nothing_needs_are_let_go_of() -> None:
@@ -19,3 +27,15 @@ def test_meshes_that_nothing_needs_are_let_go_of() -> None:
     finally:
         gc.enable()
     assert sum(mesh() is not None for mesh in meshes) <= body.FEWEST
+
+
+def test_matrices_that_nothing_needs_are_freed() -> None:
+    """With DOLFINx alone they stayed: 25 MB and a communicator of each model of 58 000 DOFs."""
+    space = beam_model({}).body.meshed.space
+    linear = fem.functionspace(space.mesh, ("Lagrange", 1, (2,)))
+    for make in (lambda: cell_matrix(space), lambda: let_go(petsc.interpolation_matrix(linear, space))):
+        matrix = make()
+        same = copy(matrix)
+        assert same.getRefCount() == 2
+        del matrix
+        assert same.getRefCount() == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from dolfinx.cpp.graph import AdjacencyList_int32
     from dolfinx.mesh import Mesh
+    from petsc4py import PETSc
 
     from gapbeam.meshes.serial_mesh import SerialMesh
 
@@ -63,4 +65,14 @@ def cell_matrix(space: Any, cells: Any = None) -> Any:
     for nodes in dofmap.list[chosen]:
         pattern.insert(nodes, nodes)
     pattern.finalize()
-    return create_matrix(mesh.comm, pattern)
+    return let_go(create_matrix(mesh.comm, pattern))
+
+
+def let_go(made: PETSc.Mat) -> PETSc.Mat:
+    """Return a matrix that DOLFINx made as one that is freed with its last name: DOLFINx never frees its own.
+
+    Not collective.
+    """
+    matrix = copy(made)
+    made.destroy()
+    return matrix

@@ -34,6 +34,7 @@ from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
+from gapbeam.meshes.versions.mesh_geometry import let_go
 from gapbeam.solver.linear_algebra.smooth_modes import Deflation, Map, add_springs, rigid_body_modes
 from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.system.operators import Array, Interface, Operators, RankOnes, Springs
@@ -129,7 +130,7 @@ def _preconditioner(matrix: PETSc.Mat, space: fem.FunctionSpace, prefix: str) ->
 def _set_levels(inverse: PETSc.PC, matrix: PETSc.Mat, space: fem.FunctionSpace, prefix: str) -> None:
     block = space.dofmap.index_map_bs
     linear = fem.functionspace(space.mesh, ("Lagrange", 1, (block,)))
-    lifting = fem_petsc.interpolation_matrix(linear, space)
+    lifting = let_go(fem_petsc.interpolation_matrix(linear, space))
     lifting.assemble()
     coarse = matrix.ptap(lifting)
     coarse.setBlockSize(block)

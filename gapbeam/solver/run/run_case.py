@@ -144,7 +144,7 @@ def run_case(
 
     Collective.
     """
-    ends, case = comm.Dup(), with_checksums(case)
+    ends, case = comm if comm.size == 1 else comm.Dup(), with_checksums(case)
     with Signals(case.output.wall_time, comm.size == 1) as signals:
         try:
             with signals.turned():
@@ -155,7 +155,8 @@ def run_case(
                 raise
             summary = left_behind(case, folder, comm, stopped, resume, signals.started)
             outcome = Outcome(folder, stopped.exit_status, summary["message"], summary)
-    ends.Free()
+    if comm.size > 1:
+        ends.Free()
     return outcome
 
 

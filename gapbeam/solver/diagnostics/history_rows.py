@@ -175,7 +175,9 @@ def _joint_contact(accounts: Accounts, state: State, forces: Array, across: Arra
     if reactions is None:
         return None
     friction = None if state.traction is None else contact.weights[:, None] * state.traction
-    return reactions.of_contact(forces, friction, (forces[:, None] * across)[contact.circles.points].reshape(-1))
+    circles, at = contact.circles, contact.circles.points
+    turned = circles.forces(across[at], forces[at], None if friction is None or not len(at) else friction[at])
+    return reactions.of_contact(forces, friction, turned.reshape(-1))
 
 
 NEAR = 1.0e-9  # of the length of the beam: supports at one place

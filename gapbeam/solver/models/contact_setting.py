@@ -302,14 +302,7 @@ def station_reactions(case: Case, body: Body, system: SemiDiscreteSystem) -> Rea
     if not isinstance(contact, CircleOperator):
         return reactions_of(case, body, system)
     found = reactions_of(case, body, replace(system, contact=contact.around))
-    if found is None:
-        return None
-    return replace(
-        found,
-        pressure=contact.at_stations(found.pressure),
-        friction=found.friction[:, : contact.friction_resultants.shape[1]],
-        stations=contact.folded(found.pressure),
-    )
+    return None if found is None else contact.reactions(found)
 
 
 def law_of_case(case: Case, faces: Indices, setting: ContactSetting) -> ContactLaw:

@@ -77,6 +77,21 @@ class Circles:
         """Return r / |r|, (k, 2); down where r is 0."""
         return unit_vectors(places, DOWN)
 
+    def forces(self, across: Array, normal: Array, friction: Array | None) -> Array:
+        """Return the forces on each section, (k, 6).
+
+        Forces along y and z, the friction f along x, f n_y, f n_z, and the friction around the section, N, with n the
+        direction in which the gap opens. The surface touches at -R n from the axis.
+
+        Args:
+            across: n, (k, 2).
+            normal: Normal forces, (k,), N.
+            friction: Friction along x and around the section, (k, 2), N; None: nothing rubs.
+        """
+        along, around = np.zeros((2, len(self))) if friction is None else friction.T
+        pushed = normal[:, None] * across + around[:, None] * np.column_stack([-across[:, 1], across[:, 0]])
+        return np.column_stack([pushed, along, along[:, None] * across, around])
+
     def opening(self, before: Array, after: Array) -> Array:
         """Return o = -z / s of a step from r0 to r1, (k, 2); 0 where both are 0."""
         lengths = (np.hypot(*before.T) + np.hypot(*after.T))[:, None]

@@ -294,7 +294,7 @@ class Reactions:
         loads: F, (r, loads).
         pressure: P, (r, m).
         friction: T, (r, m k).
-        stations: Effect of forces along y and z at the stations in round holes, (r, 2k); P is 0 there.
+        stations: Effect of the forces at stations in round holes, (r, 6k), see `Circles.forces`; P and T are 0 there.
     """
 
     displacement: Array | scipy.sparse.csr_matrix
@@ -310,7 +310,7 @@ class Reactions:
         Args:
             forces: w p, (m,), N.
             friction: w t, (m, k), N; None: nothing rubs.
-            turned: Forces along y and z at the stations in round holes, (2k,), N; None: there are none.
+            turned: Forces at stations in round holes, (6k,), see `Circles.forces`; None: there are none.
         """
         found = np.asarray(self.pressure @ forces)
         if self.stations is not None and turned is not None:

@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
 from gapbeam.solver.case.case import Contact, Wear, advised_scheme, law_at
-from gapbeam.solver.case.checks.attachment_checks import Joints
-from gapbeam.solver.case.checks.contact_checks import rubbing
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable, Time
 from gapbeam.solver.loads.places import SupportWalls
@@ -176,19 +174,5 @@ def circles_are_shot_at(support: AnySupports, analysis: Analysis) -> Iterator[Fa
                 "shooting",
                 f'method = "shooting", or {points}',
                 (key,),
-            )
-        return
-
-
-def circles_rub_without_joints(support: AnySupports, contact: Contact, joint: Joints) -> Iterator[Fault]:
-    """Forces of joints are known from normal forces at circles, not from friction there."""
-    for _, key, _, points in _circles(support):
-        if (rubs := rubbing(support, contact)) is not None and joint:
-            yield Fault(
-                rubs[0],
-                "friction, with joints and a hole that is met as a circle",
-                "one of these three left out: the forces of joints do not know the friction of a circle",
-                points,
-                (key, ("joint",)),
             )
         return

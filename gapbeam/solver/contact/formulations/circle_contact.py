@@ -33,7 +33,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.supports.regions.around_face import AroundFace
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.circles import DOWN, Circles, unit_vectors
-from gapbeam.solver.system.operators import Array, Indices, Springs, Walls
+from gapbeam.solver.system.operators import Array, Indices, Reactions, Springs, Walls
 from gapbeam.solver.system.semi_discrete import ContactOperator, spring_matrix
 
 SAME_PLACE = 1.0e-9  # of the length over which points stand: at one x
@@ -65,12 +65,22 @@ def section_motions(points: ContactOperator, members: Indices, deforms: bool = F
     if points.tangents is None:
         return plane, np.zeros((0, plane.shape[1]))
     along, around = (points.tangents[2 * members + axis].toarray() for axis in (0, 1))
-    spots = points.positions[members, 1:]
-    axial = _fitted(np.column_stack([np.ones(len(members)), spots]), along, points, members, limit)
+    basis, sideways, arms = surface_basis(points, members)
+    axial = _fitted(basis, along, points, members, limit)
+    turn = _fitted(arms, around - sideways @ plane, points, members, limit, float(np.abs(around).max()))
+    return plane, np.concatenate([axial, turn])
+
+
+def surface_basis(points: ContactOperator, members: Indices) -> tuple[Array, Array, Array]:
+    """Return the motions of points of a section along faces, by those of the section.
+
+    Along x with the axis and its changes along y and z, (m, 3); around the section with the axis along y and z,
+    (m, 2), and with a rotation about x, (m, 1).
+    """
+    across, spots = points.across[members], points.positions[members, 1:]
     sideways = np.stack([-across[:, 1], across[:, 0]], axis=1)
     arms = sideways[:, 1] * spots[:, 0] - sideways[:, 0] * spots[:, 1]
-    turn = _fitted(arms[:, None], around - sideways @ plane, points, members, limit, float(np.abs(around).max()))
-    return plane, np.concatenate([axial, turn])
+    return np.column_stack([np.ones(len(members)), spots]), sideways, arms[:, None]
 
 
 def _fitted(
@@ -270,20 +280,26 @@ class CircleOperator(ContactOperator):
             found[members] = np.multiply.outer(share / share.sum(), forces[point])
         return self.around.spread(found)
 
-    def at_stations(self, columns: Array) -> Array:
-        """Return columns of points, (..., m), with those of `around` that are points here, too, and else 0."""
-        found = np.zeros((*columns.shape[:-1], self.size))
-        found[..., self.others] = columns[..., self.kept]
-        return found
+    def reactions(self, found: Reactions) -> Reactions:
+        """Return the reactions of joints to forces at these points, of those to forces at the points of `around`.
 
-    def folded(self, columns: Array) -> Array:
-        """Return effects of forces along y and z at stations, (..., 2k), from those of forces at points, (..., m).
-
-        Args:
-            columns: Responses to unit forces at the points of `around`, along the directions that open their gaps.
+        Forces on a section that keeps its shape are the sums of forces at its points.
         """
-        pairs = [np.linalg.lstsq(self.around.across[one], columns[..., one].T)[0] for one in self.circles.members]
-        return np.asarray(np.concatenate(pairs, axis=0).T)
+        r, circles, rubs = len(found.pressure), self.circles, self.rubbed is not None
+        pressure, friction = np.zeros((r, self.size)), np.zeros((r, self.size, 2 * rubs))
+        rubbed = found.friction.reshape(r, self.around.size, -1)
+        pressure[:, self.others], friction[:, self.others] = found.pressure[:, self.kept], rubbed[:, self.kept]
+        stations = np.zeros((r, len(circles), 6))
+        for number, (members, radius) in enumerate(zip(circles.members, circles.radii, strict=True)):
+            across = self.around.across[members]
+            plane = np.linalg.lstsq(across, found.pressure[:, members].T)[0]
+            stations[:, number, :2] = plane.T
+            if rubs:
+                basis, sideways, arms = surface_basis(self.around, members)
+                axial = np.linalg.lstsq(basis, rubbed[:, members, 0].T)[0]
+                turn = np.linalg.lstsq(arms, rubbed[:, members, 1].T - sideways @ plane)[0]
+                stations[:, number, 2:] = np.concatenate([axial[:1], -radius * axial[1:], -radius * turn]).T
+        return replace(found, pressure=pressure, friction=friction.reshape(r, -1), stations=stations.reshape(r, -1))
 
 
 def circle_contact(points: ContactOperator, exact: Sequence[bool], deforms: bool = False) -> CircleOperator:

@@ -205,11 +205,11 @@ class SnapshotRoom(NamedTuple):
 class Records(NamedTuple):
     """Records, one row each; `energies` and `over_time` as in `LedgerArrays`, `iterations` since the last row.
 
-    `levers`, (m, r), is what a force at each point adds to the forces of joints, `turning_levers`, (t, 2, r), what
-    forces along y and z at each station in a round hole do, and `friction_levers`, (m k, r), what friction does. In
-    `Modal`, of which every step passes copies on, one array more costs every step half of its time again. `impacts`
-    that ended are `listed` in the order of time, (k, 5): face, closing time since the start of the march, approach
-    speed, impulse, duration.
+    `levers`, (m, r), is what a force at each point adds to the forces of joints, `turning_levers`, (t, 6, r), what the
+    forces at each station in a round hole do, see `Circles.forces`, and `friction_levers`, (m k, r), what friction
+    does. In `Modal`, of which every step passes copies on, one array more costs every step half of its time again.
+    `impacts` that ended are `listed` in the order of time, (k, 5): face, closing time since the start of the march,
+    approach speed, impulse, duration.
     """
 
     steps: Indices

@@ -335,8 +335,9 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
             records.active[row, face] += 1.0
     _record_levers(records.levers, modal.weights, motion.pressure, records.joint_contact[row])
     record_turning(
-        modal.around, records.turning_levers, modal.across, modal.weights, motion.pressure, records.joint_contact[row]
-    )
+        modal.around, records.turning_levers, modal.across, modal.weights, motion.pressure, motion.rubbed,
+        records.joint_contact[row],
+    )  # fmt: skip
     record_friction(
         motion.rubbed, modal.weights, modal.faces, records.friction_levers, records.friction[row],
         records.joint_contact[row],

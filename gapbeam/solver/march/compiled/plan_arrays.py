@@ -219,11 +219,11 @@ def _room_for_snapshots(size: int, points: int, steps: int, every: int) -> Snaps
 
 
 def _turning_levers(modal: ModalSystem) -> Array:
-    """Return the effect of forces along y and z at the stations in round holes on the forces of joints, (t, 2, r)."""
+    """Return the effect of the forces at stations in round holes on the forces of joints, (t, 6, r)."""
     reactions = modal.system.reactions
     if reactions is None or reactions.stations is None:
-        return np.zeros((0, 2, 0))
-    return np.ascontiguousarray(reactions.stations.T.reshape(len(modal.system.contact.circles), 2, -1))
+        return np.zeros((0, 6, 0))
+    return np.ascontiguousarray(reactions.stations.T.reshape(len(modal.system.contact.circles), 6, -1))
 
 
 def _sliding(modal: ModalSystem, accounts: Accounts, slides: tuple[Array, Array], rows: int) -> SlidingArrays:

@@ -153,24 +153,30 @@ def point_outward(around: AroundPoints | None, q: Array, across: Array) -> None:
 
 @compiled
 def record_turning(
-    around: AroundPoints | None, levers: Array, across: Array, weights: Array, pressure: Array, joints: Array
-) -> None:
+    around: AroundPoints | None, levers: Array, across: Array, weights: Array, pressure: Array, rubbed: Array,
+    joints: Array,
+) -> None:  # fmt: skip
     """Add the contribution of the forces at stations to the forces of joints, (r,).
 
     Args:
         around: The stations.
-        levers: Contributions of forces along y and z there, (t, 2, r).
+        levers: Contributions of what acts there, see `Circles.forces`, (t, 6, r).
         across: Directions of all points, (m, 2).
         weights: w, (m,), m^2.
         pressure: (m,), Pa.
+        rubbed: Memory of friction, whose first columns are tractions along x and around the section, Pa; or none.
         joints: Forces of joints, changed in place.
     """
     if around is not None:
         for station in range(len(levers)):
             point = around.stations[station]
+            y, z, lever = across[point, 0], across[point, 1], levers[station]
             for k in range(len(joints)):
-                arm = across[point, 0] * levers[station, 0, k] + across[point, 1] * levers[station, 1, k]
-                joints[k] += weights[point] * pressure[point] * arm
+                arm = pressure[point] * (y * lever[0, k] + z * lever[1, k])
+                if rubbed.shape[1] > 0:
+                    arm += rubbed[point, 0] * (lever[2, k] + y * lever[3, k] + z * lever[4, k])
+                    arm += rubbed[point, 1] * (lever[5, k] + y * lever[1, k] - z * lever[0, k])
+                joints[k] += weights[point] * arm
 
 
 SLACK = 0.01  # of the smallest gap, allowed for beyond twice the motion without a change of the forces

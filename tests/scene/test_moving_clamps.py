@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.linalg as sl
+import scipy.signal
 import scipy.sparse as sp
 
 import gapbeam as gb
@@ -70,6 +72,73 @@ def test_the_only_clamp_that_moves_is_a_frame_that_moves(tmp_path: Path, kind: s
     wanted = relative.displacement["tip"] + moved.value(relative.t)
     assert found.displacement["tip"] == pytest.approx(wanted, abs=2e-5 * np.abs(wanted).max())
     assert abs(found.last.balance) < 1e-9 * found.last.energy["strain"]
+
+
+def energies(scene: gb.Scene, folder: Path, step: float = 1e-4, **more: Any) -> dict[str, np.ndarray]:
+    """Return the energies in the history of a run, and that exchanged in its summary."""
+    run = gb.run(scene, step=step, end=0.4, output=folder, **more)
+    history = gb.open_results(run).history
+    named = {name: history[f"{name}_energy"].values for name in ("kinetic", "strain")}
+    named["lost"] = history["structural_dissipation"].values
+    named["work"] = history["load_work"].values.sum(axis=1)
+    return named | {"exchanged": np.array(run.summary["energy"]["exchanged"])}
+
+
+@pytest.mark.parametrize(
+    ("kind", "more", "speed"),
+    [*((kind, {}, speed) for kind in ("beam", "two", "frame", "matrices") for speed in (0.0, 0.05)),
+     *((kind, {"reduce": {"modes": 6}}, 0.0) for kind in ("beam", "frame", "matrices"))],
+)  # fmt: skip
+def test_energies_beside_the_only_clamp_are_those_of_a_frame_that_moves(
+    tmp_path: Path, kind: str, more: dict[str, Any], speed: float
+) -> None:
+    """Stored, lost, brought in and exchanged: the clamp is at rest where the frame is. From rest, and in motion."""
+    tables = cantilever(kind, tmp_path, **more)
+    read, body = gb.scene(tables), gb.scene(tables | {"load": []}).structures[0]
+    moved = HarmonicSupportMotion(name="m", **SHAKEN).time_function().acceleration
+    assert moved is not None
+    way = [0.6, 0.0, 0.8] if kind in ("frame", "matrices") else None
+    frame: list[gb.Load] = [gb.BaseMotion(body, moved, way, name="frame")]
+    if kind == "two":
+        assert body.inertia is not None
+        turned = 0.6 * body.inertia + 0.8 * np.roll(body.inertia, 1)  # motions of both planes alternate
+        frame = [gb.Load(body, -turned, moved, name="frame")]
+    framed = gb.Scene(body, loads=frame)
+    shape = speed * body.modes[2][:, 0] / np.abs(body.modes[2][:, 0]).max() if speed else 0.0
+    starts = [one.state(velocity={one.structures[0]: shape}) for one in (read, framed)]
+    found = energies(read, tmp_path / "clamp", every=7, start=starts[0])
+    wanted = energies(framed, tmp_path / "frame", every=7, start=starts[1])
+    for name, value in wanted.items():
+        assert found[name] == pytest.approx(value, abs=1e-3 * float(wanted["exchanged"])), name
+
+
+def test_energies_beside_one_of_two_clamps_are_those_of_what_it_does_not_follow_slowly(tmp_path: Path) -> None:
+    """Modes of own matrices with both ends held, driven by their inertia as the other end lifts them slowly."""
+    tables = cantilever("matrices", tmp_path)
+    K, M = (sp.load_npz(tmp_path / f"{name}.npz").toarray() for name in "KM")
+    count = len(K)
+    tables["joint"] = [{"type": "clamped", "structure": "a", "nodes": [1]},
+                       {"type": "clamped", "name": "foot", "structure": "a", "nodes": [count // 6]}]  # fmt: skip
+    tables["point"] = [{"name": "tip", "structure": "a", "node": count // 12, "direction": [0.6, 0.0, 0.8]}]
+    found = energies(gb.scene(tables), tmp_path / "run", step=2e-5)
+    free, lifted = np.arange(6, count - 6), np.zeros(count)
+    lifted[count - 6 : count - 3] = 0.6, 0.0, 0.8
+    squares, X = sl.eigh(K[np.ix_(free, free)], M[np.ix_(free, free)])
+    lifted[free] = np.linalg.solve(K[np.ix_(free, free)], -(K @ lifted)[free])
+    w, drive = np.sqrt(squares), X.T @ (M @ lifted)[free]
+    t = np.linspace(0.0, 0.4, 20001)
+    s = HarmonicSupportMotion(name="m", **SHAKEN).time_function()
+    assert s.acceleration is not None
+    push = np.array([s.acceleration(one) for one in t])
+    kinetic, strain = np.zeros(len(t)), np.zeros(len(t))
+    for one, share in zip(w[:20], drive[:20], strict=True):
+        system = ([[0.0, 1.0], [-(one**2), -0.04 * one]], [[0.0], [-share]], np.eye(2), np.zeros((2, 1)))
+        y = scipy.signal.lsim(system, push, t)[1]
+        strain += 0.5 * (one * y[:, 0]) ** 2
+        kinetic += 0.5 * y[:, 1] ** 2
+    assert found["kinetic"] == pytest.approx(kinetic, abs=2e-3 * kinetic.max())
+    assert found["strain"] == pytest.approx(strain, abs=2e-3 * strain.max())
+    assert np.all(np.diff(found["lost"]) >= -1e-9 * found["lost"][-1])
 
 
 def test_supports_of_one_name_move_together(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import ESTIMATE, ROUND_OFF_SAFETY, Ledger
 from gapbeam.solver.diagnostics.statistics.batch_interval import MOST, BlockEnds
 from gapbeam.solver.diagnostics.statistics.run_statistics import RecordStatistics
+from gapbeam.solver.run.clamp_energies import ClampEnergies
 from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.flow_margin import eigenvalues
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
@@ -142,17 +143,21 @@ class SceneAccounts:
         shown: Time, s, and size of that displacement, m.
         episodes: Contacts with springs that ended; `short` of them lasted fewer than ten steps.
         rate: Velocities of the contact motions, by the midpoint rule, m/s.
+        driven: See `ClampEnergies.state`.
     """
 
     kept = (
         "depth", "force", "friction", "impulse", "time", "closings", "last_depth", "shut", "begun", "speed",
-        "opened_at", "steps", "totals", "sliding", "square", "approaches", "shape", "shown", "rate",
+        "opened_at", "steps", "totals", "sliding", "square", "approaches", "shape", "shown", "rate", "driven",
     )  # fmt: skip
 
     def __init__(self, marcher: Marcher, gates: Gates, remedy: str) -> None:
         scene, count = marcher.scene, len(marcher.scene.contacts)
         self.scene, self.balanced = scene, promises_balance(marcher.scheme)
+        self.clamps = ClampEnergies(scene, marcher.scheme)
         kinetic, strain = (float(one[0]) for one in marcher.inertia())
+        moving, bent = self.clamps.begin(marcher)
+        kinetic, strain, self.driven = kinetic + moving, strain + bent, self.clamps.state
         stored = float(marcher.ledger[STORED, 0])
         self.ledger = Ledger(kinetic, strain, stored, kinetic + strain + stored, np.zeros(3), largest_kinetic=kinetic)
         self.gates = EnergyGates(gates, None, remedy=remedy)
@@ -198,9 +203,11 @@ class SceneAccounts:
             "share_of_impulse_in_short_episodes": float(hidden / impulse) if impulse > 0.0 else 0.0,
         }
 
-    def energies(self, kept: StepRecords, force: Array) -> EnergyBlock:
+    def energies(self, times: Array, kept: StepRecords, force: Array) -> EnergyBlock:
         """Return the energies of a block of steps, and bring the ledger to its end."""
         energies, totals, ledger = kept.energies[:, :, 0], self.totals, self.ledger
+        scale = energies[:, KINETIC] + energies[:, STRAIN] + energies[:, STORED] + np.abs(energies[:, LOADED])
+        self.clamps.follow(times, kept, self.scene.watched, energies, self.driven)
         kinetic, strain, stored = energies[:, KINETIC], energies[:, STRAIN], energies[:, STORED]
         fed = kept.works[:, :, 0]
         works = np.column_stack([energies[:, LOADED], fed.sum(axis=1), energies[:, WALLED]])
@@ -210,9 +217,9 @@ class SceneAccounts:
         gain = carried(np.maximum(-gained[1], 0.0) + np.maximum(-gained[2], 0.0), ledger.contact_gain)
         total = kinetic + strain + stored
         balance = total - ledger.start + energies[:, DAMPED] + law + friction - work
-        scale = np.abs(kept.places[:, :, 0]).max(axis=1, initial=0.0)
-        hidden = (ROUND_OFF_SAFETY * EPS * (total + np.abs(work))) ** 2
-        hidden += (TOLERANCE * scale * np.abs(force).sum(axis=1)) ** 2
+        places = np.abs(kept.places[:, :, 0]).max(axis=1, initial=0.0)
+        hidden = (ROUND_OFF_SAFETY * EPS * (scale + np.abs(work))) ** 2
+        hidden += (TOLERANCE * places * np.abs(force).sum(axis=1)) ** 2
         squares = carried(hidden, totals[3])
         none = np.zeros(len(total))
         found = EnergyBlock(
@@ -349,7 +356,7 @@ class SceneRecords:
         unknown = {"contact_moment", "contact_area", "iterations"} | ({ABSOLUTE} if self.frame is None else set())
         self.variables = {record.name for record in HISTORY} - unknown
         self.time = marcher.t
-        self.speed: Array = marcher.linear.watch @ marcher.v[:, 0]
+        self.speed: Array = marcher.linear.watch[: scene.watched] @ marcher.v[:, 0]
 
     def _forces(self) -> Iterator[tuple[Feedback, slice]]:
         """Yield the feedback with the places of its forces."""
@@ -405,7 +412,7 @@ class SceneRecords:
         work, fed = np.zeros((1, 3)), np.zeros((1, len(marcher.worked)))
         energies = EnergyBlock(kinetic, strain, contact, none, none, none, work, fed, none, none, none, none, none)
         sums: Rows = {name: np.zeros((1, len(self.scene.contacts))) for name in SUMS}
-        seen = (marcher.linear.watch @ marcher.q).T
+        seen = (marcher.linear.watch[: self.scene.watched] @ marcher.q).T
         return self._rows(np.array([marcher.t]), seen, self.speed[None], contacts, energies, sums)
 
     def rows(
@@ -435,7 +442,7 @@ class SceneRecords:
             return type(block)(**parts)
 
         picked = {name: values[chosen] for name, values in sums.items()}
-        seen, speeds = kept.seen[chosen, :, 0], kept.speeds[chosen, :, 0]
+        seen, speeds = (one[chosen, : self.scene.watched, 0] for one in (kept.seen, kept.speeds))
         return self._rows(times[chosen], seen, speeds, some(contacts), some(energies), picked)
 
     def _rows(

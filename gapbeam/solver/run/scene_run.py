@@ -25,6 +25,7 @@ from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.diagnostics.statistics.run_statistics import in_words
 from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
 from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.run.clamp_energies import ClampEnergies
 from gapbeam.solver.run.interruption import Signals, Wish
 from gapbeam.solver.run.outcome import Outcome, wear_words
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
@@ -149,6 +150,11 @@ class SceneRun:
             raise UserError(f"run: figure {name}: {fault.key[-1]}: found {fault.found}; expected {fault.expected}")
         self.stiffer()
 
+    def marcher(self) -> Marcher:
+        """Return the marcher of the run, which also records what energies beside moving clamps take."""
+        watch = ClampEnergies(self.scene, self.scheme).rows
+        return marcher_of(self.scene, self.step, self.start, self.scheme, watch)
+
     def stiffer(self) -> Scene | None:
         """Return the scene with twice the stiffness of its penalty contacts; None: it has none.
 
@@ -191,7 +197,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
     limits = asked.limits
     check_folder(folder, overwrite or resume, overwrite)
     with Signals(asked.wall_time) as signals, signals.turned():
-        marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
+        marcher = asked.marcher()
         steps = steps_to(asked.end, marcher.t, marcher.h)
         asked.scene.check_feedback(marcher.z, asked.end - marcher.t)
         mark = fingerprint(marcher, asked.end, asked.every)
@@ -421,7 +427,7 @@ class SceneMarch:
         accounts, scene = self.accounts, self.asked.scene
         rates = accounts.rates(kept.places[:, :, 0], place, marcher.h)
         contacts = contacts_of(scene, kept.places[:, :, 0], kept.felt[:, :, 0], place, rates)
-        energies = accounts.energies(kept, kept.felt[:, :, 0])
+        energies = accounts.energies(times, kept, kept.felt[:, :, 0])
         sums = accounts.take(times, marcher.h, contacts, energies)
         last = failure is not None or count < whole or before + count == self.steps
         rows = self.records.rows(before, times, kept, contacts, energies, sums, last)

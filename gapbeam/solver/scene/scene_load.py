@@ -219,6 +219,24 @@ class Force(Load):
         self.unit = unit_where("N", point.turns)
 
 
+class ClampMotion(Load):
+    """The force of a clamp that moves, by its value, m: the pattern is that of `driven_rows` for K.
+
+    Args:
+        structure: See `Load`.
+        pattern: See `Load`.
+        value: Displacement of the clamp, m, a function of time.
+        rate: Its velocity, m/s, likewise.
+        name: See `Load`.
+    """
+
+    def __init__(
+        self, structure: Structure, pattern: ArrayLike, value: Value, rate: Callable[..., Any], name: str = ""
+    ) -> None:
+        super().__init__(structure, pattern, value, name)
+        self.rate = rate
+
+
 class _InertiaLoad(Load):
     """A load on the inertia M r of the motion r with the frame, times a sign."""
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.feedback import aligned
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.printed_values import result_words
@@ -140,10 +141,20 @@ def steps_to(end: float, begin: float, step: float) -> int:
     return steps
 
 
-def marcher_of(scene: Scene, step: float, start: SceneState | None = None, scheme: LinearScheme = MIDPOINT) -> Marcher:
-    """Return the marcher of a scene: in its modes, with sparse matrices where a structure is large, or points move."""
+def marcher_of(
+    scene: Scene, step: float, start: SceneState | None = None, scheme: LinearScheme = MIDPOINT,
+    watch: Array | None = None,
+) -> Marcher:  # fmt: skip
+    """Return the marcher of a scene: in its modes, with sparse matrices where a structure is large, or points move.
+
+    In modes it also watches more rows, (rows, n), behind those of points.
+    """
     kind = MovingMarcher if scene.is_moving else SparseMarcher if scene.is_large else Marcher
-    return kind(scene, step, start, scheme=scheme)
+    linear = None
+    if watch is not None and len(watch):
+        linear = scene.condensed(step, scheme)
+        linear = linear._replace(watch=aligned(np.vstack([linear.watch, watch])))
+    return kind(scene, step, start, scheme=scheme, linear=linear)
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,17 @@ from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.contact_pair import Contact
-from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, MovingPoint, moving_force, sine, sine_of, weight
+from gapbeam.solver.scene.scene_load import (
+    BaseMotion,
+    ClampMotion,
+    Force,
+    Load,
+    MovingPoint,
+    moving_force,
+    sine,
+    sine_of,
+    weight,
+)
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene_file.contact_builder import Site
 from gapbeam.solver.scene_file.scene_case import SceneCase
@@ -70,7 +80,9 @@ def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
     if support_of(load) is not None or opens(load):
         clamps = {clamp: one for clamp, one in driven_joints(site.case).items() if one.name == support_of(load)}
         parts = [part for clamp, joint in clamps.items() for part in _at_clamp(site, number, load, clamp, joint)]
-        return [Load(*part, f"{name}-{k}") for k, part in enumerate(parts, start=1)]
+        for k, part in enumerate(parts, start=1):
+            part.name = f"{name}-{k}"
+        return parts
     value, own = valued(load)
     if place is not None:
         point = site.point((*key, "point"), place, may_move=not load.noise)
@@ -170,7 +182,7 @@ def driven_joints(case: SceneCase) -> dict[str, ClampedBody | PinnedBody | HeldB
 
 def _at_clamp(
     site: Site, number: int, load: AnyLoad, clamp: str, joint: ClampedBody | PinnedBody | HeldBody
-) -> list[tuple[Structure, Array, LoadSignal]]:
+) -> list[Load]:
     """Return the forces on a structure, one of whose clamps moves by s, counted from t = 0; see `driven_rows`.
 
     The damping ratio of modes acts beside the motion that the structure follows slowly, K^-1 f for the force f of
@@ -201,8 +213,10 @@ def _at_clamp(
     s = load.time_function()
     assert s.rate is not None
     assert s.acceleration is not None
-    values = {"K": lambda t: s.value(t) - s.value(0.0), "C": s.rate, "M": s.acceleration}
-    return [(body, f, LoadSignal(values[letter])) for letter, f in force.items()]
+    value, rate = LoadSignal(lambda t: s.value(t) - s.value(0.0)), LoadSignal(s.rate)
+    others = {"C": rate, "M": LoadSignal(s.acceleration)}
+    found: list[Load] = [ClampMotion(body, force.pop("K"), value, rate)]
+    return found + [Load(body, f, others[letter]) for letter, f in force.items()]
 
 
 def at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructurePoint) -> list[Load]:

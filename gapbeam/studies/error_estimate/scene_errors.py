@@ -33,7 +33,7 @@ from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun, smoothing_of
 from gapbeam.solver.run.scene_summary import DIGITS
 from gapbeam.solver.scene.recorded_places import turning_places
-from gapbeam.solver.scene.scene_march import marcher_of, steps_to
+from gapbeam.solver.scene.scene_march import steps_to
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table, words_beyond
 from gapbeam.studies.error_estimate.companions import HALF_STEP, STIFFER
@@ -130,7 +130,7 @@ def marched(asked: SceneRun, signals: Signals) -> MotionRecord:
     Raises:
         RunError: The march stopped before its end.
     """
-    marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
+    marcher = asked.marcher()
     limits = Gates(accept_energy_growth=True, accept_energy_loss=True)
     march = SceneMarch(asked, marcher, steps_to(asked.end, marcher.t, marcher.h), limits, signals)
     parts = [rows for rows in march.rows() if rows is not None]

@@ -35,7 +35,6 @@ from gapbeam.solver.run.scene_run import SceneMarch, SceneRun, smoothing_of
 from gapbeam.solver.run.scene_summary import findings_of
 from gapbeam.solver.run.stop_rule import gathered_statistics, has_statistics, statistics_of
 from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_march import marcher_of
 from gapbeam.solver.scene_file.scene_builder import with_noise
 from gapbeam.solver.scene_file.scene_checks import FILES
 from gapbeam.solver.scene_file.scene_reader import ReadScene, SceneFile
@@ -377,7 +376,7 @@ class SceneSubject:
         clock, asked = time.perf_counter(), replace(self.asked, start=begin.state)
         response = TrialResponse()
         try:
-            marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
+            marcher = asked.marcher()
             asked.scene.check_feedback(marcher.z, self.case.time.end)
             march = SceneMarch(asked, marcher, self._span[0], asked.limits, Signals(None))
             self._take(march, response)

@@ -391,7 +391,7 @@ def test_periodic_search_is_not_resumed(tmp_path: Path) -> None:
 
 
 def test_complete_run_is_not_changed(tmp_path: Path) -> None:
-    """--resume without results starts; a complete run is reported and not changed; a longer one is refused."""
+    """--resume without results starts; a complete run is reported and not changed; a longer or cut one is refused."""
     folder = tmp_path / "out"
     assert gapbeam.run(DEMO, BRIEF, folder, resume=True).exit_status == 0
     before = {path: path.read_bytes() for path in folder.iterdir()}
@@ -400,6 +400,15 @@ def test_complete_run_is_not_changed(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"time\.end: found 0\.02, expected 0\.012"):
         gapbeam.run(DEMO, (*BRIEF, "time.end=0.02"), folder, resume=True)
     assert {path: path.read_bytes() for path in folder.iterdir()} == before
+    for name in ("history.h5", "fields.h5"):
+        for part in (0.0, 0.4, 0.99):
+            os.truncate(folder / name, int(part * len(before[folder / name])))
+            with pytest.raises(UserError, match=rf"{name} cannot be read .*overwrite=True"):
+                gapbeam.run(DEMO, BRIEF, folder, resume=True)
+        (folder / name).write_bytes(before[folder / name])
+    (folder / "history.h5").unlink()
+    with pytest.raises(UserError, match=r"history\.h5 cannot be read"):
+        gapbeam.run(DEMO, BRIEF, folder, resume=True)
 
 
 @pytest.mark.slow(minutes=0.1)

@@ -223,6 +223,9 @@ def test_a_run_that_was_stopped_continues_to_the_same_bits(
         assert again.summary[key] == whole.summary[key]
     done = gb.run(rattling(), output=tmp_path / "part", resume=True, **asked)
     assert done.message.startswith("was done before")
+    os.truncate(tmp_path / "part" / "history.h5", 4000)
+    with pytest.raises(gb.UserError, match=r"history\.h5 cannot be read"):
+        gb.run(rattling(), output=tmp_path / "part", resume=True, **asked)
 
 
 def test_a_run_stops_at_its_wall_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

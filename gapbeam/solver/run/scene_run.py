@@ -29,7 +29,7 @@ from gapbeam.solver.run.clamp_energies import ClampEnergies
 from gapbeam.solver.run.interruption import Signals, Wish
 from gapbeam.solver.run.outcome import Outcome, wear_words
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
-from gapbeam.solver.run.output.history_file import HistoryWriter, recorded_figures, write_impacts
+from gapbeam.solver.run.output.history_file import HistoryWriter, recorded_figures, refuse_cut, write_impacts
 from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import check_folder, clear, locked, prepare_folder, write_summary
 from gapbeam.solver.run.output.shape_file import has_shapes, largest, write_shapes
@@ -205,6 +205,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
         with locked(folder):
             left = _left(folder, mark) if resume else {}
             if left.get("exit_status") == 0:
+                refuse_cut(folder)
                 return Outcome(folder, 0, f"was done before: {left['message']}", left)
             checkpoint = SceneCheckpoint(mark, marcher, march.accounts, march.records, march.statistics)
             kept = checkpoint.restore(folder) if resume else None

@@ -25,6 +25,7 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
 from gapbeam.solver.run.checkpoint.checkpoints import Left, checked_header, last_checkpoint, refuse_another_case
 from gapbeam.solver.run.checkpoint.same_model import FREE, differences, earlier_summary, keys_of
 from gapbeam.solver.run.checkpoint.state_checks import DofLayout, layout_of, restored
+from gapbeam.solver.run.output.history_file import refuse_cut
 from gapbeam.solver.run.run_consumers import steps_between
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
@@ -63,13 +64,15 @@ def find_left(folder: Path, case: Case, model: Model, comm: MPI.Comm) -> Left | 
         checkpoint, or there is none, and the run starts.
 
     Raises:
-        UserError: The case differs from the one that was run, or no checkpoint can be read.
+        UserError: The case differs from the one that was run, no checkpoint can be read, or results of a run that is
+            done were cut.
 
     Collective.
     """
     summary: dict[str, Any] = on_rank_zero(comm, lambda: earlier_summary(folder))
     if summary.get("status") == "completed":
         refuse_another_case(folder, model, comm, frozenset(FREE - {"time.end"}))
+        on_rank_zero(comm, lambda: refuse_cut(folder))
         return summary
     left = last_checkpoint(folder, case, model, comm, steps_between(model))
     if left is None:

@@ -32,6 +32,7 @@ from gapbeam.solver.run.output.hdf5_files import Shape, refuse_other_data
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.schema.record_table import (
+    FIELDS_DATA_FILE,
     FORMAT_VERSION,
     HISTORY,
     HISTORY_FILE,
@@ -265,12 +266,30 @@ def _check_there(folder: Path, kept: int, shapes: Mapping[str, Shape]) -> None:
                     raise ValueError("its times do not increase")
                 last = times[-1]
         except (OSError, RuntimeError, KeyError, ValueError) as error:
-            raise UserError(f"{path} cannot be read ({error}); start again with `overwrite=True`") from error
+            raise _unreadable(path, error) from error
         if there < wanted:
             raise UserError(
                 f"{path} holds {counted(there, 'record')}; expected at least {wanted}, those up to the checkpoint; "
                 "start again with `overwrite=True`"
             )
+
+
+def refuse_cut(folder: Path) -> None:
+    """Refuse the results of a run that is done whose histories are missing or cut, or whose fields are cut.
+
+    Raises:
+        UserError: A file cannot be read.
+    """
+    fields = folder / FIELDS_DATA_FILE
+    for path in (folder / HISTORY_FILE, *([fields] if fields.exists() else [])):
+        try:
+            h5py.File(path, "r").close()
+        except OSError as error:
+            raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: Exception) -> UserError:
+    return UserError(f"{path} cannot be read ({error}); start again with `overwrite=True`")
 
 
 def _resize(columns: Mapping[str, h5py.Dataset], count: int) -> None:

@@ -230,4 +230,8 @@ def test_runs_carry_the_doubt(tmp_path: Path, kind: str, monkeypatch: pytest.Mon
         figures = [one for one in accepted.summary["errors"]["figures"] if one["error"] is not None]
         assert figures
         assert all(one["error"] >= 0.999 * part * abs(one["value"]) for one in figures)
+        exact = {"warnings": {"digits_of_matrices": "never"}}  # the entries are exact, as the user says
+        known = gb.run(gb.Scene(arm, loads=[push]), output=tmp_path / "run", gates=exact, **given)
+        assert known.exit_status == 0
+        assert not any("digits of matrices" in one["differences"] for one in known.summary["errors"]["figures"])
     assert ended == ({4} if kind == "small" else {0, 4})

@@ -24,7 +24,10 @@ FEWEST = 3  # digits: with less, all entries are exact, written by hand
 SHORTER = 2  # digits that a field of 8 characters loses to a sign and a longer exponent
 SAMPLE = 200
 NOISE = 4.0  # standard deviations
-MORE_DIGITS = "try DMIG in fields of 16 characters, output4 or Matrix Market, unless the entries are exact"
+MORE_DIGITS = (
+    "try DMIG in fields of 16 characters, output4 or Matrix Market, or "
+    'gates.warnings.digits_of_matrices = "never" where the entries are exact'
+)
 MOST_OFF = 0.01
 """Part of the first frequency that digits may leave unknown: two standard deviations, one of its square."""
 

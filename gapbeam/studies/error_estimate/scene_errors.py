@@ -24,6 +24,7 @@ import numpy as np
 
 from gapbeam.postprocess.results.results import records_in
 from gapbeam.solver.case.solution_tables import Gates
+from gapbeam.solver.diagnostics.assumption import HOLDS
 from gapbeam.solver.messages.errors import Interrupted, RunError, in_one_line
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.interruption import Signals
@@ -121,7 +122,7 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
             failed[name] = in_one_line(str(error))
     if HALF_STEP not in motions:
         return none(f"{HALF_STEP}: {failed[HALF_STEP]}")
-    return _errors(asked, run, motions, failed, begin, outcome.summary.get("statistics"))
+    return _errors(asked, run, motions, failed, begin, outcome.summary)
 
 
 def marched(asked: SceneRun, signals: Signals) -> MotionRecord:
@@ -149,9 +150,10 @@ def _motion(records: Mapping[str, Array], labels: Mapping[str, Sequence[str]], a
 
 def _errors(
     asked: SceneRun, run: MotionRecord, motions: Mapping[str, MotionRecord], failed: Mapping[str, str], begin: float,
-    statistics: Mapping[str, Any] | None,
+    summary: Mapping[str, Any],
 ) -> Estimate:  # fmt: skip
     """Return the entries of summary, warnings and message; times of the summary count from t = 0."""
+    statistics = summary.get("statistics")
     frequency = None if asked.period is None else 1.0 / asked.period
     smoothing = float(smoothing_of(asked, run.end)["window"])
     horizon = horizon_of(run, [(motions[HALF_STEP], 1.0)], smoothing)
@@ -170,7 +172,8 @@ def _errors(
     for own in figure_spans(run, run.end, horizon, settled):
         lost = lost_by_own(run, own, asked.step)
         figures += figure_errors(run, motions, None, own, False, averages, lost=lost, factors=FIRST_ORDER)
-    unknown = max((one.doubt.part for one in asked.scene.structures if one.doubt is not None), default=0.0)
+    doubted = [one for one in summary["assumptions"] if one["name"] == DIGITS.name and one["verdict"] != HOLDS]
+    unknown = max((one["closest"] for one in doubted), default=0.0)
     figures = [one.with_part(DIGITS.name, unknown) for one in figures]
     warnings = list(doubtful_peaks(peaks, run.interval, turning=run.turning))
     if horizon is not None:

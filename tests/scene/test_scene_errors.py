@@ -10,7 +10,7 @@ import pytest
 
 import gapbeam as gb
 from gapbeam.studies.error_estimate.force_peaks import Averages, Span, key_figures
-from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
+from gapbeam.studies.error_estimate.motion_record import MotionRecord, harmonics, window_means
 
 
 @pytest.fixture(autouse=True)
@@ -63,6 +63,31 @@ def test_a_motion_that_parts_has_a_horizon(tmp_path: Path) -> None:
     apart = np.abs(one - other) / np.ptp(one)
     assert apart[times < 0.8 * horizon].max() < 0.05
     assert apart[times > horizon].max() > 0.3
+
+
+@pytest.mark.parametrize("speed", [10.0, 1e3, 1e5])
+@pytest.mark.parametrize("motions", [1, 2])
+def test_bodies_that_drift_together_have_the_horizon_of_those_that_do_not(
+    tmp_path: Path, speed: float, motions: int
+) -> None:
+    """A ball rattles in a cage that flies: laws are the same in all inertial frames, and so is chaos.
+
+    The horizon counted in shares of the flight: there was none.
+    """
+    cage, ball = gb.mass(1.0, motions=motions, name="cage"), gb.mass(0.3, motions=motions, name="ball")
+    region = gb.Slot(1.0) if motions == 1 else gb.Disc(0.5)
+    play = gb.Contact((ball["at"], cage["at"]), region, gb.KelvinVoigt(stiffness=300.0), name="play")
+    way = [1.0] if motions == 1 else [0.8, 0.6]
+    scene = gb.Scene(cage, ball, contacts=[play], loads=[
+        gb.Force(cage["at"], lambda t: 4.0 * np.cos(2.8 * t), direction=way, name="push"),
+        gb.Force(ball["at"], lambda t: 0.3 * np.cos(1.1 * t), direction=way[::-1], name="other"),
+    ])  # fmt: skip
+    horizons = []
+    for fast in (0.0, speed):
+        start = scene.state(velocity={"cage": fast, "ball": fast})
+        outcome = gb.run(scene, step=5e-3, end=60.0, start=start, output=tmp_path / f"{fast}")
+        horizons.append(outcome.summary["errors"]["horizon"])
+    assert horizons[1] == pytest.approx(horizons[0], rel=0.3)
 
 
 def test_errors_of_a_penalty_cover_rigid_contact(tmp_path: Path) -> None:
@@ -191,3 +216,20 @@ def test_figures_cover_what_records_miss(tmp_path: Path, every: int) -> None:
                 missed.setdefault(name, []).append(abs(value - true[name]) / error)
     assert len(missed) == 4
     assert all(np.mean(np.array(one) <= 1.0) >= 0.9 for one in missed.values()), missed
+
+
+@pytest.mark.parametrize("records", [20.0, 24.37, 41.5])
+@pytest.mark.parametrize("decay", [0.0, 0.05, 0.3])
+@pytest.mark.parametrize("periods", [1, 3])
+def test_harmonics_are_those_of_whole_periods(records: float, decay: float, periods: int) -> None:
+    """Of 2 + cos t + 0.01 cos 3 t + e^(-decay t): those of the exponential are (1 - e^(-d T)) / (T (d + i n)).
+
+    A rule that takes all motions for periodic, or windows for whole records, was off by up to the amplitude itself.
+    """
+    T, h = 2.0 * np.pi * periods, 2.0 * np.pi / records
+    t = h * np.arange(round(T / h) + 1)
+    orders = np.arange(1, 4)
+    x = 2.0 + np.cos(t) + 0.01 * np.cos(3.0 * t) + np.exp(-decay * t)
+    exact = np.array([0.5, 0.0, 0.005]) + (1.0 - np.exp(-decay * T)) / (T * (decay + 1j * orders))
+    found = harmonics(t, x, 0.5 / np.pi, 3)
+    assert found == pytest.approx(2.0 * np.abs(exact), abs=2e-3)

@@ -40,7 +40,7 @@ from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.error_estimate.motion_record import MotionRecord, risen, window_means
+from gapbeam.studies.error_estimate.motion_record import MotionRecord, harmonics, risen, window_means
 
 WHOLE_RUN, SETTLED, SECOND_HALF = "whole run", "settled part", "second half"
 UP_TO_HORIZON, BEYOND_HORIZON = "up to the horizon", "beyond the horizon"
@@ -474,7 +474,7 @@ def _figures(motion: MotionRecord, frequency: float | None, averages: Averages) 
         if len(means) > 1:  # the part is longer than one mean
             yield f"{probe} {SMOOTHED_ACCELERATION}", motion.unit(probe, "m/s^2"), float(np.ptp(means[:, number]))
         if frequency is not None:
-            amplitudes = _harmonics(motion.times, motion.displacement[:, number], frequency)
+            amplitudes = harmonics(motion.times, motion.displacement[:, number], frequency, HARMONICS)
             for order, amplitude in enumerate(amplitudes, 1):
                 yield f"{probe}{HARMONIC}{order}", motion.unit(probe, "m"), float(amplitude)
     for number, gauge in enumerate(motion.gauges):
@@ -487,12 +487,3 @@ def _figures(motion: MotionRecord, frequency: float | None, averages: Averages) 
         if face not in motion.impulsive:
             yield f"{face} {LARGEST_FORCE if width is None else MEAN_FORCE}", force, float(peaks[number])
         yield f"{face} {IMPULSE}", impulse, float(motion.impulse[-1, number] - motion.impulse[0, number])
-
-
-def _harmonics(times: Array, values: Array, frequency: float) -> Array:
-    """Return the amplitudes of the first harmonics over whole periods, by the trapezoidal rule."""
-    orders = np.arange(1, HARMONICS + 1)
-    waves = np.exp(-2j * np.pi * frequency * times[:, None] * orders)
-    products = values[:, None] * waves
-    mean = 0.5 * (products[1:] + products[:-1]).mean(axis=0)
-    return np.asarray(2.0 * np.abs(mean))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from math import ceil
 
 import numpy as np
+import scipy
 
 from gapbeam.postprocess.signals.figure_names import DISPLACEMENT, SMOOTHED_ACCELERATION
 from gapbeam.solver.case.figure_table import Figure
@@ -15,6 +16,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
 
+FINER = 4  # records of a spline
 OF_PARABOLA = 1.1
 STRESSES = ("axial_stress", "von_mises_stress")
 
@@ -253,3 +255,21 @@ def lost_between_records(motion: MotionRecord, width: float) -> dict[str, float]
         ends = curved[[np.argmax(a) + steps, np.argmin(a) + steps]]
         found[f"{probe} {SMOOTHED_ACCELERATION}"] = risen(a) + risen(-a) + share * float(ends.sum())
     return found
+
+
+def harmonics(times: Array, values: Array, frequency: float, highest: int) -> Array:
+    """Return the amplitudes of the first harmonics over whole periods, by Simpson's rule on a spline.
+
+    The sum of the records alone is exact for what repeats in whole records, and off by (w h)^2 / 12 of all else.
+
+    Args:
+        times: Times of the records, evenly spaced, (n,), s.
+        values: (n,).
+        frequency: Hz.
+        highest: Number of harmonics.
+    """
+    periods = max(1, round((times[-1] - times[0]) * frequency))
+    turns = np.linspace(0.0, periods, FINER * (len(times) - 1) + 1)
+    x = scipy.interpolate.CubicSpline(times, values)(times[0] + turns / frequency)
+    waves = np.exp(-2j * np.pi * turns[:, None] * np.arange(1, highest + 1))
+    return np.asarray(2.0 / periods * np.abs(scipy.integrate.simpson(x[:, None] * waves, x=turns, axis=0)))

@@ -16,7 +16,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -34,6 +34,7 @@ from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun, smoothing_of
 from gapbeam.solver.run.scene_summary import DIGITS
 from gapbeam.solver.scene.recorded_places import turning_places
+from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_march import steps_to
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table, words_beyond
@@ -148,6 +149,24 @@ def _motion(records: Mapping[str, Array], labels: Mapping[str, Sequence[str]], a
     return replace(found, impulsive=impulsive, turning=turning_places(asked.scene))
 
 
+def _of_pairs(motion: MotionRecord, scene: Scene) -> Iterator[MotionRecord]:
+    """Yield the motion of points relative to those that carry them, if there are such pairs: both may drift."""
+    moved = dict(zip(motion.probes, motion.displacement.T, strict=True))
+    pairs = {
+        tuple(scene.short_name(f"{end.structure.name}.{end.name}") for end in one.points) for one in scene.contacts
+    }
+    apart = list[Array]()
+    for motions in ("", " lateral") if motion.in_space else ("", " 1", " 2", " 3"):
+        for first, *others in sorted(pairs):
+            apart += [
+                moved[first + motions] - moved[one + motions]
+                for one in others
+                if {first + motions, one + motions} <= moved.keys()
+            ]
+    if apart:
+        yield replace(motion, probes=tuple(map(str, range(len(apart)))), displacement=np.stack(apart, axis=1))
+
+
 def _errors(
     asked: SceneRun, run: MotionRecord, motions: Mapping[str, MotionRecord], failed: Mapping[str, str], begin: float,
     summary: Mapping[str, Any],
@@ -156,9 +175,11 @@ def _errors(
     statistics = summary.get("statistics")
     frequency = None if asked.period is None else 1.0 / asked.period
     smoothing = float(smoothing_of(asked, run.end)["window"])
-    horizon = horizon_of(run, [(motions[HALF_STEP], 1.0)], smoothing)
+    seen, other = ([one, *_of_pairs(one, asked.scene)] for one in (run, motions[HALF_STEP]))
+    parted = [horizon_of(one, [(another, 1.0)], smoothing) for one, another in zip(seen, other, strict=True)]
+    horizon = min((one for one in parted if one is not None), default=None)
     whole = (run.end, run.end, frequency, 0.0, run.interval, None)
-    again = repeats(run, spans_between(*whole), smoothing)
+    again = all(repeats(one, spans_between(*whole), smoothing) for one in seen)
     peaks = force_peaks(run, spans_between(*whole, again))
     figures = list[FigureError]()
     spans = spans_between(run.end, run.end, frequency, 0.0, run.interval, horizon, again)

@@ -377,16 +377,18 @@ def _figures(progress: Any) -> Iterator[tuple[str, RenderableType]]:
 
 
 def _peaks(name: str, forces: Any, depth: float | None) -> Iterator[tuple[str, RenderableType]]:
-    words = ", ".join(f"{face} {force:.4g} N" for face, force in forces.items() if force is not None)
-    yield name, f"{words}; penetration {depth:.3g} m" if depth is not None else words
+    from gapbeam.studies.error_estimate.closing_table import with_unit
+
+    words = ", ".join(f"{face} {with_unit(force, 'N', 4)}" for face, force in forces.items() if force is not None)
+    yield name, f"{words}; penetration {with_unit(depth, 'm')}" if depth is not None else words
 
 
 def _energy(energy: Any) -> str:
-    now = (energy["kinetic"] or 0.0) + (energy["strain"] or 0.0) + (energy["contact"] or 0.0)
-    open_ = energy["relative_residual"]
-    return (
-        f"{now:.4g} J now; not accounted for {open_:.2g} of what was exchanged" if open_ is not None else f"{now:.4g} J"
-    )
+    from gapbeam.studies.error_estimate.closing_table import with_unit
+
+    now = with_unit((energy["kinetic"] or 0.0) + (energy["strain"] or 0.0) + (energy["contact"] or 0.0), "J", 4)
+    left = energy["relative_residual"]
+    return now if left is None else f"{now} now; not accounted for {left:.2g} of what was exchanged"
 
 
 def _marched(progress: Any) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import isfinite
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,6 +56,23 @@ def shown_by(unit: str, values: Iterable[float | None]) -> tuple[str, float]:
         values: Values in that unit.
     """
     return shown(unit, max((abs(one) for one in values if one is not None and isfinite(one)), default=0.0))
+
+
+def sized_columns(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
+    """Return a table whose columns with an SI unit at the end of their head, "force (N)", have the unit of their size.
+
+    Args:
+        heads: Heads of the columns.
+        rows: Cells; what is no float stays.
+    """
+    named, columns = list[str](), list[list[Any]]()
+    for head, column in zip(heads, zip(*rows, strict=True), strict=True):
+        name, _, unit = head.removesuffix(")").rpartition(" (")
+        known = bool(name) and unit in PREFIXES
+        label, factor = shown_by(unit, (one for one in column if isinstance(one, float))) if known else (unit, 1.0)
+        named.append(f"{name} ({label})" if known else head)
+        columns.append([factor * one if known and isinstance(one, float) else one for one in column])
+    return (tuple(named) if rows else tuple(heads)), list(zip(*columns, strict=True))
 
 
 def shown_along(places: Iterable[ArrayLike]) -> tuple[str, float]:

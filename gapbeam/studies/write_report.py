@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.postprocess.report.blocks import LiveModel, ReportSection
-from gapbeam.postprocess.report.folder_report import Kind, report_on, span_report
+from gapbeam.postprocess.report.folder_report import RUN, Kind, recognized, report_on, span_report
 from gapbeam.postprocess.report.html_page import write_html
 from gapbeam.postprocess.report.pdf_page import BrowserError, find_browser, write_pdf
 from gapbeam.postprocess.results.bounded_files import as_written
@@ -122,6 +122,7 @@ def write_report(
     Arguments, what is returned and errors are as in `gapbeam.report`; beside these the kinds of folders that studies
     write, the most particular first, and a function of a run's folder that returns data of its live model, or None.
     """
+    recognized(results, (*kinds, RUN))
     page = page if page is not None else page_of(results)
     _check(page, page.with_suffix(".pdf"), pdf is not False, overwrite)
     with as_written(*results):

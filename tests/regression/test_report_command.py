@@ -298,6 +298,14 @@ def test_faults_are_reported_all_at_once(forced: Path, tmp_path: Path) -> None:
             report_on([tmp_path / "empty"], "c")
 
 
+def test_a_file_is_no_folder_of_results(tmp_path: Path) -> None:
+    """It is named as what it is, before the default page is looked for in it."""
+    (tmp_path / "case.toml").write_text("")
+    for folders in (["case.toml"], ["case.toml", "none"]):
+        with pytest.raises(ResultsError, match=r"case.toml: found a file; .*expected a results folder"):
+            report([tmp_path / name for name in folders])
+
+
 @pytest.mark.slow(minutes=0.1)
 @alone
 def test_command(tmp_path: Path) -> None:

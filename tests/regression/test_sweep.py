@@ -7,6 +7,7 @@ import json
 import subprocess
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -66,6 +67,24 @@ def test_axes_are_even_as_asked() -> None:
     assert read_axis("contact.stiffness=1e8:1e12:3:linear").values == ("1e+08", "5.0005e+11", "1e+12")
     with pytest.raises(UserError, match="log or first:last:count:linear"):
         read_axis("time.step=1:2:3:cubic")
+
+
+@pytest.mark.parametrize("spacing", ["linear", "log"])
+@pytest.mark.parametrize("power", [-9, 0, 6])
+@pytest.mark.parametrize("width", [1e-2, 1e-5, 1e-8])
+def test_values_of_a_narrow_range_stay_apart(spacing: Any, power: int, width: float) -> None:
+    """As across the resonance of a resonator: each value is in its place, by less than a hundredth of the spacing."""
+    first, last = 3.18309886 * 10.0**power, 3.18309886 * 10.0**power * (1.0 + width)
+    values = np.array(read_axis(f"load.drive.frequency={first!r}:{last!r}:21:{spacing}").values, dtype=float)
+    exact = np.linspace(first, last, 21) if spacing == "linear" else np.geomspace(first, last, 21)
+    assert np.abs(values - exact).max() < 0.01 * (exact[1] - exact[0])
+
+
+@pytest.mark.parametrize("given", ["1e-4:2e-4", "-1:1", "20:25"])
+def test_a_range_without_a_count_is_refused(given: str) -> None:
+    """It was taken for a text, and refused as no number."""
+    with pytest.raises(UserError, match="without a count; expected first:last:count"):
+        read_axis(f"support.clearance={given}")
 
 
 def test_points_are_a_grid_or_side_by_side() -> None:

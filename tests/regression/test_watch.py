@@ -63,7 +63,7 @@ def test_a_running_run(tmp_path: Path) -> None:
     words = shown(left_by_a_run(tmp_path / "out", os.getpid(), NOW))
     for part in (
         "a case", "t = 0.25 of 1 s, 25 %, 2500 steps", "time left 1 min 30 s at the mean of 100 steps/s so far",
-        "base 50 %, gland 12.5 % of the time; now base", "base 321 N, gland 12.5 N; penetration 1e-06 m",
+        "base 50 %, gland 12.5 % of the time; now base", "base 321 N, gland 12.5 N; penetration 1 um",
         "energy 1.75 J now; not accounted for 1e-12", "last warning second doubt",
     ):  # fmt: skip
         assert part in words

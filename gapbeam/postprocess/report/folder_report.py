@@ -75,7 +75,7 @@ def report_on(folders: Sequence[Path], command: str, kinds: Sequence[Kind]) -> R
         ResultsError: A folder that is not there, holds nothing that is known, or a file that cannot be read; all faults
             of the folders at once.
     """
-    found = _recognized(folders, (*kinds, RUN))
+    found = recognized(folders, (*kinds, RUN))
     if all(kind is RUN for kind in found):
         runs = [open_results(folder) for folder in folders]
         if len(runs) == 1:
@@ -135,8 +135,12 @@ def _of_run(folder: Path, command: str) -> Sequence[ReportSection]:
 RUN = Kind("run", "Run", (SUMMARY_FILE, HISTORY_FILE), _of_run)
 
 
-def _recognized(folders: Sequence[Path], kinds: Sequence[Kind]) -> list[Kind]:
+def recognized(folders: Sequence[Path], kinds: Sequence[Kind]) -> list[Kind]:
     """Return the kind of every folder.
+
+    Args:
+        folders: Folders of results.
+        kinds: All kinds, the most particular first.
 
     Raises:
         ResultsError: Folders of no kind, all at once.

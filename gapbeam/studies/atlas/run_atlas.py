@@ -15,7 +15,7 @@ import numpy as np
 from rich.table import Table
 
 from gapbeam.postprocess.figures.figure_style import write_figure
-from gapbeam.postprocess.report.sections.atlas_section import ATLAS_FILE, ATLAS_PICTURE, responses_of
+from gapbeam.postprocess.report.sections.atlas_section import ATLAS_FILE, ATLAS_PICTURE, responses_of, shown_responses
 from gapbeam.postprocess.study_figures.study_axis import Units, is_logarithmic, si_key
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import NotConverged, UserError
@@ -26,6 +26,7 @@ from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_seat import NoSeat, seat
+from gapbeam.solver.schema.record_table import TURNING
 from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
 from gapbeam.studies.atlas.cycle_search import cycle_atlas, draw_cycles
 from gapbeam.studies.atlas.followed_responses import FollowedResponse, Shaken, follow_responses
@@ -110,7 +111,7 @@ class AtlasResult(PrintedResult):
 
     def tables(self) -> list[Table]:
         """Return one line for each response, and one for each that was followed."""
-        found = [_shown(*responses_of(self.records))]
+        found = [_shown(*shown_responses(self.records))]
         return [*found, _shown(*branch_rows(self.branches))] if self.branches else found
 
 
@@ -219,14 +220,16 @@ def run_atlas(
             {name: np.concatenate([part.strobes[name] for part in found]) for name in found[0].strobes},
             turning_places(scene),
         )  # fmt: skip
-        records = [finite(_record(one) | {"turning": list(whole.turning)}) for one in whole.points]
+        turning = {TURNING: list(whole.turning)}
+        known = {**(units or {}), **{figure.name: figure.unit_in(turning) for figure in one.figures}}
+        records = [finite(_record(point) | turning | {"units": known}) for point in whole.points]
         paths = [folder / ATLAS_FILE, folder / "atlas.csv", folder / ATLAS_PICTURE]
         with study_written(paths[0]):
             write_beside(paths[0], json.dumps(records, indent=1) + "\n")
         write_table(paths[1], *responses_of(records))
         with study_written(paths[2]):
             picture = draw_cycles(whole.points, over, whole.turning) if cycles else _picture(whole, scene)
-            give_units(picture, over, units or {})
+            give_units(picture, over, known)
             write_figure(picture, paths[2])
         branches = _followed(whole, scene_at) if follow and not cycles else []
         if branches:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
+from math import ceil, log10
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -40,6 +41,8 @@ def read_axis(text: str, spacing: Spacing = "log", prefix: str = "`vary=` ") -> 
     if not key or not given:
         raise UserError(f'{prefix}"{text}": found no values; expected KEY=a,b,c or KEY=first:last:count')
     parts = given.split(":")
+    if len(parts) == 2 and all(map(_is_number, parts)):
+        raise UserError(f'{prefix}"{text}": found a range without a count; expected first:last:count, as in {given}:11')
     if len(parts) not in (3, 4) or "{" in given or '"' in given:
         return Axis(key, tuple(_split(given)))
     wanted = parts[3] if len(parts) == 4 else spacing
@@ -54,7 +57,9 @@ def read_axis(text: str, spacing: Spacing = "log", prefix: str = "`vary=` ") -> 
     if wanted == "log" and (first <= 0.0 or last <= 0.0):
         raise UserError(f'{prefix}"{text}": expected first and last above 0 for even spacing in the logarithm')
     values = np.geomspace(first, last, count) if wanted == "log" else np.linspace(first, last, count)
-    return Axis(key, tuple(f"{value:.6g}" for value in values))
+    nearest = float(np.abs(np.diff(values)).min(initial=np.inf)) or np.inf
+    digits = 6 + max(0, ceil(log10(float(np.abs(values).max()) / nearest or 1.0)) - 2)  # neighbors stay apart
+    return Axis(key, tuple(f"{value:.{digits}g}" for value in values))
 
 
 def points_of(axes: Sequence[Axis], zipped: bool = False) -> list[tuple[str, ...]]:
@@ -86,6 +91,14 @@ def points_of(axes: Sequence[Axis], zipped: bool = False) -> list[tuple[str, ...
 def overrides_of(axes: Sequence[Axis], point: Sequence[str], fixed: Sequence[str] = ()) -> list[str]:
     """Return the overrides KEY=VALUE of a point."""
     return [*fixed, *(f"{axis.key}={value}" for axis, value in zip(axes, point, strict=True))]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _split(text: str) -> list[str]:

@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from gapbeam.postprocess.display_units import sized_columns
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -54,6 +55,12 @@ def responses_of(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple
     return heads, rows
 
 
+def shown_responses(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[Cell, ...]]]:
+    """Return the table for readers: keys and figures of one's own with their units, in units that follow the size."""
+    heads, rows = responses_of(records)
+    return sized_columns([si_key(head, records[0].get("units", {})) for head in heads], rows)
+
+
 def _whole(contacts: Iterable[str]) -> list[str]:
     """Return the faces that have an entry, and contacts of no such face."""
     return [face if face in names else str(name) for face, names in faces_of(contacts).items() for name in names]
@@ -88,7 +95,7 @@ def atlas_sections(folder: Path, command: str) -> list[ReportSection]:
     blocks: list[Block] = [
         Verdict("warning", f"{text} {left:.1%} of the starts did not settle.") if left else Verdict("passed", text)
     ]
-    heads, rows = responses_of(records)
+    heads, rows = shown_responses(records)
     blocks.append(
         TableBlock(
             "All responses: shares with 95 % intervals; impacts and force of the support face that has most",
@@ -138,7 +145,7 @@ def beside_curve(curve: Mapping[str, Any], records: Sequence[Record]) -> ReportS
     count, chaos = sum(len(one["responses"]) for one in left), sum(bool(one["chaotic"]) for one in left)
     found = ", ".join([counted(count, "response")] * bool(count) + [f"chaos at {chaos}"] * bool(chaos))
     words = f"Of what the atlas knows {at}, not on the curve: {found}."
-    heads, rows = responses_of(left)
+    heads, rows = shown_responses(left)
     table = TableBlock("Responses beside the curve: shares of the starts with 95 % intervals", heads, rows, digits=4)
     return ReportSection("Other responses", "other-responses", [Verdict("warning", words), table])
 

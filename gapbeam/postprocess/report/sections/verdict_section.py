@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown, shown_by
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -222,11 +222,13 @@ def own_table(summary: Mapping[str, Any]) -> TableBlock | None:
     rows: list[Row] = []
     for name, one in (summary.get("figures") or {}).items():
         error, ends = errors.get(name), one if "low" in one else intervals.get(name)
-        words = "not known" if error is None else f"± {number(error, 2)}"
+        value, high = one["value"], None if ends is None else ends["high"]
+        unit, factor = shown_by(one["unit"], (value, error, high))
+        words = "not known" if error is None else f"± {number(factor * error, 2)}"
         if ends is not None:
-            words = f"{number(ends['low'])} to {number(ends['high'])} (95 %)"
-        words = one["reason"] if one["value"] is None else words
-        rows.append((name, one["value"], "" if one["unit"] == "1" else one["unit"], words))
+            words = f"{number(factor * ends['low'])} to {number(factor * ends['high'])} (95 %)"
+        words = one["reason"] if value is None else words
+        rows.append((name, None if value is None else factor * value, "" if unit == "1" else unit, words))
     return TableBlock("Figures of the case", (*FIGURE_HEADS, "error or interval"), rows) if rows else None
 
 

@@ -221,7 +221,8 @@ def refuse_scene(data: Mapping[str, Any], path: Path) -> None:
             (SCENE,),
             f"a file with [[{SCENE}]], which is a scene of several structures",
             "a case with [beam]",
-            "of such files there are gapbeam check, with frequencies, run, sweep, atlas, uncertain, life and fmu",
+            "of such files there are gapbeam check, with frequencies, run, sweep, atlas, uncertain, library, "
+            "optimize, life and fmu",
             where=f"{path}: [[{SCENE}]]",
         )
         raise CaseError(str(path), [fault])

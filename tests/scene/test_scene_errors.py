@@ -233,3 +233,19 @@ def test_harmonics_are_those_of_whole_periods(records: float, decay: float, peri
     exact = np.array([0.5, 0.0, 0.005]) + (1.0 - np.exp(-decay * T)) / (T * (decay + 1j * orders))
     found = harmonics(t, x, 0.5 / np.pi, 3)
     assert found == pytest.approx(2.0 * np.abs(exact), abs=2e-3)
+
+
+@pytest.mark.parametrize("steps", [100, 300, 3000])
+@pytest.mark.parametrize("periods", [0.6, 1.6, 3.6])
+def test_errors_of_a_damping_scheme_cover_what_it_damps(tmp_path: Path, steps: int, periods: float) -> None:
+    """Euler's rule in free vibration about F / k, whose range is 2 F / k: twice the change by half the step is less."""
+    body = gb.mass(1.0, stiffness=1.0, name="block")
+    stop = gb.Contact(body["at"], gb.HalfPlane(9.0), gb.KelvinVoigt(stiffness=1.0), name="stop")
+    scene = gb.Scene(body, contacts=[stop], loads=[gb.Force(body["at"], 1.0, name="push")])
+    T = 2.0 * np.pi
+    outcome = gb.run(
+        scene, step=T / steps, end=periods * T, scheme=gb.euler(), output=tmp_path / "a",
+        gates={"accept_energy_loss": True},
+    )  # fmt: skip
+    value, error = figures(outcome)["at peak-to-peak displacement"]
+    assert abs(value - 2.0) <= error <= 10.0 * abs(value - 2.0)

@@ -2,13 +2,14 @@
 
 With f of the run, H of half its step and K of twice the stiffness of its penalty contacts,
 
-    E = max(2 |f - H|, share of unresolved contacts) + 3.4 |f - K| + what records miss of ranges.
+    E = max(F |f - H|, share of unresolved contacts) + 3.4 |f - K| + what records miss of ranges.
 
 The midpoint rule is of second order, where 4/3 |f - H| would do; where contacts close and open within steps it is of
-first order, and 2 |f - H| is its error; ranges of motions, which may agree by chance, differ by at least a tenth of the
-range of the difference. Of contacts of few steps half of the step shows as little as the run: see
-`lost_in_steps`. Where both motions differ by 3 % of their range, the motion can no longer be predicted, and only its
-statistics have errors. Errors include the part of a first frequency that digits of matrices leave unknown.
+first order, and F = 2 its error. Other schemes are of first order at each contact, Euler's everywhere: F = 3, since 2
+leaves out that what is lost falls with the loss, 1 - y^2 > 2 (y - y^2). Ranges of motions, which may agree by chance,
+differ by at least a tenth of the range of the difference. Of contacts of few steps half of the step shows as little as
+the run: see `lost_in_steps`. Where both motions differ by 3 % of their range, the motion can no longer be predicted,
+and only its statistics have errors. Errors include the part of a first frequency that digits of matrices leave unknown.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ from gapbeam.studies.error_estimate.force_peaks import (
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, impact_rates
 
 LOG = logging.getLogger("gapbeam")
-FIRST_ORDER = {**FACTORS, HALF_STEP: 2.0}
+OF_MIDPOINT, OF_OTHERS = 2.0, 3.0  # the factors F
 Estimate = tuple[dict[str, Any], list[str], ClosingTable | str]
 NO_ERRORS = {"GAPBEAM_ERRORS": "none"}
 
@@ -181,18 +182,20 @@ def _errors(
     whole = (run.end, run.end, frequency, 0.0, run.interval, None)
     again = all(repeats(one, spans_between(*whole), smoothing) for one in seen)
     peaks = force_peaks(run, spans_between(*whole, again))
+    midpoint = asked.scheme.law == 0.0 and asked.scheme.level == 0.5
+    factors = {**FACTORS, HALF_STEP: OF_MIDPOINT if midpoint else OF_OTHERS}
     figures = list[FigureError]()
     spans = spans_between(run.end, run.end, frequency, 0.0, run.interval, horizon, again)
     for span in spans:
         part = run.between(span.start, span.end)
         averages = Averages(smoothing, contact_windows(part))
         lost = lost_in_steps(part, asked.step)
-        figures += figure_errors(run, motions, None, span, False, averages, lost=lost, factors=FIRST_ORDER)
+        figures += figure_errors(run, motions, None, span, False, averages, lost=lost, factors=factors)
     settled = next((one for one in spans if one.name == SETTLED), None) if again else None
     averages = Averages(smoothing)
     for own in figure_spans(run, run.end, horizon, settled):
         lost = lost_by_own(run, own, asked.step)
-        figures += figure_errors(run, motions, None, own, False, averages, lost=lost, factors=FIRST_ORDER)
+        figures += figure_errors(run, motions, None, own, False, averages, lost=lost, factors=factors)
     doubted = [one for one in summary["assumptions"] if one["name"] == DIGITS.name and one["verdict"] != HOLDS]
     unknown = max((one["closest"] for one in doubted), default=0.0)
     figures = [one.with_part(DIGITS.name, unknown) for one in figures]

@@ -1,7 +1,7 @@
 # Every target goes through environment/run, which sets DOLFINx and the rest up when first needed.
 run := environment/run
-# Test files side by side; each process computes with one thread.
-side_by_side := --numprocesses auto --maxprocesses 4 --dist loadfile
+# Test files side by side; each process computes with one thread. A test that ends its process is not run again.
+side_by_side := --numprocesses auto --maxprocesses 4 --dist loadfile --max-worker-restart 0
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-slow test-pages test-timing test-parallel test-sid test-sid-all test-wheel test-wheel-oldest bench bench-large docs joss docs-run gallery lint format image clean

@@ -186,7 +186,8 @@ def _model_rows(model: Model) -> list[Row]:
 
 def _dynamics_rows(model: Model) -> list[Row]:
     case, duration = model.case, model.contact_duration
-    rows = [(bending_words(case), f"{overhang_frequency(case):.4g} Hz", "first bending frequency, Euler-Bernoulli")]
+    bounded = "first bending frequency, Euler-Bernoulli, at most that of a shear wave"
+    rows = [(bending_words(case), f"{overhang_frequency(case):.4g} Hz", bounded)]
     for spring in _restraints(case):
         on_it = f"rigid beam on {spring.value:.3g} N/m" if spring.value > 0.0 else "none"
         rows.append((spring.key, f"{restraint_frequency(case, spring.value):.3g} Hz", f"{on_it}: {spring.reason}"))

@@ -136,6 +136,27 @@ def test_all_modes_below_a_frequency_are_found() -> None:
     assert below.frequencies == pytest.approx(many.frequencies[: len(below.squares)], abs=1e-3)
 
 
+@pytest.mark.parametrize("thickness", [0.02, 0.1, 0.4, 2.0])
+@pytest.mark.parametrize("interface", ["free", "fixed"])
+def test_the_seat_of_a_thick_body_is_that_of_its_mesh(thickness: float, interface: str) -> None:
+    """Static shapes hold where the body is as thick as long, or a column; under a force it sags as its mesh does."""
+    changes: dict[str, dict[str, Any]] = {
+        "beam": {"length": 0.2, "thickness": thickness},
+        "support": {"length": 0.05},
+        "contact": {"stiffness": 1e12},
+        "mesh": {"size": 0.05, "support_size": 0.025, "cells_through_thickness": 4},
+    }
+    push = {"type": "constant_force", "name": "push", "point": 0.15, "amplitude": -1e5}
+    basis = {"type": "reduced", "contact": "all", "modes": 10, "interface": interface}
+    full, reduced = (
+        beam_model({**changes, "model": model}, (GRAVITY, push), {"tip": 0.2}) for model in ({"type": "full"}, basis)
+    )
+    moved = [
+        model.probes["tip"].evaluate(seat_of(model).state.u[VALUE], model.system.operators) for model in (full, reduced)
+    ]
+    assert moved[1] == pytest.approx(moved[0], rel=0.01)
+
+
 def test_a_basis_of_all_contact_dofs_moves_like_the_mesh() -> None:
     full, reduced = pair({}, contact="all", modes=60)
     assert reduced.dofs < 0.2 * full.dofs

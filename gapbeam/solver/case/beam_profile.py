@@ -291,6 +291,10 @@ class BeamPiece:
         """E I in the bending plane, N m^2."""
         return self.material.young_modulus * self.beam.second_moment
 
+    def share(self, start: float, end: float) -> float:
+        """Return the share of a part of the beam, from `start` to `end`, m, that lies in this piece."""
+        return (min(self.end, end) - max(self.start, start)) / (end - start)
+
 
 @dataclass(frozen=True)
 class BeamProfile:
@@ -401,10 +405,23 @@ class BeamProfile:
         if len(pieces) == 1:
             (one,) = pieces
             return one.beam.gyration_radius, sqrt(one.material.young_modulus / one.material.density)
-        shares = [(min(piece.end, end) - max(piece.start, start)) / (end - start) for piece in pieces]
+        shares = [piece.share(start, end) for piece in pieces]
         mass = sum(share * piece.line_mass for share, piece in zip(shares, pieces, strict=True))
         flexibility = sum(share / piece.bending for share, piece in zip(shares, pieces, strict=True))
         return sqrt(1.0 / (flexibility * mass)), 1.0
+
+    def shear_speed(self, start: float, end: float) -> float:
+        """Return the speed of shear waves sqrt(G / rho), m/s, which no bending wave exceeds.
+
+        Of several pieces the speed follows from mean mass and mean flexibility. Arguments as in `bending_speed`.
+        """
+        mass = flexibility = 0.0
+        for piece in self.between(start, end):
+            share, material = piece.share(start, end), piece.material
+            mass += share * piece.line_mass
+            shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
+            flexibility += share * material.density / (shear * piece.line_mass)
+        return sqrt(1.0 / (flexibility * mass))
 
 
 def beam_at(beam: Beam, segments: Iterable[Segment], x: float) -> Beam:

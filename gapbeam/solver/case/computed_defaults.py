@@ -66,11 +66,14 @@ def overhang_frequency(case: Case, mode: int = 1) -> float:
     Of several overhangs and spans between supports, pinned at both ends, that with the lowest frequency is meant.
     A stub that is shorter than the beam is thick does not bend. Then the longest span between contact points is taken,
     pinned at both ends, or, without contact points, the whole beam, free at both ends. Of several segments in it, mean
-    mass and mean flexibility are taken.
+    mass and mean flexibility are taken. No bending wave is faster than a shear wave: thick parts have the frequency of
+    a shear wave of the same length, or of the thickness where that is larger.
     """
-    start, length, roots, _ = _bending(case)
-    radius, speed = case.profile.bending_speed(start, start + length)
-    return roots[mode - 1] ** 2 * radius * speed / (2.0 * pi * length * length)
+    (start, length, roots, _), profile = _bending(case), case.profile
+    radius, speed = profile.bending_speed(start, start + length)
+    bent = roots[mode - 1] ** 2 * radius * speed / (2.0 * pi * length * length)
+    longest = max(length, profile.thickest)
+    return min(bent, roots[mode - 1] * profile.shear_speed(start, start + length) / (2.0 * pi * longest))
 
 
 def bending_words(case: Case) -> str:

@@ -345,3 +345,63 @@ def test_no_beam_has_a_section_that_none_can_have(name: str, bad: Any) -> None:
         for model in ("beam", "rigid"):
             with pytest.raises(gb.UserError, match=rf"section: {name}: .*expected"):
                 gb.beam(1.0, plane, steel, {}, model=model)  # type: ignore[arg-type]
+
+
+def functions(f: Any) -> dict[str, Callable[[], Any]]:
+    """Return what asks a function of the user, by the place that it has in a scene."""
+    block, law = gb.mass(1.0, stiffness=9.0, name="block"), gb.KelvinVoigt(stiffness=1e3)
+    track = gb.from_modes([3.0, 9.0], 0.01, {"a": [1.0, 1.0], "b": [1.0, -1.0], "c": [0.5, 0.2]}, name="track")
+    points, places = [track[name] for name in "abc"], [0.0, 1.0, 2.0]
+    stop: dict[str, Any] = {"between": block["at"], "region": gb.Slot(0.1), "law": law, "name": "stop"}
+
+    def march(*bodies: gb.Structure, **parts: Any) -> Any:
+        return gb.history(gb.Scene(*bodies, **parts), step=0.01, end=1.0)
+
+    def wheel() -> gb.Contact:
+        return gb.Contact((block["at"], gb.moving_point(points, places, f, "wheel")), gb.HalfPlane(0.1), law)
+
+    return {
+        "load f": lambda: march(block, loads=[gb.Force(block["at"], f, name="f")]),
+        "load base": lambda: march(block, loads=[gb.BaseMotion(block, f, name="base")]),
+        "contact stop: its wall": lambda: march(block, contacts=[gb.Contact(**stop, wall=f)]),
+        "contact stop: its opening": lambda: march(block, contacts=[gb.Contact(**stop, opening=f)]),
+        "moving point wheel: its position": lambda: march(block, track, contacts=[wheel()]),
+        "moving force push: its position": lambda: march(
+            track, loads=gb.moving_force(points, places, 1.0, f, name="push")
+        ),
+        "span of track: velocity": lambda: gb.span(track, dict(zip("abc", places, strict=True)), velocity=f),
+        "span of track: density": lambda: gb.span(track, dict(zip("abc", places, strict=True)), density=f),
+    }
+
+
+def _fails(_: Any) -> float:
+    raise KeyError("own")
+
+
+FAULTY: dict[str, tuple[Callable[..., Any], str]] = {
+    "raises": (_fails, r"failed \(KeyError: 'own'\)"),
+    "takes nothing": (lambda: 1.0, r"failed \(TypeError: "),
+    "text": (lambda _: "one", "returned text, expected real numbers"),
+    "complex": (lambda _: 1j, "expected real numbers"),
+    "several": (lambda _: np.arange(1.0, 6.0), r"of shape \(5,\), expected a number"),
+    "nothing": (lambda _: None, "finite"),
+    "not a number": (lambda _: np.nan, "finite"),
+    "without limit": (lambda _: np.inf, "finite"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTY)
+@pytest.mark.parametrize("place", functions(None))
+def test_functions_of_users_that_fail_are_named(place: str, fault: str) -> None:
+    """Whatever a function raises or returns, words say whose it is, and what it gave."""
+    function, words = FAULTY[fault]
+    with pytest.raises(gb.UserError, match=f"^{place}.*{words}") as error:
+        functions(function)[place]()
+    assert "smaller step" not in str(error.value)
+
+
+@pytest.mark.parametrize("place", functions(None))
+def test_functions_of_users_may_return_any_kind_of_number(place: str) -> None:
+    """Whole numbers, those of NumPy, and arrays of one number are numbers."""
+    for number in (1, np.float32(1.0), np.array(1.0), np.array([1.0])):
+        functions(lambda _, one=number: one)[place]()

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.messages.wording import printable
+from gapbeam.solver.messages.wording import counted, printable
 from gapbeam.solver.system.operators import Array
 
 P = ParamSpec("P")
@@ -210,6 +210,33 @@ def finite(value: Any, where: str) -> Array:
     if not np.all(np.isfinite(found)):
         raise UserError(f"{where}: expected finite numbers, found {np.count_nonzero(~np.isfinite(found))} that are not")
     return found
+
+
+def answered(function: Callable[..., Any], at: Any, shape: tuple[int, ...], where: str) -> Array:
+    """Return the answer of a function of the user at a time or place, as floats of a shape; they may not be finite.
+
+    Args:
+        function: The function.
+        at: Its first argument.
+        shape: Shape of the answer, to which others that fit are spread.
+        where: The function in messages.
+
+    Raises:
+        UserError: The function fails, or returns something else than real numbers of that shape.
+    """
+    try:
+        found = np.asarray(function(at))
+    except UserError:
+        raise
+    except Exception as error:
+        raise UserError(f"{where} failed ({type(error).__name__}: {error})") from error
+    if found.dtype.kind in NO_NUMBERS:
+        raise UserError(f"{where} returned {NO_NUMBERS[found.dtype.kind]}, expected real numbers")
+    try:
+        return np.broadcast_to(found.astype(float), shape)
+    except (TypeError, ValueError):
+        wanted = f"{counted(shape[0], 'number')}, one for each motion" if shape and shape[0] > 1 else "a number"
+        raise UserError(f"{where} returned {printable(found)} of shape {found.shape}, expected {wanted}") from None
 
 
 def for_each(value: Any, count: int, where: str) -> Array:

@@ -10,7 +10,15 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.scene.argument_checks import ARTICLES, ArgumentError, check_fields, finite, positive, shown
+from gapbeam.solver.scene.argument_checks import (
+    ARTICLES,
+    ArgumentError,
+    answered,
+    check_fields,
+    finite,
+    positive,
+    shown,
+)
 from gapbeam.solver.scene.convex_region import ConvexRegion
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.shipped_laws import check_law
@@ -153,9 +161,9 @@ class Contact:
         """Return the given motion of the region at a time, (motions,), m; the place is less by it."""
         found, motions = np.zeros(self.motions), self.region.motions
         if self.wall is not None:
-            found[:motions] = np.ravel(self.wall(t))
+            found[:motions] = self._given(lambda t, wall=self.wall: np.ravel(wall(t)), "wall", t, (motions,))
         if self.opening is not None:
-            by = self.region.share * float(self.opening(t))
+            by = self.region.share * float(self._given(self.opening, "opening", t, (1,))[0])
             if by < -self.region.reach:
                 raise UserError(
                     f"contact {self.name or '?'}: found a clearance that closes by {-by:.6g} m at {t:.6g} s, expected "
@@ -163,6 +171,10 @@ class Contact:
                 )
             found += -by * np.eye(self.motions)[motions] if self.grows else by * self.region.normal
         return found
+
+    def _given(self, function: Callable[..., Any], what: str, t: float, shape: tuple[int, ...]) -> Array:
+        where = f"contact {self.name or '?'}: its {what} at {t:.6g} s"
+        return finite(answered(function, t, shape, where), where)
 
     def penetration(self, places: Array) -> tuple[Array, Array]:
         """Return penetrations, negative inside, (n,), and outward normals, (n, 1 to 3), at places (n, motions)."""

@@ -24,7 +24,16 @@ import scipy.linalg as sl
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.scene.argument_checks import ArgumentError, checked, finite, matrix, positive, positives
+from gapbeam.solver.scene.argument_checks import (
+    ArgumentError,
+    answered,
+    checked,
+    finite,
+    for_each,
+    matrix,
+    positive,
+    positives,
+)
 from gapbeam.solver.scene.feedback import Feedback, Place, motions_of, side_by_side
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.system.operators import Array
@@ -108,9 +117,12 @@ def span(
     if not np.all(lengths > 0.0):
         raise UserError(f"{where}: the places are too uneven for a spline; space the points evenly")
     profiles = []
-    for profile, what in ((velocity, "velocity"), (density, "density")):
-        values = profile(x) if callable(profile) else profile
-        profiles.append(np.broadcast_to(positive(values, f"{where}: {what}"), x.shape).copy())
+    given: list[tuple[Any, str]] = [(velocity, "velocity"), (density, "density")]
+    for profile, what in given:
+        named, values = f"{where}: {what}", profile
+        if callable(profile):
+            values = [float(answered(profile, one, (1,), f"{named}: its function at {one:.6g} m")[0]) for one in x]
+        profiles.append(positive(for_each(values, len(x), named), named).copy())
     return FlowSpan(points, lengths, *profiles)
 
 

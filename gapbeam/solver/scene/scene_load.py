@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,8 +26,8 @@ from numpy.typing import ArrayLike
 
 from gapbeam.solver.loads.time_function import Harmonic
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.messages.wording import counted, printable
-from gapbeam.solver.scene.argument_checks import NO_NUMBERS, checked, finite
+from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.scene.argument_checks import answered, checked, finite
 from gapbeam.solver.scene.printed_values import load_words
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.schema.record_table import unit_where
@@ -161,16 +162,7 @@ class Load:
             UserError: The function fails, or returns something else than a real number for each time.
         """
         where = f"load {self.name or '?'}: its function at {np.ravel(t)[0]:.6g} s"
-        try:
-            found = np.asarray(self.value(t, **self.parameters))
-        except Exception as error:
-            raise UserError(f"{where} failed ({type(error).__name__}: {error})") from error
-        if found.dtype.kind in NO_NUMBERS:
-            raise UserError(f"{where} returned {NO_NUMBERS[found.dtype.kind]}, expected real numbers")
-        try:
-            return np.broadcast_to(found.astype(float), shape)
-        except (TypeError, ValueError):
-            raise UserError(f"{where} returned {printable(found)} of shape {found.shape}, expected a number") from None
+        return answered(partial(self.value, **self.parameters), t, shape, where)
 
     def replaced(self, name: str, value: Any) -> Load:
         """Return the load with another "value" or parameter.
@@ -369,8 +361,6 @@ class Track:
     def weights(self, times: Any) -> Array:
         """Return N_i at the places of some times, (times, points); 0 outside of the way."""
         at = self.position(np.atleast_1d(np.asarray(times, dtype=float)))
-        if not np.all(np.isfinite(at)):
-            raise UserError("moving point: its position is not finite")
         first, last = self.places[0], self.places[-1]
         inside = (first <= at) & (at <= last)
         return np.asarray(inside[..., None] * self.shapes(np.clip(at, first, last)))
@@ -392,7 +382,12 @@ def track_of(
             "points of structures or more, and a place for each that is beyond the one before"
         )
     speed = 0.0 if callable(position) else float(finite(position, f"{where}: position"))
-    moved = np.vectorize(position if callable(position) else lambda t: speed * t, otypes=[float])
+    given: Callable[..., Any] = position if callable(position) else lambda t: speed * t
+
+    def moved(times: Any) -> Array:
+        asked = [(t, f"{where}: its position at {t:.6g} s") for t in np.ravel(times).tolist()]
+        return np.array([finite(answered(given, t, (1,), one), one)[0] for t, one in asked])
+
     return Track(tuple(points), s, moved, scipy.interpolate.make_interp_spline(s, np.eye(len(s)), k=min(3, len(s) - 1)))
 
 

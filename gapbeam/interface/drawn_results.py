@@ -31,8 +31,8 @@ def _by_one_rank(draw: Callable[P, list[Path]], usual: str) -> Callable[P, list[
         folder, output = folder_of(given["results"]), given.get("output")
         if output is not None:
             check_place(Path(output))
-        with as_written(folder):
-            place = folder / usual if output is None else Path(output)
+        place = folder / usual if output is None else Path(output)
+        with as_written(folder, into=place):
             refuse_links(place, places=(place,) if output is None else ())
             return draw(*args, **kwargs)
 

@@ -107,7 +107,7 @@ def export(
     path = folder / FILE if output is None else Path(output)
     if path.is_symlink() or path.is_dir():
         raise UserError(f"{path} is a {'link' if path.is_symlink() else 'folder'}; choose another `output=`")
-    with as_written(folder):
+    with as_written(folder, into=path):
         return write(folder, path, records, begin, end, every, table)
 
 

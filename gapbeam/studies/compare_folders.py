@@ -68,7 +68,7 @@ def compare_folders(
         UserError: The folder of the comparison cannot be written.
     """
     data, picture = folder / "comparison.json", folder / "comparison.png"
-    with study_folder(folder), as_written(a, b):
+    with study_folder(folder), as_written(a, b, into=folder):
         found = compare(open_results(a), open_results(b), tolerance, after)
         write_json(data, as_data(found))
         draw_comparison(found, picture)

@@ -125,7 +125,7 @@ def write_report(
     recognized(results, (*kinds, RUN))
     page = page if page is not None else page_of(results)
     _check(page, page.with_suffix(".pdf"), pdf is not False, overwrite)
-    with as_written(*results):
+    with as_written(*results, into=page):
         words: list[str | Path] = ["gapbeam", "report", *results]
         if begin is None and end is None:
             made = report_on(results, shell_command(*words), kinds)

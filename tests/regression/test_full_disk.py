@@ -11,6 +11,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, example, given, settings
@@ -24,6 +25,7 @@ from gapbeam.solver.memory.memory_check import is_out_of_memory
 from gapbeam.solver.run.output import atomic_files, output_thread
 from gapbeam.solver.run.output import hdf5_files as repeated_hdf5
 from gapbeam.solver.run.output.parallel_tables import Pieces
+from gapbeam.solver.schema.record_table import SUMMARY_FILE
 from tests.shared.command import DEMO, RATTLE, alone
 from tests.shared.command import settings as options
 from tests.shared.interrupted import differing
@@ -182,6 +184,34 @@ def test_a_full_disk_is_no_fault_of_what_is_read(number: int, tmp_path: Path) ->
     with pytest.raises(OSError, match=re.escape(os.strerror(number))) as caught, as_written(tmp_path):
         raise OSError(number, os.strerror(number))
     assert (caught.value.errno, caught.value.filename) == (number, str(tmp_path))
+
+
+@pytest.mark.parametrize("wanted", ["a/report.html", "figures", "b.csv"])
+def test_a_full_disk_is_that_of_what_is_written(wanted: str, tmp_path: Path) -> None:
+    """A page, a folder of pictures, columns: their own place, not the results that they are drawn from."""
+    place = tmp_path / wanted
+    with pytest.raises(OSError, match="No space") as caught, as_written(tmp_path / "run", into=place):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert caught.value.filename == str(place)
+
+
+@pytest.mark.parametrize("command", [gapbeam.plot, gapbeam.render, gapbeam.report, gapbeam.export])
+def test_what_is_drawn_elsewhere_names_its_own_disk(
+    command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each command on a run, whose output stands on another disk, which is full."""
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / SUMMARY_FILE).write_text("{}")
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    for name in ("gapbeam.interface.drawn_results.refuse_links", "gapbeam.studies.write_report.report_on",
+                 "gapbeam.postprocess.export.export"):  # fmt: skip
+        monkeypatch.setattr(name, full)
+    with pytest.raises(OSError, match="No space") as caught:
+        command(tmp_path / "run", output=tmp_path / "out.html")
+    assert caught.value.filename == str(tmp_path / "out.html")
 
 
 def test_an_error_that_is_its_own_cause_is_looked_at_once() -> None:

@@ -28,7 +28,7 @@ _LONGEST = 200  # characters of a foreign message
 
 
 @contextmanager
-def as_written(*places: Path) -> Iterator[None]:
+def as_written(*places: Path, into: Path | None = None) -> Iterator[None]:
     """Turn errors from foreign or damaged contents into one error that names the place.
 
     What files must hold is checked where they are read; this is for all that a file can hold besides. The message
@@ -36,6 +36,7 @@ def as_written(*places: Path) -> Iterator[None]:
 
     Args:
         places: Files or folders that are read meanwhile.
+        into: File or folder that is written meanwhile; None: one of the places.
 
     Raises:
         ResultsError: Instead of any error without an exit status of its own.
@@ -48,7 +49,7 @@ def as_written(*places: Path) -> Iterator[None]:
         if hasattr(fault, "exit_status"):
             raise
         if fault.errno in FULL:  # it writes a picture or a report of the files
-            fault.filename = fault.filename or str(place)
+            fault.filename = fault.filename or str(into or place)
             raise
         raise ResultsError(
             Path(fault.filename) if isinstance(fault.filename, str) else place,

@@ -53,7 +53,9 @@ def written(path: Path) -> Iterator[None]:
         yield
     except (OSError, RuntimeError) as error:
         reason = (error.strerror if isinstance(error, OSError) else None) or str(error).split("\n")[0]
-        raise NotWritten(f"{path} could not be written: {reason}; {ADVICE}, then go on with `resume=True`") from error
+        raise NotWritten(
+            f"{path} could not be written: {reason}; {ADVICE}; a run then goes on with `resume=True`"
+        ) from error
 
 
 @contextmanager

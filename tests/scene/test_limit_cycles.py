@@ -328,6 +328,41 @@ def test_a_free_motion_sets_no_period() -> None:
     assert found.is_stable
 
 
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e3])
+@pytest.mark.parametrize("kind", ["integral", "lag"])
+def test_a_body_that_feedback_alone_holds_has_its_cycle(size: float, kind: str) -> None:
+    """A PID with too much integral, and a lagged magnet, between stops: as SciPy integrates, at any size."""
+    ki, kp, kd = (9.0, 1.0, 2.0) if kind == "integral" else (0.0, 1.0, 0.5)
+    gap, stiff, damping = 0.1, 40.0, 0.5
+    m, k, w = size**3, size, 1.0 / size
+    body = gb.mass(m, name="body")
+    if kind == "integral":
+        law: dict[str, Any] = {"A": [[0.0]], "B": [[1.0, 0.0]], "C": [[-k * w * ki]], "D": [[-k * kp, -k / w * kd]]}
+    else:  # F = -(k_p x + k_d x') through a lag of 1 / w
+        law = {"A": [[-w]], "B": [[k * kp * w, k * kd]], "C": [[-1.0]]}
+    loop = gb.Feedback(body["at"], body["at"], **law, name="loop")
+    stop = gb.Contact(
+        body["at"], gb.Slot(2 * gap * size), gb.KelvinVoigt(stiffness=stiff * k, damping=damping * k / w), name="stop"
+    )
+    found = gb.limit_cycle(gb.Scene(body, contacts=[stop], feedbacks=[loop]), steps=400)
+
+    def rate(t: float, x: Any) -> Any:  # noqa: ARG001
+        y, v, z = x
+        force = pressed(y, v, gap, stiff, damping)
+        if kind == "integral":
+            return [v, force - kp * y - kd * v - ki * z, y]
+        return [v, force - z, kp * y + kd * v - z]
+
+    times = np.linspace(180.0, 200.0, 40001)
+    y, v, _ = solve_ivp(rate, (0, 200.0), [1e-2, 0.0, 0.0], "LSODA", times, rtol=1e-10, atol=1e-13, max_step=0.02).y
+    own = figures(times, y, pressed(y, v, gap, stiff, damping))
+    once = gb.history(gb.Scene(body, contacts=[stop], feedbacks=[loop]), found.period / 400,
+                      found.state.t + found.period, found.state)  # fmt: skip
+    assert np.abs(once.displacement["at"]).max() == pytest.approx(size * own.amplitude, rel=1e-3)
+    assert found.frequency == pytest.approx(w * own.frequency, rel=1e-3)
+    assert found.is_stable
+
+
 def hopeless() -> dict[str, tuple[Callable[[], Any], type[Exception], str]]:
     tube = gb.mass(1.0, stiffness=100.0, damping=0.1, name="tube")
     law = gb.KelvinVoigt(stiffness=1e4)

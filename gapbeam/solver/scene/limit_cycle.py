@@ -280,11 +280,14 @@ def touching(scene: Scene, state: SceneState, mode: Any) -> Any:
 
 
 def _slowest(scene: Scene) -> float:
-    """Return the period of the slowest mode that oscillates."""
-    elastic = scene.squares[scene.squares > FREE * scene.squares.max(initial=0.0)]
-    if not elastic.size:
+    """Return the period of the slowest mode that oscillates; of bodies that feedback alone holds, with the feedback."""
+    turning = np.sqrt(np.maximum(scene.squares, 0.0))
+    if not np.any(turning > 0.0):
+        turning = np.abs(np.linalg.eigvals(state_matrix(scene)).imag)
+    turning = turning[turning > np.sqrt(FREE) * turning.max(initial=0.0)]
+    if not turning.size:
         raise UserError("limit cycle: no mode oscillates by itself; give the period, about")
-    return 2.0 * pi / float(np.sqrt(elastic.min()))
+    return 2.0 * pi / float(turning.min())
 
 
 def repetition(seen: Array, period: int) -> tuple[Any, Any]:

@@ -249,3 +249,22 @@ def test_errors_of_a_damping_scheme_cover_what_it_damps(tmp_path: Path, steps: i
     )  # fmt: skip
     value, error = figures(outcome)["at peak-to-peak displacement"]
     assert abs(value - 2.0) <= error <= 10.0 * abs(value - 2.0)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+def test_errors_of_ranges_cover_impulses_between_records(tmp_path: Path, restitution: float) -> None:
+    """A ball flies to a wall at g and comes back half the way at most: its range is g, whatever the records see."""
+    rng, missed = np.random.default_rng(5), []
+    for _ in range(20):
+        g, v = 10.0 ** rng.uniform([-6.0, -3.0], [3.0, 3.0])
+        body = gb.mass(1.0, name="ball")
+        wall = gb.Contact(body["at"], gb.HalfPlane(g), gb.Unilateral(restitution=restitution), name="wall")
+        scene = gb.Scene(body, contacts=[wall])
+        outcome = gb.run(
+            scene, step=g / v / rng.uniform(40.0, 200.0), end=1.5 * g / v, start=scene.state(velocity={"ball": v}),
+            output=tmp_path / "a", overwrite=True,
+        )  # fmt: skip
+        value, error = figures(outcome)["at peak-to-peak displacement"]
+        missed.append(abs(value / g - 1.0) / (error / g + 1e-12))
+        assert error <= 0.11 * g
+    assert np.mean(np.array(missed) <= 1.0) >= 0.9

@@ -5,11 +5,12 @@ With f of the run, H of half its step and K of twice the stiffness of its penalt
     E = max(F |f - H|, share of unresolved contacts) + 3.4 |f - K| + what records miss of ranges.
 
 The midpoint rule is of second order, where 4/3 |f - H| would do; where contacts close and open within steps it is of
-first order, and F = 2 its error. Other schemes are of first order at each contact, Euler's everywhere: F = 3, since 2
-leaves out that what is lost falls with the loss, 1 - y^2 > 2 (y - y^2). Ranges of motions, which may agree by chance,
-differ by at least a tenth of the range of the difference. Of contacts of few steps half of the step shows as little as
-the run: see `lost_in_steps`. Where both motions differ by 3 % of their range, the motion can no longer be predicted,
-and only its statistics have errors. Errors include the part of a first frequency that digits of matrices leave unknown.
+first order, and F = 2 its error. Other schemes and impulses are of first order at each contact, Euler's rule
+everywhere: F = 3, since 2 leaves out that what is lost falls with the loss, 1 - y^2 > 2 (y - y^2). Ranges of motions,
+which may agree by chance, differ by at least a tenth of the range of the difference. Of contacts of few steps half of
+the step shows as little as the run: see `lost_in_steps`. Where both motions differ by 3 % of their range, the motion
+can no longer be predicted, and only its statistics have errors. Errors include the part of a first frequency that
+digits of matrices leave unknown.
 """
 
 from __future__ import annotations
@@ -182,7 +183,7 @@ def _errors(
     whole = (run.end, run.end, frequency, 0.0, run.interval, None)
     again = all(repeats(one, spans_between(*whole), smoothing) for one in seen)
     peaks = force_peaks(run, spans_between(*whole, again))
-    midpoint = asked.scheme.law == 0.0 and asked.scheme.level == 0.5
+    midpoint = asked.scheme.law == 0.0 and asked.scheme.level == 0.5 and not run.impulsive
     factors = {**FACTORS, HALF_STEP: OF_MIDPOINT if midpoint else OF_OTHERS}
     figures = list[FigureError]()
     spans = spans_between(run.end, run.end, frequency, 0.0, run.interval, horizon, again)

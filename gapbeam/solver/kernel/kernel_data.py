@@ -115,7 +115,7 @@ def kernel_data(
         raise UserError(f"fmu: found step {step!r} s, expected a time above 0")
     refused = list(_refusals(scene, inputs))
     if refused:
-        raise UserError("the kernel cannot march this scene: " + "; ".join(refused))
+        raise UserError("fmu: a unit cannot hold " + "; ".join(refused))
     state, linear = start or scene.state(), scene.condensed(step, MIDPOINT)
     contacts, groups, labels = _contacts(scene, faces)
     rows, place = _half_planes(scene, scene.places(state.q, state.t)[:, 0], state.F[:, 0])
@@ -156,7 +156,8 @@ def _refusals(scene: Scene, inputs: Sequence[str]) -> Iterator[str]:
     for feedback in scene.feedbacks:
         points = dict.fromkeys(f"{one.structure.name}.{one.name}" for one in feedback.points)
         kind = "joint" if isinstance(feedback, Joint) else "feedback"
-        yield f"{kind} {feedback.name}" if feedback.name else f"{kind} at {' and '.join(points)}"
+        named = f"{kind} {feedback.name}" if feedback.name else f"{kind} at {' and '.join(points)}"
+        yield f"{named}, whose force the other simulator may give to the inputs of {' and '.join(points)}"
     for one in scene.contacts:
         what = f"contact {one.name or '?'}: "
         if one.region.kind not in (HalfPlane(0.0).kind, Slot(0.0).kind):

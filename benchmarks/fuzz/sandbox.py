@@ -304,17 +304,13 @@ RATTLE = (
 STOP = """
 import sys
 import gapbeam
-from gapbeam.solver.run.interruption import Interruption, Wish
+from tests.shared.interrupted import stopped_after
 
 case, whole, folder, stops, *overrides = sys.argv[1:]
 assert gapbeam.run(case, overrides, whole).exit_status == 0
 for number, stop in enumerate(map(int, stops.split(","))):
-    passed = []
-    def agreed(self, own=Wish.NONE):
-        passed.append(own)
-        return Wish.TERMINATE if len(passed) >= stop else own
-    Interruption.agreed = agreed
-    assert gapbeam.run(case, overrides, folder, resume=number > 0).exit_status == 143
+    with stopped_after(stop):
+        assert gapbeam.run(case, overrides, folder, resume=number > 0).exit_status == 143
 """
 
 
@@ -325,7 +321,7 @@ class Stopped:
     Attributes:
         name: Name of its folder; the uninterrupted run is in the one with "-whole" behind.
         keys: Overrides of the demo.
-        stops: Step blocks after which it was stopped, separated by commas.
+        stops: Steps, or fields where the march is compiled, after which it was stopped, separated by commas.
     """
 
     name: str

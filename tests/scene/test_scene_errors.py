@@ -10,7 +10,7 @@ import pytest
 
 import gapbeam as gb
 from gapbeam.studies.error_estimate.force_peaks import Averages, Span, key_figures
-from gapbeam.studies.error_estimate.motion_record import MotionRecord, harmonics, window_means
+from gapbeam.studies.error_estimate.motion_record import MotionRecord, harmonics, lost_between_records, window_means
 
 
 @pytest.fixture(autouse=True)
@@ -268,3 +268,24 @@ def test_errors_of_ranges_cover_impulses_between_records(tmp_path: Path, restitu
         missed.append(abs(value / g - 1.0) / (error / g + 1e-12))
         assert error <= 0.11 * g
     assert np.mean(np.array(missed) <= 1.0) >= 0.9
+
+
+def test_means_cover_jumps_of_accelerations_between_records() -> None:
+    """Of a saw from -1/2 to 1/2, as friction makes: the range of means over W is 1 - W, at kinks."""
+    rng, missed = np.random.default_rng(2), []
+    for _ in range(40):
+        h, wide, phase = 1.0 / rng.uniform(15.0, 60.0), rng.uniform(0.1, 0.3), rng.uniform()
+        t = h * np.arange(int(2.5 / h))
+        saw = (t + phase) % 1.0
+        gained = 0.5 * saw**2 - 0.5 * saw  # both ends of a tooth are 0
+        none = np.zeros((len(t), 0))
+        motion = MotionRecord(
+            times=t, probes=("tip",), displacement=0.0 * gained[:, None], velocity_gained=gained[:, None], faces=(),
+            force=none, impulse=none,
+        )  # fmt: skip
+        found = np.ptp(window_means(motion.velocity_gained, h, wide))
+        missed.append(
+            (1.0 - wide - found) / lost_between_records(motion, wide)["tip peak-to-peak smoothed acceleration"]
+        )
+    assert np.mean(np.array(missed) <= 1.0) >= 0.9
+    assert np.median(missed) >= 0.1

@@ -234,7 +234,8 @@ def risen(values: Array) -> float:
 def risen_to_kink(values: Array) -> float:
     """Return the height at which lines through pairs of values on both sides of the largest one meet above it.
 
-    An impulse turns a motion between records, where `risen` finds a quarter of what they miss or less.
+    An impulse turns a motion between records, a jump of friction or contact the mean of an acceleration: `risen` finds
+    a quarter of what records miss there, or less.
 
     Args:
         values: (n,), evenly spaced.
@@ -253,9 +254,10 @@ def risen_to_kink(values: Array) -> float:
 def lost_between_records(motion: MotionRecord, width: float) -> dict[str, float]:
     """Return the parts of ranges, of displacements and of means of accelerations, that lie between records.
 
-    Both ends of a range rise by parabolas, to kinks where a contact of the motion is of impulses. A window ends a
-    share r of an interval after a record, between which the velocity is taken as a line: a mean misses r (1 - r) /
-    2 of the second difference of the velocity there.
+    Both ends of a range rise by parabolas, or to kinks: those of means, and of displacements where a contact is of
+    impulses. A window ends a share r of an interval after a record, between which the velocity is taken as a line:
+    a mean misses up to r (1 - r) of the larger second difference of the velocity at its ends, where a kink lies
+    between.
 
     Args:
         motion: The motion, or a window of it.
@@ -267,14 +269,14 @@ def lost_between_records(motion: MotionRecord, width: float) -> dict[str, float]
     found = dict[str, float]()
     wide, steps = _window(motion.interval, width, len(motion.times))
     means = window_means(motion.velocity_gained, motion.interval, width)
-    share = 0.5 * (steps - wide) * (1.0 - steps + wide) / (wide * motion.interval)
+    share = (steps - wide) * (1.0 - steps + wide) / (wide * motion.interval)
     rises = risen_to_kink if motion.impulsive else risen
     for number, probe in enumerate(motion.probes):
         u, a = motion.displacement[:, number], means[:, number]
         found[f"{probe} {DISPLACEMENT}"] = rises(u) + rises(-u)
         curved = np.pad(np.abs(np.diff(motion.velocity_gained[:, number], 2)), 1)
-        ends = curved[[np.argmax(a) + steps, np.argmin(a) + steps]]
-        found[f"{probe} {SMOOTHED_ACCELERATION}"] = risen(a) + risen(-a) + share * float(ends.sum())
+        ends = np.maximum(curved[1:], curved[:-1])[[np.argmax(a) + steps - 1, np.argmin(a) + steps - 1]]
+        found[f"{probe} {SMOOTHED_ACCELERATION}"] = risen_to_kink(a) + risen_to_kink(-a) + share * float(ends.sum())
     return found
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from scipy.stats import norm
 
 import gapbeam
@@ -190,6 +191,30 @@ def test_the_share_of_noise_above_a_limit_has_an_interval() -> None:
     [share] = [figure for figure in found.figures() if figure.name == "over"]
     assert share.verdict == "good"
     assert share.interval.value == pytest.approx(norm.sf(1.0), abs=0.75 * (share.interval.high - share.interval.low))
+
+
+@pytest.mark.parametrize("level", [0.05, 0.5, 0.9])
+def test_quantiles_of_noise_have_an_interval(level: float) -> None:
+    """Noise that forgets in ten records: its quantile lies in the interval, widened by half, of 20 draws."""
+    count, step = 20_000, 1e-3
+    one = gapbeam.figure("high", "displacement", "tip", statistic="quantile", level=level)
+    missed = 0
+    for seed in range(20):
+        white = np.random.default_rng(seed).standard_normal(count) * np.sqrt(1.0 - 0.9**2)
+        x = lfilter([1.0], [1.0, -0.9], white)
+        found = RunStatistics(
+            (), ("tip",), False, step, own=(one,), labels={"probe": ("tip",), "component": ("x", "y")}
+        )
+        moved = np.zeros((count, 1, 2))
+        moved[:, 0, 1] = x
+        none = np.zeros((count, 0))
+        rows = dict.fromkeys(("contact_time", "impulse", "closings", "approach_speeds", "force_square"), none)
+        found.see(rows | {"time": step * np.arange(count), "displacement": moved, "acceleration_absolute": moved})
+        [high] = [figure for figure in found.figures() if figure.name == "high"]
+        middle, width = high.interval.value, high.interval.high - high.interval.low
+        assert 0.0 < width < 1.0
+        missed += abs(middle - norm.ppf(level)) > 0.75 * width
+    assert missed <= 2
 
 
 def record_of(amplitude: float, verdict: str = "passed", **values: str) -> dict[str, Any]:

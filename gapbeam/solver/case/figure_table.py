@@ -230,6 +230,11 @@ class Figure(Table):
         """True where the figure is the mean of something over the whole run: blocks of records have intervals then."""
         return self.statistic in ("mean", "rms", "share") and self.start == 0.0 and self.end is None
 
+    @property
+    def is_sampled(self) -> bool:
+        """True where records of the whole run have an interval under noise: of what averages, and of a quantile."""
+        return self.averages or (self.statistic == "quantile" and self.start == 0.0 and self.end is None)
+
     def earlier(self, by: float) -> Figure:
         """Return the figure on records whose times are less by so many s."""
         moved = {key: max(getattr(self, key) - by, 0.0) for key in ("start", "end", "time") if getattr(self, key)}

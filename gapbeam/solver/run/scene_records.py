@@ -372,7 +372,7 @@ class SceneRecords:
         """Return the statistics to gather of the records.
 
         Args:
-            own: Figures of one's own; those that average are among them.
+            own: Figures of one's own; those with intervals are among them.
             is_random: Whether loads are random: then a motion remembers as long as its slowest linear vibration does.
         """
         scene = self.scene
@@ -380,7 +380,7 @@ class SceneRecords:
         return RecordStatistics(
             scene.contact_names, scene.probe_names, self.width == 2, self.every * self.h,
             -0.5 / growth if growth < 0.0 else 0.0, any(one.region.motions > 1 for one in scene.contacts),
-            tuple(one for one in own if one.averages), self.labels,
+            tuple(one for one in own if one.is_sampled), self.labels,
         )  # fmt: skip
 
     def _load_name(self) -> str:

@@ -208,7 +208,7 @@ def gathered_statistics(model: Model, every: int, decay: float = 0.0) -> RunStat
     case = model.case
     faces, probes = tuple(model.system.contact.face_names), tuple(model.probes)
     slides = model.system.contact.measures_sliding
-    own = tuple(one for one in case.figure if one.averages)
+    own = tuple(one for one in case.figure if one.is_sampled)
     figures = faces, probes, bends_in_two_planes(case), every * model.step, decay, slides, own
     if not model.system.contact.maps_sliding:
         return RunStatistics(*figures)

@@ -78,7 +78,7 @@ class RunStatistics:
         decay: Time in which the damping of the beam takes 1 - 1/e of the energy of its slowest vibration, s; 0: not
             known. A record that is short beside it has not seen how far the motion strays, and cannot show that.
         slides: Whether the work of sliding and its parts are recorded.
-        own: Figures of one's own that are means over the run.
+        own: Figures of one's own that are means over the run, or quantiles of it.
         labels: Names along the dimensions of the records, for those.
         blocks: Means over blocks of records.
     """
@@ -216,7 +216,7 @@ class RunStatistics:
                 first += PER_PROBE
         for one in self.own:
             mine = means[:, first : first + PER_OWN]
-            found += self._at(one.place, [own_series(one.name, one.unit, mine, one.statistic)])
+            found += self._at(one.place, [own_series(one, mine, ends[:, first])])
             first += PER_OWN
         return found
 

@@ -21,6 +21,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.statistics.batch_interval import (
     BATCHES,
@@ -381,20 +382,23 @@ def probe_series(probe: str, means: Array, ends: Array, direction: str = "") -> 
     ]
 
 
-def own_series(name: str, unit: str, means: Array, statistic: str) -> AveragedSeries:
+def own_series(one: Figure, means: Array, ends: Array) -> AveragedSeries:
     """Return the series behind a figure of one's own.
 
     Args:
-        name: Name of the figure.
-        unit: Unit of the figure.
+        one: The figure: a mean, rms, share or quantile of the run.
         means: Means of its quantity, of a share of 1 above the limit and 0 below, and of the square, (blocks, 2).
-        statistic: "mean", "rms" or "share".
+        ends: Its quantity at the ends of the blocks, (blocks,).
     """
-    x = means[:, 0]
-    if statistic != "rms":
-        return AveragedSeries(name, unit, x, positive=statistic == "share", rare=statistic == "share")
+    x, share = means[:, 0], one.statistic == "share"
+    if one.statistic == "quantile":
+        return AveragedSeries(one.name, one.unit, ends, share=one.level)
+    if one.statistic != "rms":
+        return AveragedSeries(one.name, one.unit, x, positive=share, rare=share)
     middle = x.mean()
-    return AveragedSeries(name, unit, means[:, 1] - 2.0 * middle * x + middle * middle, positive=True, root=True)
+    return AveragedSeries(
+        one.name, one.unit, means[:, 1] - 2.0 * middle * x + middle * middle, positive=True, root=True
+    )
 
 
 def figure_names(faces: tuple[str, ...], probes: tuple[str, ...], in_space: bool, slides: bool = False) -> list[str]:

@@ -42,7 +42,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array, Indices, Operators, row_product
 
 ON_NODE = 1e-9  # of the length of the mesh
-IN_CELL = 1e-6  # of the reference cell
+IN_CELL = 1e-4  # of the reference cell: coordinates in files have six digits or more
 BULGE = 0.05  # of the smallest side of the mesh: how far curved cells may reach beyond their nodes
 SIMPLICES = {2: (3, 6), 3: (4, 10)}  # nodes of triangles and tetrahedra of order 1 and 2
 
@@ -87,7 +87,7 @@ class PointFinder:
         self.span = max(mesh.comm.allgather(float(np.max(np.abs(self.places), initial=0.0))))
         self.curved = geometry_order(mesh) > 1
         sides = np.ptp(mesh.geometry.x[:, : mesh.geometry.dim], axis=0) if len(mesh.geometry.x) else np.zeros(1)
-        self.padding = BULGE * float(np.min(sides)) if self.curved else 0.0
+        self.padding = BULGE * float(np.min(sides)) if self.curved else IN_CELL * self.span
         self.tree: Any = None
         if not isinstance(mesh, SerialMesh):
             from dolfinx import geometry
@@ -148,10 +148,7 @@ class PointFinder:
             return mesh.cells_near(point, self.padding + ON_NODE * self.span)
         from dolfinx import geometry
 
-        candidates = geometry.compute_collisions_points(self.tree, point.reshape(1, 3))
-        if not self.curved:  # else cells bulge beyond the hull of their nodes, which is what is tested here
-            candidates = geometry.compute_colliding_cells(mesh, candidates, point.reshape(1, 3))
-        cells = candidates.links(0)
+        cells = geometry.compute_collisions_points(self.tree, point.reshape(1, 3)).links(0)
         return np.asarray(cells[cells < mesh.topology.index_map(mesh.topology.dim).size_local], dtype=np.int64)
 
     def _in_cell(self, point: Array, beyond: float) -> tuple[float, Indices, Array] | None:
@@ -173,14 +170,11 @@ class PointFinder:
         """Return the distance of a point from the reference cell, and its place there, (1, dimension)."""
         mesh, dimension = self.space.mesh, self.space.mesh.geometry.dim
         corners = mesh.geometry.x[coordinate_dofs(mesh)[cell]][:, :dimension]
-        shapes, serial = coordinate_element(mesh), isinstance(mesh, SerialMesh)
+        place = point[:dimension] if isinstance(mesh, SerialMesh) else point[:dimension].reshape(1, -1)
         try:
-            place = point[:dimension] if serial else point[:dimension].reshape(1, -1)
-            found = np.asarray(shapes.pull_back(place, corners))
+            found = np.asarray(coordinate_element(mesh).pull_back(place, corners))
         except RuntimeError:  # Newton's method ends far outside of the cell
             return np.inf, np.empty((1, dimension))
-        if not self.curved and not serial:
-            return 0.0, found
         outside = [float(np.max(-found)), float(np.max(found - 1.0))]
         if len(corners) in SIMPLICES[dimension]:
             outside.append(float(np.sum(found) - 1.0))

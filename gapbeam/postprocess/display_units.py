@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from typing import Any
@@ -96,3 +97,24 @@ def size_words(value: float, digits: int = 4, unit: str = "m") -> str:
     """
     unit, factor = shown(unit, value)
     return f"{factor * value:.{digits}g} {unit}".replace("-", "−")
+
+
+IN_WORDS = re.compile(r"(?<![\w.+-])(\d[\d.]*(?:e[+-]\d+)?) (m|Hz)(?![\w/^*])")
+
+
+def words_by_size(text: str) -> str:
+    """Return a text whose lengths and frequencies are in the units in which they are read best, of ASCII letters.
+
+    Args:
+        text: Text with SI values, such as "h = 2.9e-07 m".
+    """
+
+    def by_size(found: re.Match[str]) -> str:
+        value, unit = float(found[1]), found[2]
+        digits = max(len(re.sub(r"e.*|\.|^[0.]+", "", found[1])), 3)
+        if unit == "Hz":
+            prefix = next((one for one, least in (("M", 1.0e6), ("k", 1.0e4)) if value >= least), "")
+            return f"{POWERS[prefix] * value:.{digits}g} {prefix}Hz"
+        return size_words(value, digits).replace("−", "-").replace("µ", "u")
+
+    return IN_WORDS.sub(by_size, text)

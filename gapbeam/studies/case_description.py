@@ -12,7 +12,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import shown, shown_by, words_by_size
 from gapbeam.solver.case.analysis_table import Periodic, Transient, centered_pose
 from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint, motions_in_words
 from gapbeam.solver.case.case import Case
@@ -236,7 +236,10 @@ def _start_rows(case: Case, analysis: Transient) -> list[Row]:
         return [("start", "state", f"the {which} in {analysis.state}")]
     if analysis.start == "centered":
         ends = [centered_pose(case.support).section(x) for x in (0.0, case.beam.length)]
-        places = " and ".join(f"({end['lateral']:.3g}, {end['vertical']:.3g}) m" for end in ends)
+        unit, factor = shown_by("m", (way for end in ends for way in (end["lateral"], end["vertical"])))
+        places = " and ".join(
+            f"({factor * end['lateral']:.3g}, {factor * end['vertical']:.3g}) {unit.replace('µ', 'u')}" for end in ends
+        )
         words.append(f"both ends of the axis moved by {places} sideways and upward")
     if analysis.motion is not None:
         pose, rate = analysis.motion.pose(case.beam.length), analysis.motion.rate(case.beam.length)
@@ -308,5 +311,5 @@ def _duration(seconds: float) -> str:
 def _table(title: str, rows: Sequence[Row]) -> Table:
     table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
     for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
+        table.add_row(*(Text(words_by_size(cell)) for cell in row))
     return table

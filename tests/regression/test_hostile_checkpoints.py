@@ -159,6 +159,15 @@ def test_whole_checkpoints_pass(rubbing: Stopped, reduced: Stopped, tmp_path: Pa
         assert isinstance(run.last(folder), Left)
 
 
+@pytest.mark.parametrize("part", ["watch", "recorder"])
+def test_accounts_of_another_form(part: str, rubbing: Stopped, tmp_path: Path) -> None:
+    """Those that only a run restores, too: refused before anything in the folder changes."""
+    folder = rubbing.copied(tmp_path / "out")
+    spoil(folder, lambda header, _: header["accounts"].update({part: {}}))
+    with pytest.raises(UserError, match="its accounts cannot be read"):
+        gapbeam.run(DEMO, RUBBING, folder, resume=True)
+
+
 def test_compiled_loops_with_another_state(reduced: Stopped, tmp_path: Path) -> None:
     """The modal coordinates of a compiled loop belong to its state."""
     folder = reduced.copied(tmp_path / "out")
@@ -179,6 +188,8 @@ def test_compiled_loops_with_another_state(reduced: Stopped, tmp_path: Path) -> 
         (EXPANSION, 2.0, "moves otherwise"),
         ("stiffness", float("nan"), "other things than finite numbers"),
         ("mass", 0.0, "other things than finite numbers"),
+        ("mass", -1.0, "not positive"),
+        ("contact.faces", 9.0, "do not fit"),
     ],
 )
 def test_kept_matrices_of_another_model(name: str, factor: float, words: str, reduced: Stopped, tmp_path: Path) -> None:

@@ -10,6 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
@@ -27,7 +29,7 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
     remove_but,
     write_checkpoint,
 )
-from gapbeam.solver.run.checkpoint.diagnostics_text import as_json, restore
+from gapbeam.solver.run.checkpoint.diagnostics_text import MALFORMED, as_json, restore
 from gapbeam.solver.run.checkpoint.same_model import (
     FREE,
     differences,
@@ -68,8 +70,15 @@ class Left:
     header: dict[str, Any]
 
     def restore(self, accounts: Accounts, recorder: Recorder) -> None:
-        """Bring accounts and recorder, as they are at a start, to where the run was left."""
-        restore(accounts, recorder, self.header["accounts"])
+        """Bring accounts and recorder, as they are at a start, to where the run was left.
+
+        Raises:
+            UserError: What the recorder keeps is malformed.
+        """
+        try:
+            restore(accounts, recorder, self.header["accounts"])
+        except MALFORMED as error:
+            raise UserError(f"its accounts cannot be read ({error!r}); start again with `overwrite=True`") from error
 
 
 def kept_steps(model: Model) -> frozenset[int]:
@@ -199,7 +208,7 @@ def last_checkpoint(folder: Path, case: Case, model: Model, comm: MPI.Comm, ever
             paused, exact = restored(contents, header, layout_of(same, comm))
             refuse_implausible(paused, header, same, comm)
             return Left(same, paused, exact, header)
-        except BrokenCheckpoint as broken:
+        except (BrokenCheckpoint, np.linalg.LinAlgError) as broken:  # no modes: a mass is not positive
             reasons.append(f"{path}: {broken}")
             LOG.warning("%s cannot be read: %s", path, broken)
     if reasons:

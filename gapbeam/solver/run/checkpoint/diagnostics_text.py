@@ -19,6 +19,7 @@ RECORDED = ("largest_restraint_energy", "largest_energy", "_last_time")
 WATCHED = ("closest", "due", "highest", "at_start", "looks")
 PROBES = ("_last_place", "_last_velocity")
 PAIR = 2  # numbers that are kept of a face
+MALFORMED = (KeyError, TypeError, ValueError, AttributeError, OverflowError)
 
 
 def as_json(accounts: Accounts, recorder: Recorder) -> dict[str, Any]:
@@ -43,8 +44,7 @@ def restore(accounts: Accounts, recorder: Recorder, data: dict[str, Any]) -> Non
     """Restore new accounts and a new recorder from a checkpoint.
 
     Raises:
-        KeyError: Something is missing; likewise TypeError, ValueError, AttributeError and OverflowError where it is not
-            of the right form.
+        KeyError: Something is missing; likewise the others of `MALFORMED` where it is not of the right form.
     """
     ledger = {key: _like(value, data[LEDGER][key]) for key, value in vars(accounts.ledger).items()}
     accounts.ledger = replace(accounts.ledger, **ledger)

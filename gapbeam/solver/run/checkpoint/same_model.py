@@ -134,9 +134,9 @@ def _kept_model(folder: Path, case: Case, model: Model, header: Mapping[str, Any
         if has_basis(model.body):
             whole = taken(rows, shape, lambda: local[0].pieces(EXPANSION, layered=True), layered=True)
             columns = np.ascontiguousarray(whole.reshape(len(whole), -1).T)
+        return model_of(case, taken_up(model.body, small, columns))
     except (KeyError, ValueError, IndexError, TypeError) as error:  # the same on all ranks
         raise BrokenCheckpoint(f"its arrays do not fit the model: {error}") from error
-    return model_of(case, taken_up(model.body, small, columns))
 
 
 def _kept_sum(folder: Path) -> str:

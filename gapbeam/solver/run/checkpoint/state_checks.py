@@ -30,7 +30,7 @@ from gapbeam.solver.march.compiled.plan_arrays import memory_of_friction
 from gapbeam.solver.march.stepwise_march import Paused
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.checkpoint.checkpoint_files import BrokenCheckpoint, Contents
-from gapbeam.solver.run.checkpoint.diagnostics_text import restore
+from gapbeam.solver.run.checkpoint.diagnostics_text import MALFORMED, restore
 from gapbeam.solver.run.checkpoint.kept_model import matrices_of, sum_of
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, RankRows, found_rows, matching, rank_by_rank, taken
 from gapbeam.solver.system.dense_operators import DenseOperators
@@ -100,7 +100,7 @@ def _of_accounts(paused: Paused, header: dict[str, Any], model: Model) -> Iterat
     accounts, recorder = Accounts.opened(model.system, model.law, paused.state, model.step), Recorder(model)
     try:
         restore(accounts, recorder, header["accounts"])
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+    except MALFORMED as error:
         yield f"its accounts cannot be read ({error!r})"
         return
     state, weights = paused.state, model.system.contact.weights

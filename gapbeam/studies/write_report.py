@@ -122,7 +122,8 @@ def write_report(
     Arguments, what is returned and errors are as in `gapbeam.report`; beside these the kinds of folders that studies
     write, the most particular first, and a function of a run's folder that returns data of its live model, or None.
     """
-    recognized(results, (*kinds, RUN))
+    if begin is None and end is None:
+        recognized(results, (*kinds, RUN))
     page = page if page is not None else page_of(results)
     _check(page, page.with_suffix(".pdf"), pdf is not False, overwrite)
     with as_written(*results, into=page):

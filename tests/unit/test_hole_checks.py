@@ -85,13 +85,6 @@ BAD = {
         circle('[analysis]\ntype = "periodic"\nmethod = "harmonic-balance"\n'),
         ["[analysis] method", "harmonic-balance, with a hole that is met as a circle", "shooting"],
     ),
-    "a circle that rubs with joints": (
-        circle(
-            "[contact]\nfriction = { coefficient = 0.1 }\n"
-            '[[joint]]\nname = "j"\ntype = "elastic"\npoint = 0.3\nstiffness = { vertical = 1e3 }\n'
-        ),
-        ["[contact.friction]", "one of these three left out"],
-    ),
     "a circle of squares": (circle().replace('"circle"', '"square"', 1), ["square", "points", "circle"]),
     "a square beam": (GOOD.replace('section = "round"\n', ""), ["hole", "rectangle", "round section", '"slot"']),
     "a slice": (GOOD.replace("dimension = 3", "dimension = 2"), ["dimension", "3", "equally wide"]),

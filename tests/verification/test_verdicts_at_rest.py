@@ -19,6 +19,7 @@ from gapbeam.solver.models.model import build_model
 from gapbeam.solver.run.assumptions import frequency_findings, motion_findings
 from gapbeam.solver.run.assumptions.frequency_findings import RESONANT, RIGID, of_resonance, of_step
 from gapbeam.solver.run.assumptions.motion_findings import BESIDE_CLEARANCE, INSIDE, RESTRAINED
+from gapbeam.solver.run.scene_summary import DIGITS
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import seated
@@ -156,6 +157,7 @@ def test_every_assumption_can_have_other_limits() -> None:
         UNDER_NOISE[0],
         BESIDE_CLEARANCE[0],
         INSIDE[0],
+        DIGITS.name,
     }
     assert set(AssumptionLimits.model_fields) == {name.replace(" ", "_") for name in names}
 

@@ -73,7 +73,7 @@ class Left:
         """Bring accounts and recorder, as they are at a start, to where the run was left.
 
         Raises:
-            UserError: What the recorder keeps is malformed.
+            UserError: The accounts are malformed.
         """
         try:
             restore(accounts, recorder, self.header["accounts"])

@@ -188,7 +188,7 @@ def test_compiled_loops_with_another_state(reduced: Stopped, tmp_path: Path) -> 
         (EXPANSION, 2.0, "moves otherwise"),
         ("stiffness", float("nan"), "other things than finite numbers"),
         ("mass", 0.0, "other things than finite numbers"),
-        ("mass", -1.0, "not positive"),
+        ("mass", -1.0, "those of this model"),
         ("contact.faces", 9.0, "do not fit"),
     ],
 )

@@ -78,7 +78,9 @@ class Left:
         try:
             restore(accounts, recorder, self.header["accounts"])
         except MALFORMED as error:
-            raise UserError(f"its accounts cannot be read ({error!r}); start again with `overwrite=True`") from error
+            raise UserError(
+                f"the accounts of the last checkpoint cannot be read ({error!r}); start again with `overwrite=True`"
+            ) from error
 
 
 def kept_steps(model: Model) -> frozenset[int]:

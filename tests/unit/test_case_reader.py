@@ -115,7 +115,7 @@ BAD_KEYS = {
     "incompressible": (
         "poisson_ratio = 0.3",
         "poisson_ratio = 0.5",
-        ["[material] poisson_ratio", "0.5", "greater than -1 and less than 0.5"],
+        ["[material] poisson_ratio", "0.5", "greater than -1 and less than 0.5", "poisson_ratio = 0.499"],
     ),
     "one frequency": (
         "frequencies = [40.0, 300.0]",

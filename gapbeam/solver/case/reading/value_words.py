@@ -169,6 +169,8 @@ FACTORS = {
 }  # fmt: skip
 """Units that people write behind a number, in SI units, Hz or degrees."""
 
+JUST_BELOW = 0.998
+
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\S*(?:\s+\S+)*)\s*")
 
 
@@ -188,6 +190,7 @@ def hint_for(model: type[BaseModel], name: str, value: object) -> str:
     choices = [choice for option in allowed for choice in option.get("enum", [option.get("const")])]
     numeric = bool(types & {"number", "integer"})
     names = [choice for choice in choices if isinstance(choice, str)]
+    bounds = [option.get("exclusiveMaximum") for option in allowed]
     match value:
         case str() if close := near(value, names):
             return f"did you mean {name} = {toml_value(close)}?"
@@ -205,6 +208,8 @@ def hint_for(model: type[BaseModel], name: str, value: object) -> str:
             return f'quotes: {name} = "{value}"'
         case int() | float() if value < 0 and numeric and fits(model, name, -value):
             return "no minus sign"
+        case int() | float() if value in bounds and fits(model, name, JUST_BELOW * value):
+            return f"just below: {name} = {JUST_BELOW * value:g}"
         case list() | tuple() if len(value) == 1 and numeric and fits(model, name, value[0]):
             return f"the number without brackets: {name} = {toml_value(value[0])}"
         case list() | tuple() if "array" in types and any(isinstance(item, str) for item in value):

@@ -99,6 +99,31 @@ def drawn(count: int, seed: int) -> np.ndarray:
     return np.exp(np.random.default_rng(seed).uniform(ends[:, 0], ends[:, 1], (count, 3)))
 
 
+@pytest.mark.parametrize("settle", [5, 20, 40, 80])
+def test_members_that_have_not_settled_are_named(settle: int, tmp_path: Path, caplog: Any) -> None:
+    """A linear oscillator from rest in closed form: its transient changes the harmonics by more than noise, or less."""
+    body = gb.mass(1.0, stiffness=1.0, damping=0.02, name="body")
+    far = gb.Contact(body["at"], gb.HalfPlane(1e3), gb.KelvinVoigt(stiffness=20.0), name="stop")
+    scene = gb.Scene(body, contacts=[far], loads=[gb.Force(body["at"], lambda t: np.cos(0.8 * t), name="shaker")])
+    found = gb.library(
+        scene, {"stop.stiffness": stats.loguniform(5, 80)}, point="at", quantity="velocity", period=PERIOD,
+        members=256, periods=40, harmonics=8, settle=settle, steps=256, output=tmp_path,
+    )  # fmt: skip
+    t, X, rate = (settle + np.arange(40 * 64) / 64) * PERIOD, 1.0 / (0.36 + 0.016j), np.sqrt(1.0 - 1e-4)
+    free = -X.real * np.cos(rate * t) + ((-0.8j * X).real - 0.01 * X.real) / rate * np.sin(rate * t)
+    x = (X * np.exp(0.8j * t)).real + np.exp(-0.01 * t) * free
+    first, second = (2.0 * np.fft.rfft(half)[::20][1:9] / len(half) for half in np.split(x, 2))
+    change = np.linalg.norm(second - first) / abs(X)
+    noise = np.random.default_rng(1).normal(0.0, 0.02 * abs(X) / np.sqrt(2.0), (400, 2, 20 * 64))
+    lines = 2.0 * np.fft.rfft(noise)[..., 20:180:20] / (20 * 64)
+    limit = np.sqrt(np.mean(np.sum(np.abs(lines[:, 1] - lines[:, 0]) ** 2, axis=1))) / abs(X)
+    assert not 0.7 < change / limit < 1.3
+    assert found.changing == float(change > limit)
+    assert ("have not settled" in found.headline()) == (change > limit)
+    assert gb.read_library(tmp_path).changing == found.changing
+    assert ("have not settled" in caplog.text) == (change > limit)
+
+
 @pytest.mark.slow(minutes=0.5)
 def test_values_of_an_independent_march_are_found(found: gb.Library) -> None:
     """48 recordings with 2 % noise: the clearance to 1 %; intervals hold as often as a binomial of 95 % allows."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -33,7 +34,7 @@ from gapbeam.studies.study_folder import study_written
 from gapbeam.studies.uncertain.member_responses import START, Answers, KeptAnswers, members_of_block
 from gapbeam.studies.uncertain.probability import NEVER_ONE, inputs_of
 
-NOISE, KEPT_WORD, FAILED_WORD, OWN = "noise", "kept", "failed", "figure/"
+NOISE, KEPT_WORD, FAILED_WORD, OWN, CHANGE = "noise", "kept", "failed", "figure/", "change"
 LANES = 4 * WIDTH
 """Members whose histories are in memory together."""
 FEWEST, MOST = 256, 16384
@@ -42,6 +43,9 @@ KEPT_SAMPLES = 8
 HELD = 8
 """One block of lanes in so many is held out, and marched in steps finer by so much."""
 ARRAYS = "library.npz"
+FEW = 0.05
+"""Share of members that may change, such as chaotic ones, without a warning."""
+LOG = logging.getLogger("gapbeam")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -59,6 +63,8 @@ class Library(PrintedResult):
         failed: Members that failed.
         regression: Regression of the positions of values in their ranges, from 0 to 1.
         units: SI units by path, as far as they are known.
+        changing: Share of members whose harmonics of the load differ between the halves of their records by more than
+            the largest noise does, if white: they have not settled, or never repeat.
     """
 
     paths: tuple[str, ...]
@@ -71,6 +77,17 @@ class Library(PrintedResult):
     failed: int
     regression: Regression
     units: Mapping[str, str] = field(default_factory=dict)
+    changing: float = 0.0
+
+    @property
+    def doubt(self) -> str:
+        """Words on members that change; "": they are few."""
+        if self.changing <= FEW:
+            return ""
+        return (
+            f"{self.changing:.0%} of the members change within their records by more than noise of "
+            f"{self.kind.noise:.2g} does: they have not settled, or never repeat; try more settle"
+        )
 
     def values_at(self, u: Array) -> Array:
         """Return values at positions in their ranges, (..., paths), of all paths or the first."""
@@ -90,7 +107,10 @@ class Library(PrintedResult):
         """Return the library in one line."""
         lost = f"; {self.failed} failed" if self.failed else ""
         parts = (f"{path} to {median:.2g}" for path, _, _, median, _ in self.rows())
-        return f"{counted(self.members, 'member')}{lost}; median relative error of members held out: {', '.join(parts)}"
+        found = (
+            f"{counted(self.members, 'member')}{lost}; median relative error of members held out: {', '.join(parts)}"
+        )
+        return f"{found}; {self.doubt}" if self.doubt else found
 
     def tables(self) -> list[Table]:
         """Return the tables of the errors of members held out."""
@@ -127,7 +147,7 @@ class _Members:
         found = np.concatenate(parts)
         lost = ~np.isfinite(found).all(axis=1)
         word = np.where(lost, FAILED_WORD, KEPT_WORD).astype(object)
-        names = [OWN + one.name for one in self.figures]
+        names = [CHANGE, *(OWN + one.name for one in self.figures)]
         names += [f"{i:03d}" for i in range(found.shape[1] - len(names))]
         return Answers(word, dict(zip(names, found.T, strict=True)))
 
@@ -145,12 +165,18 @@ class _Members:
         )  # fmt: skip
         lost = np.asarray(many.untrusted, dtype=bool)
         moved = np.where(lost, 0.0, many.displacement[self.point]).T
+        half = kind.periods // 2
+        first, second = (lines_of(part, half, kind.harmonics)[:, ::half] for part in np.hsplit(moved, 2))
+        size = 0.5 * np.linalg.norm(first + second, axis=1)
+        change = np.linalg.norm(second - first, axis=1) / np.where(size > 0.0, size, 1.0)
         c = lines_of(moved, kind.periods, kind.harmonics)
         c = c * (2j * np.pi * np.arange(c.shape[1]) / (kind.periods * T)) ** self.order
         digest = hashlib.sha256(b"".join(np.ascontiguousarray(one).tobytes() for one in values.values())).digest()
         draw = np.random.default_rng(np.frombuffer(digest, dtype=np.uint32))
         own = [many.figures[one.name] for one in self.figures]
-        return np.where(lost[:, None], np.nan, np.column_stack([*own, kind.of(kind.noisy(c, values[NOISE], draw))]))
+        return np.where(
+            lost[:, None], np.nan, np.column_stack([change, *own, kind.of(kind.noisy(c, values[NOISE], draw))])
+        )
 
 
 @checked
@@ -218,14 +244,16 @@ def library(
     if output is not None:
         times = begin.t + T * np.linspace(0.0, 1.0, 50)
         key = ensemble_key(
-            scene, {}, 1, begin, times, T, point, quantity, each, HELD, settle, kind, scheme, seed, *wanted
+            scene, {}, 1, begin, times, T, point, quantity, each, HELD, settle, kind, scheme, seed, CHANGE, *wanted
         )
     folder, blocks = None if output is None else Path(output), members // WIDTH
     out = np.repeat(np.random.default_rng([seed, 2]).permutation(blocks) < max(blocks // HELD, 1), WIDTH)
     p: Any = np.linspace(0.0, 1.0, grid.shape[1])
     pairs = zip(own.values(), grid, strict=True)
     u = np.column_stack([np.interp(x, row, p) for x, row in pairs])
-    parts, lost, done = list[Array](), 0, 0
+    parts, changes, lost, done = list[Array](), list[Array](), 0, 0
+
+    by_noise = noise * np.sqrt(8.0 / (KEPT_SAMPLES * periods))  # of 2 rms^2: 4 s^2 / (N / 2) for each line and half
 
     def show(count: int) -> None:
         if progress is not None:
@@ -236,6 +264,7 @@ def library(
         found = KeptAnswers(one, place, key, show)({path: value[which] for path, value in values.items()})
         done += int(which.sum())
         whole = found.response == KEPT_WORD
+        changes.append(found.figures.pop(CHANGE)[whole] > by_noise)
         mine = [found.figures.pop(OWN + one.name)[whole] for one in wanted]
         if not parts:
             grid = np.vstack([grid, *(_quantiles(one, x, p) for one, x in zip(wanted, mine, strict=True))])
@@ -244,7 +273,10 @@ def library(
         lost += int(np.sum(~whole))
     paths = (*own, *(one.name for one in wanted))
     units = units_of_values(scene, own) | {one.name: one.unit for one in wanted if one.unit != "1"}
-    result = Library(paths, grid, point, quantity, T, kind, members - lost, lost, regression(*parts), units)
+    result = Library(
+        paths, grid, point, quantity, T, kind, members - lost, lost, regression(*parts), units,
+        float(np.concatenate(changes).mean()),
+    )  # fmt: skip
     if folder is not None:
         _write(result, folder)
     return result
@@ -319,7 +351,7 @@ def _write(found: Library, folder: Path) -> None:
         "paths": found.paths, "point": found.point, "quantity": found.quantity, "period": found.period,
         "periods": found.kind.periods, "harmonics": found.kind.harmonics, "noise": found.kind.noise,
         "members": found.members, "failed": found.failed, "headline": found.headline(), "rows": found.rows(),
-        "units": dict(found.units),
+        "units": dict(found.units), "changing": found.changing, "doubt": found.doubt,
     }  # fmt: skip
     arrays: dict[str, Any] = {"grid": found.grid, **found.regression.flat()}
     path, part = folder / ARRAYS, folder / (ARRAYS + ".part")
@@ -346,9 +378,12 @@ def read_library(folder: str | Path) -> Library:
         parts = arrays_in(path / ARRAYS)
         grid = parts.pop("grid")
         kind = FeatureKind(note["periods"], note["harmonics"], note["noise"])
-        return Library(
+        found = Library(
             tuple(note["paths"]), grid, note["point"], note["quantity"], note["period"], kind, note["members"],
-            note["failed"], Regression(**parts), note.get("units", {}),
+            note["failed"], Regression(**parts), note.get("units", {}), note.get("changing", 0.0),
         )  # fmt: skip
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UserError(f"{path}: the library is damaged ({error}); march it again: gapbeam library") from error
+    if found.doubt:
+        LOG.warning("%s: %s", path, found.doubt)
+    return found

@@ -237,7 +237,7 @@ def library_sections(folder: Path, command: str) -> list[ReportSection]:
         f"{number(float(record['period']))} s, with noise of up to {100.0 * record['noise']:.3g} % of their rms."
     )
     blocks: list[Block] = [
-        Verdict("warning" if record["failed"] else "passed", str(record["headline"])),
+        Verdict("warning" if record["failed"] or record.get("doubt") else "passed", str(record["headline"])),
         TableBlock("Errors of estimates of members that were held out", LIBRARY_HEADS, rows),
         Words(f"{words} `gapbeam estimate {folder} RECORDING` takes such a recording."),
     ]

@@ -237,9 +237,8 @@ def _start_rows(case: Case, analysis: Transient) -> list[Row]:
     if analysis.start == "centered":
         ends = [centered_pose(case.support).section(x) for x in (0.0, case.beam.length)]
         unit, factor = shown_by("m", (way for end in ends for way in (end["lateral"], end["vertical"])))
-        places = " and ".join(
-            f"({factor * end['lateral']:.3g}, {factor * end['vertical']:.3g}) {unit.replace('µ', 'u')}" for end in ends
-        )
+        moved = [f"({factor * end['lateral']:.3g}, {factor * end['vertical']:.3g})" for end in ends]
+        places = f"{' and '.join(dict.fromkeys(moved))} {unit.replace('µ', 'u')}"
         words.append(f"both ends of the axis moved by {places} sideways and upward")
     if analysis.motion is not None:
         pose, rate = analysis.motion.pose(case.beam.length), analysis.motion.rate(case.beam.length)

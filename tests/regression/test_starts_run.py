@@ -59,7 +59,7 @@ def test_the_commands_that_a_user_types(block: Path) -> None:
     assert checked.returncode == 0, checked.stderr
     assert_says(
         " ".join(checked.stdout.split()),
-        ["centered", "both ends of the axis moved by (2e-05, 0) m", "velocity lateral", "bending mode 3"],
+        ["centered", "both ends of the axis moved by (0.02, 0) mm sideways", "velocity lateral", "bending mode 3"],
     )
     folder = block.with_name("run")
     ran = called("run", block, "--output", folder)

@@ -127,6 +127,11 @@ class Material(Table):
         examples=[3.55e8],
     )
 
+    @property
+    def shear_modulus(self) -> float:
+        """G = E / (2 (1 + nu)), Pa."""
+        return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
 
 OF_SECTION = ("thickness", "width", "section")
 """Keys that replace those of [beam]."""
@@ -419,8 +424,7 @@ class BeamProfile:
         for piece in self.between(start, end):
             share, material = piece.share(start, end), piece.material
             mass += share * piece.line_mass
-            shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
-            flexibility += share * material.density / (shear * piece.line_mass)
+            flexibility += share * material.density / (material.shear_modulus * piece.line_mass)
         return sqrt(1.0 / (flexibility * mass))
 
 

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from gapbeam.solver.messages.errors import Fault, Key, UserError
-from gapbeam.solver.messages.wording import counted, either, near, near_file, printable
+from gapbeam.solver.messages.wording import counted, either, is_numeric, near, near_file, printable
 from gapbeam.solver.system.operators import Array
 
 DELIMITERS = (",", ";", "\t", None)
@@ -93,7 +93,7 @@ def layout_of(lines: Sequence[str], wanted: Sequence[int | str]) -> RecordLayout
         text, is_row = plain(line), False
         for delimiter in DELIMITERS:
             entries = _entries(text, delimiter)
-            numeric = [_numeric(entry) for entry in entries]
+            numeric = [is_numeric(entry) for entry in entries]
             # "0,001 0,5" has decimal commas and blanks, and is no row of three
             if sum(numeric) < 2 or any(map(_TWO.fullmatch, entries)):
                 continue
@@ -108,7 +108,7 @@ def layout_of(lines: Sequence[str], wanted: Sequence[int | str]) -> RecordLayout
                 if None not in places:
                     return layout
                 second = second or layout
-        single = single or _numeric(text.strip())
+        single = single or is_numeric(text.strip())
         if not is_row:
             above.append(line)
     if second is None:
@@ -130,20 +130,12 @@ def _entries(text: str, delimiter: str | None) -> list[str]:
     return (text if delimiter == "," else text.replace(",", ".")).split(delimiter)
 
 
-def _numeric(entry: str) -> bool:
-    try:
-        float(entry)
-    except ValueError:
-        return False
-    return True
-
-
 def _names(line: str, delimiter: str | None, columns: int) -> tuple[str, ...]:
     """Return the names in a line above the rows; none where it has another number of entries."""
     text = line.strip().lstrip(_COMMENT)
     for parts in (text.split(delimiter), *(re.split(pattern, text) for pattern in (",", ";", r"\t+", r"\s{2,}"))):
         names = tuple(part.strip().strip("\"'").strip() for part in parts)
-        if len(names) == columns and not all(map(_numeric, names)):
+        if len(names) == columns and not all(map(is_numeric, names)):
             return names
     return ()
 
@@ -303,7 +295,7 @@ def _numbers(content: bytes, layout: RecordLayout, columns: list[int]) -> tuple[
         read = np.loadtxt(iter(rows), delimiter=layout.delimiter, usecols=columns, comments=None, ndmin=2)
     except ValueError as error:
         entries = layout.entries(rows.text)
-        wrong = next((entries[place] for place in columns if not _numeric(entries[place])), rows.text)
+        wrong = next((entries[place] for place in columns if not is_numeric(entries[place])), rows.text)
         found = f"{printable(wrong.strip())!r} in line {rows.line}"
         raise _fault(FILE, found, "a number", "put # in front of lines that are no rows") from error
     return np.ascontiguousarray(read[:, 0]), np.ascontiguousarray(read[:, 1])

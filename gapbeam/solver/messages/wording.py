@@ -171,3 +171,12 @@ def close_to(word: object, known: list[str], alike: float = 0.6) -> str | None:
 
 def _plain(word: object) -> str:
     return f"{word!s:.60}".strip().lower().replace("-", "_").replace(" ", "_")
+
+
+def is_numeric(text: str) -> bool:
+    """Return whether a text is a number."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -92,5 +92,4 @@ def _torsion(piece: BeamPiece) -> tuple[float, float]:
     """Return G J, N m^2, and rho I_p, kg m."""
     material, constant = piece.material, piece.beam.torsion_constant
     assert constant is not None  # the case was refused
-    shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
-    return shear * constant, material.density * piece.beam.polar_moment
+    return material.shear_modulus * constant, material.density * piece.beam.polar_moment

@@ -183,7 +183,7 @@ def beam(
             f'{where}: found model {model!r}, expected "beam" or "rigid"; a reduced model of a mesh comes from a case: '
             "gapbeam.scene(case)"
         )
-    shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) * section.shear_area
+    shear = material.shear_modulus * section.shear_area
     pull = float(finite(tension, f"{where}: tension"))
     uniform = TimoshenkoBeam(size, count, bending, shear, mass + added, rotary, pull)
     parts = _parts(uniform, [*places.values(), *held])

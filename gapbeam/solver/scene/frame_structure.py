@@ -400,7 +400,7 @@ def _element(
 ) -> tuple[Array, Array, Array]:
     """Return stiffness, mass, and mass of fluid of an element in space, (12, 12) each; the mass is of the arc."""
     section, material, length = one.section, one.material, float(np.linalg.norm(b - a))
-    E, G = material.young_modulus, material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
+    E, G = material.young_modulus, material.shear_modulus
     heavy = material.density * arc / length
     wet = float(positive(one.added_mass, f"{where}: added mass", zero=True)) * arc / length
     K, M, fluid = np.zeros((3, 12, 12))

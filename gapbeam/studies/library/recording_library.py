@@ -252,7 +252,6 @@ def library(
     pairs = zip(own.values(), grid, strict=True)
     u = np.column_stack([np.interp(x, row, p) for x, row in pairs])
     parts, changes, lost, done = list[Array](), list[Array](), 0, 0
-
     by_noise = noise * np.sqrt(8.0 / (KEPT_SAMPLES * periods))  # of 2 rms^2: 4 s^2 / (N / 2) for each line and half
 
     def show(count: int) -> None:

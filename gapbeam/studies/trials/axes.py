@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import counted, is_numeric
 
 MOST_POINTS = 100_000
 
@@ -41,7 +41,7 @@ def read_axis(text: str, spacing: Spacing = "log", prefix: str = "`vary=` ") -> 
     if not key or not given:
         raise UserError(f'{prefix}"{text}": found no values; expected KEY=a,b,c or KEY=first:last:count')
     parts = given.split(":")
-    if len(parts) == 2 and all(map(_is_number, parts)):
+    if len(parts) == 2 and all(map(is_numeric, parts)):
         raise UserError(f'{prefix}"{text}": found a range without a count; expected first:last:count, as in {given}:11')
     if len(parts) not in (3, 4) or "{" in given or '"' in given:
         return Axis(key, tuple(_split(given)))
@@ -91,14 +91,6 @@ def points_of(axes: Sequence[Axis], zipped: bool = False) -> list[tuple[str, ...
 def overrides_of(axes: Sequence[Axis], point: Sequence[str], fixed: Sequence[str] = ()) -> list[str]:
     """Return the overrides KEY=VALUE of a point."""
     return [*fixed, *(f"{axis.key}={value}" for axis, value in zip(axes, point, strict=True))]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _split(text: str) -> list[str]:

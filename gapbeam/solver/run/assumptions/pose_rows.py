@@ -134,5 +134,5 @@ ROUND_OFF = 1e-9  # of the length
 
 def _constants(material: Material) -> tuple[float, float, float]:
     """Return shear modulus, Pa, Poisson ratio and yield stress, infinite where none is given, Pa."""
-    shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
-    return shear, material.poisson_ratio, np.inf if material.yield_stress is None else material.yield_stress
+    most = np.inf if material.yield_stress is None else material.yield_stress
+    return material.shear_modulus, material.poisson_ratio, most

@@ -11,7 +11,7 @@ with  c_0 = 2 R/E,  c_n = 4 (R/E) n / (n^2 - 1)        for a disc and a plate of
       c_0 = R/E,    c_n = (R/E) (2n - 1) / (n^2 - 1)   for a disc without Poisson's ratio in a rigid hole,
 
 by plane elasticity of a disc and of a plate with a hole (Airy's function of every n), and K the stiffness of the
-contact per area. `persson` is the closed form of the first of them.
+contact per area. Persson has a closed form of the first of them.
 
 Source: Persson (1964), On the stress distribution of cylindrical elastic bodies in contact; Ciavarella and Decuzzi
 (2001), Int. J. Solids Struct. 38, 4507-4523.
@@ -20,7 +20,7 @@ Source: Persson (1964), On the stress distribution of cylindrical elastic bodies
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import atan2, log, pi, sqrt, tan
+from math import atan2, pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,15 +44,6 @@ class Contact(NamedTuple):
 
     angle: float
     peak: float
-
-
-def persson(angle: float) -> tuple[float, float]:
-    """Return E dR / Q and the largest p R / Q of disc and plate of the same material, by half of the contact angle."""
-    b = tan(0.5 * angle)
-    root = sqrt(1.0 + b * b)
-    width = b * b * (1.0 + b * b)
-    ratio = (2.0 - 2.0 * b**4 - log(1.0 + b * b)) / (pi * width)
-    return ratio, 2.0 / pi * b / root + log((root + b) / (root - b)) / (2.0 * pi * width)
 
 
 def by_series(hole: str, ratio: float, softness: float = 0.0, size: int = 300, terms: int = 6000) -> Contact:

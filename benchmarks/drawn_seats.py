@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hypothesis import HealthCheck, Phase, given, reject, seed, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import gapbeam
+from benchmarks.drawn_cases.scenes import last_drawn
 from benchmarks.table import Table
 from gapbeam.solver.case.analysis_table import NAMES, RigidMotion, unit_motions
 from gapbeam.solver.loads.places import PointForce
@@ -38,7 +38,6 @@ BALANCED = (
 MOVES = 1.0e-6  # work of loads along a rigid motion, over the largest
 IN_PLANE = ("vertical", "rotation")
 ACROSS = ("lateral", "vertical", "rotation", "lateral_rotation")
-EXAMPLES = 3  # that are drawn for a scene
 EDGE = 0.02  # of the length: as far as a support may end elsewhere before a verdict depends on its edge
 
 
@@ -376,30 +375,16 @@ def _unbalanced(simulation: Simulation, seat: Seat, openings: Array, works: Arra
 
 
 def drawn_scene(number: int) -> dict[str, Any]:
-    """Return the scene of a number; five in a row go through all families.
+    """Return the scene of a number; five in a row go through all families."""
+    return last_drawn(FAMILIES[IN_TURN[number % len(IN_TURN)]], number, _is_refused)
 
-    Hypothesis begins with its simplest example and varies those that it has; the last of a few is as good as new.
-    """
-    found: list[dict[str, Any]] = []
 
-    @seed(number)
-    @settings(
-        max_examples=EXAMPLES,
-        database=None,
-        deadline=None,
-        phases=[Phase.generate],
-        suppress_health_check=list(HealthCheck),
-    )
-    @given(FAMILIES[IN_TURN[number % len(IN_TURN)]])
-    def draw(tables: dict[str, Any]) -> None:
-        try:
-            gapbeam.read_case(tables)
-        except gapbeam.CaseError:
-            reject()
-        found.append(tables)
-
-    draw()
-    return found[-1]
+def _is_refused(tables: dict[str, Any]) -> bool:
+    try:
+        gapbeam.read_case(tables)
+    except gapbeam.CaseError:
+        return True
+    return False
 
 
 def drawn(count: int, first: int = 0) -> list[Judged]:

@@ -13,7 +13,6 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -118,33 +117,21 @@ def _text(cell: Cell) -> str:
 
 
 Figures = dict[str, float]
+LONGEST = 3600.0  # s for a process that measures
 
 
-def measured_apart(module: str, *arguments: str, timeout: float = 3600.0) -> Figures:
+def measured_apart(module: str, *arguments: str) -> Figures:
     """Run a module with arguments in a process of its own and return the figures that it printed last.
 
     Raises:
         RuntimeError: The module failed; the message holds the end of its output.
     """
-    found: Figures = json_of([sys.executable, "-m", module, *arguments], timeout)
-    return found
-
-
-def json_of(command: Sequence[str], timeout: float = 3600.0) -> Any:
-    """Run a command and return what it printed last, in JSON; errors as in `output_of`."""
-    return json.loads(output_of(command, timeout).strip().splitlines()[-1])
-
-
-def output_of(command: Sequence[str], timeout: float = 3600.0) -> str:
-    """Run a command and return its standard output.
-
-    Raises:
-        RuntimeError: The command failed; the message holds the end of its output.
-    """
-    done = subprocess.run(command, capture_output=True, text=True, timeout=timeout, check=False)
+    command = [sys.executable, "-m", module, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(command)} failed:\n{(done.stdout + done.stderr)[-2000:]}")
-    return done.stdout
+    found: Figures = json.loads(done.stdout.strip().splitlines()[-1])
+    return found
 
 
 def print_figures(figures: Figures) -> None:

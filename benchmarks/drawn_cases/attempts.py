@@ -74,7 +74,6 @@ class Figure:
         value: The figure.
         estimate: Estimate of its error.
         error: Its difference from the second way.
-        differences: Differences from each companion of the run.
     """
 
     part: str
@@ -82,7 +81,6 @@ class Figure:
     value: float
     estimate: float
     error: float
-    differences: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -100,7 +98,6 @@ class Attempt:
         seconds: Processor time of it and its error estimate.
         second_seconds: Wall time of the second way.
         second_status: Status of the second way; None: there was nothing to compare.
-        second_message: Message of the second way.
         off: Distance from the second way of a run with another status than 0, over its figures; None: it has no end.
         figures: Figures that have errors.
     """
@@ -115,7 +112,6 @@ class Attempt:
     seconds: float
     second_seconds: float
     second_status: int | None
-    second_message: str
     off: float | None
     figures: tuple[Figure, ...]
 
@@ -142,14 +138,14 @@ def attempted(number: int, folder: Path, chatters: bool = False) -> Attempt:
     seconds, summary = time.process_time() - clock, outcome.summary
     errors = summary.get("errors", {})
     estimated = errors.get("status") == "estimated"
-    second_status, second_message, off, figures = None, "", None, tuple[Figure, ...]()
+    second_status, off, figures = None, None, tuple[Figure, ...]()
     clock = time.process_time()
     if outcome.exit_status != 0 or estimated:
         computed = {one["key"]: one["value"] for one in summary.get("defaults", ())}
         end = float(errors["up_to"]) if estimated else case.time.end
         other = gapbeam.read_case(case, second_way(scene, case, computed.get("contact.stiffness"), end, finer))
         second = gapbeam.run(other, output=folder / "second", overwrite=True)
-        second_status, second_message = second.exit_status, second.message
+        second_status = second.exit_status
         if second_status == 0:
             exact = _motion(folder / "second", case)
             figures = tuple(_figures(summary, exact)) if estimated else ()
@@ -157,7 +153,7 @@ def attempted(number: int, folder: Path, chatters: bool = False) -> Attempt:
     return Attempt(
         number, scene.kind, "auto" if scene.automatic else "given", scene.choices | {"motion": scene.motion},
         outcome.exit_status, outcome.message, errors.get("horizon"), seconds, time.process_time() - clock,
-        second_status, second_message, off, figures,
+        second_status, off, figures,
     )  # fmt: skip
 
 
@@ -188,7 +184,7 @@ def _figures(summary: dict[str, Any], exact: MotionRecord) -> Iterator[Figure]:
     for row, error in rows:
         if max(row["error"], error) > NEGLIGIBLE * largest[row["unit"]]:
             part = PARTS.get(row["span"], "start-up")
-            yield Figure(part, row["name"], row["value"], row["error"], error, row["differences"])
+            yield Figure(part, row["name"], row["value"], row["error"], error)
 
 
 def second_way(scene: Scene, case: Case, stiffness: float | None, end: float, finer: Finer) -> dict[str, Any]:

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.drawn_cases.scenes import CLAMPED, GRAVITY, Scene
+from benchmarks.drawn_cases.scenes import CLAMPED, GRAVITY, MATERIALS, Scene
 
 SEED = 15
 MODELS = ("reduced", "beam", "rigid", "beam", "reduced")
-MATERIALS = ((2.1e11, 0.3, 7850.0), (7.0e10, 0.33, 2700.0), (1.1e11, 0.34, 4430.0), (3.0e9, 0.35, 1200.0))
 
 
 def chattering_scene(number: int) -> Scene:

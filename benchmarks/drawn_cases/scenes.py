@@ -8,10 +8,11 @@ seconds.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from math import pi, sqrt
-from typing import Any
+from typing import Any, TypeVar
 
 from hypothesis import HealthCheck, Phase, given, reject, seed, settings
 from hypothesis import strategies as some
@@ -60,6 +61,7 @@ MOST_PERIODS = 3  # of the first bending, in one of the load
 GRAVITY = 9.81  # m/s^2
 CLAMPED = 0.1615  # f L^2 / (c h), the first bending frequency of a clamped strip of height h and wave speed c
 SINKING = 0.01  # of the clearance: where laws change their slope or have the drawn one
+Value = TypeVar("Value")
 EXAMPLES = 3  # drawn for a number: the first ones are simple, the last is as good as new
 
 
@@ -247,9 +249,14 @@ def _load(draw: some.DrawFn, kind: str, frequency: float, length: float, mass: f
             return {"type": "harmonic_force", "name": "push", "point": length, "amplitude": push} | waves
 
 
-def drawn_scene(number: int) -> Scene:
-    """Return the scene of a number, which is always the same; twenty numbers in a row go through all classes."""
-    found: list[Scene] = []
+def last_drawn(
+    strategy: some.SearchStrategy[Value], number: int, refused: Callable[[Value], bool] = lambda _: False
+) -> Value:
+    """Return an example that is not refused; that of a number is always the same.
+
+    Hypothesis begins with its simplest example and varies those that it has; the last of a few is as good as new.
+    """
+    found: list[Value] = []
 
     @seed(number)
     @settings(
@@ -259,9 +266,16 @@ def drawn_scene(number: int) -> Scene:
         database=None,
         suppress_health_check=list(HealthCheck),
     )
-    @given(scenes(*CLASSES[number % len(CLASSES)]))
-    def keep(scene: Scene) -> None:
-        found.append(scene)
+    @given(strategy)
+    def keep(value: Value) -> None:
+        if refused(value):
+            reject()
+        found.append(value)
 
     keep()
     return found[-1]
+
+
+def drawn_scene(number: int) -> Scene:
+    """Return the scene of a number; twenty numbers in a row go through all classes."""
+    return last_drawn(scenes(*CLASSES[number % len(CLASSES)]), number)

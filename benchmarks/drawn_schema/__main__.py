@@ -28,10 +28,6 @@ WARM = (
 def main() -> int:
     """Draw and run cases, and return 0, or 1 where something was found."""
     options = _options()
-    if options.add:
-        table = table_of([json.loads(line) for file in options.add for line in file.read_text("utf-8").splitlines()])
-        table.write(options.output)
-        return 1 if table.figures["findings"] else 0
     for name in WARM:
         importlib.import_module(name)
     lines = []
@@ -66,7 +62,6 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--first", type=int, default=0, help="seed of the first case")
     parser.add_argument("--seeds", type=int, nargs="+", help="these seeds alone")
     parser.add_argument("--lines", type=Path, help="file to append a line of JSON to for each case")
-    parser.add_argument("--add", type=Path, nargs="+", help="run nothing: add up what these --lines hold")
     parser.add_argument("--keep", type=Path, help="folder for the cases with findings")
     parser.add_argument("--output", type=Path, default=Path("results/bench"))
     return parser.parse_args()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import pi
+from operator import itemgetter
 from typing import Any
 
 from pydantic import BaseModel, TypeAdapter
@@ -65,14 +66,10 @@ def _free_part(draw: Draw, support: Any) -> tuple[float, float]:
         return float(support["length"]), draw.scene.length
     ends = [
         0.0,
-        *(end for one in sorted(support, key=_first_end) for end in (one["from"], one["to"])),
+        *(end for one in sorted(support, key=itemgetter("from")) for end in (one["from"], one["to"])),
         draw.scene.length,
     ]
     return max(list(pairwise(ends))[::2], key=lambda part: part[1] - part[0])
-
-
-def _first_end(support: dict[str, Any]) -> float:
-    return float(support["from"])
 
 
 def _asked(draw: Draw) -> bool:

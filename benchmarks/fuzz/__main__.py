@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import gc
 import importlib
-import json
 import os
 import random
 import resource
@@ -18,10 +17,8 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from benchmarks.fuzz.sandbox import Outcome, attempt, make_seeds
 from benchmarks.fuzz.targets import TARGETS, Target
@@ -42,10 +39,6 @@ class Count:
 def main() -> int:
     """Fuzz and return 0, or 1 where something was found."""
     options = _options()
-    if options.add:
-        table = added(options.add)
-        table.write(options.output)
-        return 1 if table.figures["findings"] else 0
     scratch = Path(tempfile.mkdtemp(prefix="gapbeam-fuzz-"))
     try:
         seeds = make_seeds(options.seeds or scratch / "seeds")
@@ -66,7 +59,6 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--seeds", type=Path, help="folder for the files that are mutated; kept")
     parser.add_argument("--findings", type=Path, help="folder for inputs that crash or hang")
     parser.add_argument("--output", type=Path, default=Path("results/bench"))
-    parser.add_argument("--add", type=Path, nargs="+", help="fuzz nothing: add up what these --output hold")
     return parser.parse_args()
 
 
@@ -145,12 +137,9 @@ def _listing(folder: Path) -> dict[str, bytes]:
 def _keep(folder: Path, kept: Path, outcome: Outcome) -> None:
     """Keep an input that was not answered as it should be."""
     shutil.rmtree(kept, ignore_errors=True)
-    shutil.copytree(folder, kept, symlinks=True, ignore=_pipes)
+    pipes = [path.name for path in folder.rglob("*") if path.is_fifo()]
+    shutil.copytree(folder, kept, symlinks=True, ignore=shutil.ignore_patterns(*pipes))
     (kept / "printed.txt").write_text(outcome.printed, encoding="utf-8")
-
-
-def _pipes(folder: str, names: list[str]) -> list[str]:
-    return [name for name in names if (Path(folder) / name).is_fifo()]
 
 
 def _table(counts: dict[str, Count], options: argparse.Namespace) -> Table:
@@ -172,33 +161,6 @@ def _table(counts: dict[str, Count], options: argparse.Namespace) -> Table:
         (f"seed {options.seed}, {options.minutes:g} minutes of the wall clock, {used / 60:.1f} minutes of CPU",),
         {"tried": totals[0], "findings": sum(totals[3:]), "longest": longest, "cpu_seconds": used},
     )
-
-
-ADDED, LARGEST = slice(1, 7), slice(7, 9)  # columns: numbers of inputs, and what is largest
-
-
-def added(folders: Sequence[Path]) -> Table:
-    """Return the sum of the tables that slices have written.
-
-    Args:
-        folders: Their `--output`.
-    """
-    slices = [json.loads((folder / "fuzz.json").read_text(encoding="utf-8")) for folder in folders]
-    rows: dict[str, list[Any]] = {}
-    for printed in slices:
-        for name, *cells in printed["rows"]:
-            before = rows.setdefault(name, [name, *[0] * len(cells)])
-            before[ADDED] = [one + other for one, other in zip(before[ADDED], cells[:6], strict=True)]
-            before[LARGEST] = [max(pair) for pair in zip(before[LARGEST], cells[6:], strict=True)]
-    total = rows.pop("all")
-    all_rows: tuple[tuple[Cell, ...], ...] = tuple(tuple(row) for row in [*rows.values(), total])
-    used = sum(printed["figures"]["cpu_seconds"] for printed in slices)
-    figures = {"tried": total[1], "findings": sum(total[4:7]), "longest": total[7], "cpu_seconds": used}
-    notes = (
-        "; ".join(printed["notes"][0].split(",")[0] for printed in slices) + f": {used / 60.0:.1f} minutes of CPU",
-        *dict.fromkeys(note for printed in slices for note in printed["notes"][1:]),
-    )
-    return Table("fuzz", "Hostile input", tuple(slices[0]["columns"]), all_rows, notes, figures)
 
 
 if __name__ == "__main__":

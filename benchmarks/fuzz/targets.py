@@ -10,7 +10,7 @@ from pathlib import Path
 
 from benchmarks.fuzz import checkpoint_mutations as checkpoint_targets
 from benchmarks.fuzz.mutations import NUMBERS, WORDS, put_in_place, spoil_bytes, spoil_hdf5, spoil_json, spoil_text
-from benchmarks.fuzz.sandbox import PROJECT, STABILITY, Limits, Work, command
+from benchmarks.fuzz.sandbox import PROJECT, QUICK, STABILITY, Limits, Work, command
 
 TEXTS = {".toml": spoil_text, ".json": spoil_json, ".jsonl": spoil_json, ".csv": spoil_text, ".xdmf": spoil_text}
 
@@ -236,7 +236,7 @@ def _sweep_again(seeds: Path, folder: Path, chance: random.Random) -> Work:
         from gapbeam.studies.sweep.sweep_tables import write_tables
         from gapbeam.studies.trials.axes import read_axis
 
-        sweep = Sweep(STABILITY, QUICK_FIXED, (read_axis("support.clearance=0.05e-3,0.1e-3", "linear", ""),))
+        sweep = Sweep(STABILITY, QUICK, (read_axis("support.clearance=0.05e-3,0.1e-3", "linear", ""),))
         subjects = [entry for entry in read_points(sweep).values() if not isinstance(entry, CaseError)]
         with study_folder(copy, plan=plan_of(sweep, subjects, False)), as_written(copy):
             prepare(sweep, copy)
@@ -287,13 +287,6 @@ def _mesh(seeds: Path, folder: Path, chance: random.Random) -> Work:
     return work
 
 
-def _fixed() -> tuple[str, ...]:
-    from benchmarks.fuzz.sandbox import QUICK
-
-    return QUICK
-
-
-QUICK_FIXED = _fixed()
 TARGETS = (
     Target("case files", 20.0, _case, quotes=True),
     Target("--set and swept keys", 10.0, _setting, quotes=True),

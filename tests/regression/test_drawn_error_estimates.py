@@ -93,9 +93,9 @@ def test_motions_that_chatter_lie_within_their_errors(tmp_path: Path, monkeypatc
 
 def attempt(number: int, *ratios: float, status: int = 0, second: int = 0) -> Attempt:
     """Return a run whose errors have these ratios to their estimates."""
-    figures = tuple(Figure("settled", f"figure {place}", 1.0, 0.1, 0.1 * one, {}) for place, one in enumerate(ratios))
+    figures = tuple(Figure("settled", f"figure {place}", 1.0, 0.1, 0.1 * one) for place, one in enumerate(ratios))
     chosen = {"law": "kelvin-voigt", "scheme": "discrete-gradient"}
-    return Attempt(number, "beam", "auto", chosen, status, "no seat", None, 1.0, 2.0, second, "", None, figures)
+    return Attempt(number, "beam", "auto", chosen, status, "no seat", None, 1.0, 2.0, second, None, figures)
 
 
 def test_a_number_draws_a_case_of_its_class() -> None:

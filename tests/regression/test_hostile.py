@@ -21,10 +21,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from benchmarks.fuzz.__main__ import added
 from benchmarks.fuzz.mutations import spoil_bytes, spoil_json, spoil_text
 from benchmarks.fuzz.sandbox import Limits, attempt
-from benchmarks.table import Table
 from gapbeam.command_line import _dispatch, _terminal_handler
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.user_mesh.user_mesh import load_msh
@@ -577,14 +575,3 @@ def test_results_that_the_disk_has_no_room_for(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"history\.h5 will take about 1e\+09 GB and .* has room for"):
         check_space(tmp_path / "not" / "there", 1e18, fields)
     assert not (tmp_path / "not").exists()
-
-
-def test_slices_of_fuzzing_are_added_up(tmp_path: Path) -> None:
-    """Numbers of inputs are summed, times and memory are the largest, seeds and CPU are reported."""
-    rows = (("case files", 3, 1, 2, 0, 0, 0, 0.5, 100), ("all", 3, 1, 2, 0, 0, 0, 0.5, 100))
-    for seed in (1, 2):
-        notes, figures = (f"seed {seed}, 4 minutes",), {"cpu_seconds": 60.0 * seed}
-        Table("fuzz", "Hostile input", tuple("abcdefghi"), rows, notes, figures).write(tmp_path / str(seed))
-    whole = added([tmp_path / "1", tmp_path / "2"])
-    assert whole.rows == (("case files", 6, 2, 4, 0, 0, 0, 0.5, 100), ("all", 6, 2, 4, 0, 0, 0, 0.5, 100))
-    assert whole.notes == ("seed 1; seed 2: 3.0 minutes of CPU",)

@@ -167,11 +167,6 @@ class BeamGeometry:
         return next((step for step in reversed(self.steps) if step.start <= x), self.steps[0])
 
     @property
-    def span_ends(self) -> tuple[float, ...]:
-        """Ends of supports, also at the ends of the beam, increasing."""
-        return tuple(sorted({place for span in self.spans for place in (span.start, span.end)}))
-
-    @property
     def parts(self) -> tuple[tuple[float, float, bool], ...]:
         """The parts of the beam between its ends and the edges of supports: start, end, whether it is supported."""
         return tuple(

@@ -246,7 +246,7 @@ class BeamSizing:
         for start, end, supported in geometry.parts:
             size, support_size, edge_size = self._lengths(geometry, geometry.at(0.5 * (start + end)).thickness)
             regions.append((end, support_size if supported else size))
-            for place in {start, end} & {*geometry.span_ends}:
+            for place in {start, end} & {x for span in geometry.spans for x in (span.start, span.end)}:
                 at_edges[place] = min(edge_size, at_edges.get(place, edge_size))
             if self.size is None:
                 for place in {start, end} & {*geometry.shoulders}:

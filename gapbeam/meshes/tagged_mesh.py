@@ -235,7 +235,8 @@ def describe(tagged: TaggedMesh) -> Description:
     mesh, comm = tagged.mesh, tagged.mesh.comm
     owned = np.arange(mesh.topology.index_map(tagged.dimension).size_local, dtype=np.int32)
     sizes = mesh.h(tagged.dimension, owned)
-    lengths = np.concatenate([_lengths_along_x(tagged, name) for name in tagged.groups if name not in ENDS])
+    corners = [facet_corners(mesh, tagged.facets_of(name)) for name in tagged.groups if name not in ENDS]
+    lengths = np.concatenate([np.ptp(one[..., 0], axis=1) for one in corners])
     # gathered and summed alike everywhere: a reduction may round differently on different ranks
     parts = comm.allgather((math.fsum(lengths), len(lengths)))
     return Description(
@@ -250,11 +251,6 @@ def describe(tagged: TaggedMesh) -> Description:
         largest_cell=max(comm.allgather(float(np.max(sizes, initial=0.0)))),
         mean_contact_facet_length=math.fsum(part[0] for part in parts) / sum(part[1] for part in parts),
     )
-
-
-def _lengths_along_x(tagged: TaggedMesh, group: str) -> npt.NDArray[np.float64]:
-    """Extent along x of each facet of a group that this rank owns."""
-    return np.asarray(np.ptp(facet_corners(tagged.mesh, tagged.facets_of(group))[..., 0], axis=1))
 
 
 DEGREE = 6

@@ -443,8 +443,8 @@ def test_a_good_case_warns_of_nothing(tmp_path: Path) -> None:
 
 def test_checks_take_tables_of_a_case() -> None:
     """A check whose parameter is no table would never be made."""
-    assert {name for check in CHECKS for name in inspect.signature(check).parameters} <= set(Case.model_fields)
-    files = {check.__module__.rpartition(".")[2] for check in CHECKS}
+    assert frozenset().union(*CHECKS.values()) <= set(Case.model_fields)
+    files = {check.__module__.rpartition(".")[2] for check in CHECKS if inspect.isfunction(check)}
     assert files == {path.stem for path in Path(all_checks.__file__).parent.glob("*_checks.py")} - {"all_checks"}
 
 

@@ -18,8 +18,8 @@ from gapbeam.postprocess.report.blocks import TableBlock, Words
 from gapbeam.postprocess.report.sections.contact_section import random_loads_section
 from gapbeam.solver.loads.random_function import (
     RandomSignal,
+    _responses,
     filter_length,
-    filter_response,
     noise_key,
     normal_block,
     sample_rate,
@@ -98,7 +98,7 @@ def test_power_in_bands(spectrum: dict[str, Any], edges: tuple[float, ...]) -> N
 def test_the_filter_has_the_spectrum(spectrum: dict[str, Any]) -> None:
     """Its taps, Fourier transformed 16 times as finely, times those of the spline: the density within 1 %."""
     one = load(spectrum).signal.spectrum
-    taps = np.fft.irfft(filter_response(one))[: filter_length(one)]
+    taps = np.fft.irfft(_responses(one, None)[0])[: filter_length(one)]
     count, rate = 16 * len(taps), sample_rate(one)
     lines = np.fft.rfftfreq(count, 1.0 / rate)
     densities = 2.0 / rate * np.abs(np.fft.rfft(taps, count)) ** 2 * np.sinc(lines / rate) ** 8

@@ -401,7 +401,8 @@ class _Refinement:
         shortest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min(axis=1)
         length = self.wanted(corners.mean(axis=1))
         long = radii / (LARGEST * length)
-        thin = np.where((shortest > 0.02 * length) & ~self._at_acute(triangles), radii / (WORST * shortest), 0.0)
+        at_acute = np.isin(triangles, list(self.acute)).any(axis=1)
+        thin = np.where((shortest > 0.02 * length) & ~at_acute, radii / (WORST * shortest), 0.0)
         badness = np.maximum(long, thin)
         worst = [int(number) for number in np.argsort(-badness, kind="stable") if badness[number] > 1.0]
         ends = points[np.array(self.segments)]
@@ -420,10 +421,6 @@ class _Refinement:
                 found.append(place)
         self.points += found
         return self._split(sorted(poor)) or bool(found)
-
-    def _at_acute(self, triangles: Indices) -> BoolArray:
-        """Return True for triangles that have an acute corner of the region as one of theirs."""
-        return np.asarray(np.isin(triangles, list(self.acute)).any(axis=1))
 
     def _acute_corners(self) -> set[int]:
         """Return the points at which two sides meet at a small angle."""

@@ -251,7 +251,7 @@ def _rings(sections: Sequence[SectionPatches]) -> Shared:
     cores = [section for section in sections if _is_filled(section)]
     solid, levels = bool(cores), list(radii)
     if solid:
-        share = min(_core(section) / max(_circles(section)) for section in cores)
+        share = min(min(math.hypot(*place) for place in one.points) / max(_circles(one)) for one in cores)
         levels = [share * radii[0], *radii]
     parts = [part for section in sections for part in _radial(section)]
     circles = [[(radius * y, radius * z) for y, z in QUADRANTS] for radius in levels]
@@ -335,11 +335,6 @@ def _circles(section: SectionPatches) -> list[float]:
 def _is_filled(section: SectionPatches) -> bool:
     """Return whether a round section has no bore: its inner patch has straight sides."""
     return len(_circles(section)) == 1
-
-
-def _core(section: SectionPatches) -> float:
-    """Return the distance of the corners of the square in a solid round section from its axis."""
-    return min(math.hypot(*place) for place in section.points)
 
 
 def _radial(section: SectionPatches) -> list[tuple[float, float, int]]:

@@ -233,7 +233,8 @@ def check_facing(
         normals = _normals(x[corners], x[nodes[BODY][cells]].mean(axis=1))
         wrong = (side * normals[:, -1] < LEAST_FACING) | (np.abs(normals[:, 0]) > MOST_ALONG)
         if not np.any(wrong):
-            rest = [row for row in facets.on_surface if not _is_in(facets.corners[row], corners)]
+            mine = {row.tobytes() for row in np.sort(corners, axis=1)}
+            rest = [row for row in facets.on_surface if facets.corners[row].tobytes() not in mine]
             _check_unbroken(f"{where}, group {name}", side, corners, facets.corners[rest], x)
             continue
         ends = int(np.sum(np.abs(normals[wrong, 0]) > MOST_ALONG))
@@ -248,10 +249,6 @@ def check_facing(
             if ends
             else "Faces at the side or of a bore do not meet this face of the support: take them out of the group.",
         )
-
-
-def _is_in(facet: Nodes, facets: Nodes) -> bool:
-    return bool(np.any(np.all(np.sort(facets, axis=1) == facet, axis=1)))
 
 
 def _check_unbroken(where: str, side: float, corners: Nodes, rest: Nodes, x: Coordinates) -> None:

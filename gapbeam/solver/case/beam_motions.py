@@ -308,9 +308,5 @@ def _by_pitch(case: Case) -> float:
 def _pulled(case: Case, axis: int) -> bool:
     """Return whether forces at rest pull the beam along an axis, or turn it, before friction is there."""
     aside = axis == LATERAL and any(one.away[1] != 0.0 for one in case.mass)
-    return aside or any(load.may_rest and _may_rest_along(load, axis, case.mesh.dimension) for load in case.load)
-
-
-def _may_rest_along(load: Load, axis: int, dimension: int) -> bool:
-    direction = getattr(load, "direction", None)
-    return direction is not None and axis < dimension - 1 and direction[axis] != 0.0
+    along = (load.direction for load in case.load if load.may_rest and axis < case.mesh.dimension - 1)
+    return aside or any(direction is not None and direction[axis] != 0.0 for direction in along)

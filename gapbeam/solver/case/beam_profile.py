@@ -170,16 +170,6 @@ class Segment(AlongBeam):
         description="stress beyond which a run warns there, Pa; default that of [material] if it gives no material",
     )
 
-    @property
-    def changes_section(self) -> bool:
-        """True where the segment gives any dimension of a cross-section."""
-        return any(getattr(self, key) is not None for key in OF_SECTION)
-
-    @property
-    def changes_material(self) -> bool:
-        """True where the segment gives any property of a material."""
-        return any(getattr(self, key) is not None for key in OF_MATERIAL)
-
     def beam(self, whole: Beam) -> Beam:
         """Return a beam that is all along as it is in this segment.
 
@@ -351,10 +341,6 @@ class BeamProfile:
     def mass(self) -> float:
         """Mass of the beam, kg."""
         return sum(piece.mass for piece in self.pieces)
-
-    def relative_mass(self, beam: Beam, material: Material) -> float:
-        """Return the mass over that of a beam without segments."""
-        return self.mass / (material.density * beam.length * beam.area)
 
     @property
     def middle(self) -> float:

@@ -311,10 +311,6 @@ class Figure(Table):
                 found = share_above(t, x, self.limit or 0.0)
         return replace(blank, value=found)
 
-    def indicator(self, series: Array) -> Array:
-        """Return the averaged quantity, of a share 1 above the limit and 0 below."""
-        return np.asarray(series > self.limit, dtype=float) if self.statistic == "share" else series
-
     def _at_place(self, found: Array, names: Sequence[str], dim: str) -> Array:
         mine = [number for number, name in enumerate(names) if name == self.place]
         if dim in OF_FACES and not mine:

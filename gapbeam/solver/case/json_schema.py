@@ -40,7 +40,9 @@ def schema() -> dict[str, Any]:
                 said = {one: properties[key].pop(one) for one in KEPT if one in properties[key]}
                 by_name = {"enum": names[table.__name__, key]}
                 properties[key] = {**said, "if": {"type": "string"}, "then": by_name, "else": properties[key]}
-    document["properties"]["support"] = _by_form(document["properties"]["support"])
+    support = document["properties"]["support"]  # of two forms, one table or an array of tables
+    table, array = support.pop("oneOf")
+    support |= {"type": ["object", "array"], "if": {"type": "array"}, "then": array, "else": table}
     return {
         **document,
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -70,12 +72,6 @@ def _by_type(part: Any, definitions: dict[str, Any]) -> Any:
         for name, table in types.items()
     ]
     return {**found, "type": "object", "required": ["type"], "properties": keys, "allOf": conditions}
-
-
-def _by_form(support: dict[str, Any]) -> dict[str, Any]:
-    """Replace the two forms of supports, one table or an array of tables, by a condition."""
-    table, array = support.pop("oneOf")
-    return {**support, "type": ["object", "array"], "if": {"type": "array"}, "then": array, "else": table}
 
 
 def _without_null(part: Any) -> Any:

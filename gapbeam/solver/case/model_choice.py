@@ -244,8 +244,8 @@ def chosen_case(case: Case) -> Case:
         return case.model_copy(update={"model": asked.fitted(scene_figures(case, "motion"))})
     if not isinstance(asked, AutoModel):
         return case
-    wanted = wanted_of(case) if asked.wanted == "auto" else asked.wanted
-    reasons = [f"wanted: {wanted}, " + (why_wanted(case) if asked.wanted == "auto" else "given in the case")]
+    wanted, why = _recorded(case) if asked.wanted == "auto" else (asked.wanted, "given in the case")
+    reasons = [f"wanted: {wanted}, {why}"]
     refused: list[list[Fault]] = []
     for dimension in dimensions(case):
         mesh = case.mesh.model_copy(update={"dimension": dimension})
@@ -271,16 +271,11 @@ def chosen_case(case: Case) -> Case:
     raise CaseError("", in_common(refused) or [none_fits(reasons)])
 
 
-def wanted_of(case: Case) -> Wanted:
-    """Return the results of interest, by record."""
-    return "stresses" if case.output.stress or any(probe.stress for probe in case.probe) else "motion"
-
-
-def why_wanted(case: Case) -> str:
-    """Return the part of a case that asks for these results."""
+def _recorded(case: Case) -> tuple[Wanted, str]:
+    """Return the results of interest, by record, and the part of a case that asks for them."""
     found = ["output.stress = true"] if case.output.stress else []
     found += [f"the probe {probe.name} records stress" for probe in case.probe if probe.stress]
-    return found[0] if found else "neither probes nor fields record stress"
+    return ("stresses", found[0]) if found else ("motion", "neither probes nor fields record stress")
 
 
 def dimensions(case: Case) -> tuple[int, ...]:

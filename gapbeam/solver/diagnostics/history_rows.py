@@ -31,7 +31,7 @@ from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.schema.record_table import COMPONENTS, SLIP_MODES, TANGENTS
 from gapbeam.solver.system.operators import Array, Load, Reactions
-from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State
+from gapbeam.solver.system.semi_discrete import VALUE, State
 
 if TYPE_CHECKING:
     from gapbeam.solver.models.model import Model
@@ -121,7 +121,9 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         v=state.v[VALUE],
         contact_force=by_face(contact, forces),
         contact_moment=by_face(contact, forces * contact.positions[:, 0]),
-        contact_resultant=_resultant(contact, forces, across) if contact.support.around else None,
+        contact_resultant=np.stack([by_face(contact, forces * along) for along in across.T], axis=-1)
+        if contact.support.around
+        else None,
         contact_area=by_face(contact, np.where(pressed, contact.weights, 0.0)),
         active_points=by_face(contact, pressed.astype(float)),
         penetration=deepest_by_face(contact, state, accounts.system.operators),
@@ -162,11 +164,6 @@ def _joined_columns(columns: Sequence[Array | None]) -> Array | None:
     if not known:
         return None
     return np.concatenate([np.zeros_like(known[0]) if column is None else column for column in columns])
-
-
-def _resultant(contact: ContactOperator, forces: Array, across: Array) -> Array:
-    """Return the sum of point forces across the beam for each face, (faces, 2)."""
-    return np.stack([by_face(contact, forces * along) for along in across.T], axis=-1)
 
 
 def _joint_contact(accounts: Accounts, state: State, forces: Array, across: Array) -> Array | None:

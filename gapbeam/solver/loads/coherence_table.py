@@ -176,18 +176,14 @@ class MeasuredCoherence(CoherenceTable):
                 "divide all values by the first, and measure distances from 0",
             )
         if not wrong and (least := _least_eigenvalue(self)) < -NEGATIVE:
+            length = max(float(np.trapezoid(values, distances)), 0.1 * distances[-1])  # with the same integral
             yield Fault(
                 (*key, "values"),
                 f"a curve that is no coherence: some forces would have a mean square of {least:.2g} times the largest",
                 "a positive semidefinite curve, such as one that falls ever more slowly from 1 down to 0",
-                f'type = "exponential" with length = {self._equal_length():.3g}, or values that end at 0 smoothly',
+                f'type = "exponential" with length = {length:.3g}, or values that end at 0 smoothly',
                 ((*key, "distances"),),
             )
-
-    def _equal_length(self) -> float:
-        """Return the length of the exponential coherence with the same integral, at least a tenth of the table's, m."""
-        integral = float(np.trapezoid(self.values, self.distances))
-        return max(integral, 0.1 * self.distances[-1])
 
 
 @lru_cache(maxsize=16)

@@ -212,9 +212,15 @@ class LoadTable(Table, ABC):
         """
         yield from ()
 
+    @property
+    def acts(self) -> bool:
+        """True for an amplitude other than 0, or none."""
+        return bool(vars(self).get("amplitude", True))
+
     def unusual_values(self) -> Iterator[str]:
-        """Yield unusual values, in words that continue after the name of the load."""
-        yield from ()
+        """Yield unusual values, in words that continue after the name of the load, such as one that does nothing."""
+        if not self.acts:
+            yield "amplitude = 0: it does nothing"
 
     def unusual_shaking(self, wave_speed: float, length: float) -> Iterator[str]:
         """Yield an acceleration of supports with which impacts would strain the beam beyond `HARDEST`, v / c.

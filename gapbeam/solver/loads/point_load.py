@@ -73,16 +73,6 @@ class HarmonicLoad(RampedLoad):
         """Units of frequency and amplitude."""
         return {"frequency": "Hz", "amplitude": self.amplitude_unit}
 
-    @property
-    def acts(self) -> bool:
-        """True for an amplitude other than 0."""
-        return self.amplitude != 0.0
-
-    def unusual_values(self) -> Iterator[str]:
-        """Yield a load that does nothing."""
-        if not self.acts:
-            yield "amplitude = 0: it does nothing"
-
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a load that starts with a jump, or that never reaches its amplitude."""
         yield from super().unusual_in_run(end)
@@ -132,11 +122,6 @@ class ConstantForce(StaticLoad, PointLoad):
     def peak(self) -> float:
         """The size of the force, N."""
         return abs(self.amplitude)
-
-    def unusual_values(self) -> Iterator[str]:
-        """Yield a load that does nothing."""
-        if self.amplitude == 0.0:
-            yield "amplitude = 0: it does nothing"
 
 
 class RecordedForce(RecordedLoad, PointLoad):

@@ -195,7 +195,7 @@ class RandomSignal:
     def value(self, time: Times) -> Times:
         """Return s at a time, or at each of an array of times."""
         times = np.asarray(time, dtype=float)
-        values = ramped(times, self.ramp, (self._stationary(times.ravel()).reshape(times.shape),))
+        values = ramped(times, self.ramp, (_stationary_rows((self,), times.ravel()).reshape(times.shape),))
         found: Times = values if isinstance(time, np.ndarray) else float(values)
         return found
 
@@ -223,10 +223,6 @@ class RandomSignal:
         if len(times) == 0:
             return np.zeros((0, len(signals)))
         return np.asarray(ramped(times[:, None], self.ramp, (_stationary_rows(signals, times),)))
-
-    def _stationary(self, times: Array) -> Array:
-        """Return s without its ramp, (times,)."""
-        return _stationary_rows((self,), times)[:, 0]
 
     def window(self, block: int) -> Array:
         """Return a block of samples and those behind it that its last splines reach."""
@@ -294,11 +290,6 @@ def _splines(windows: Array, places: Indices, u: Array) -> Array:
     )
 
 
-def filter_response(spectrum: PowerSpectrum) -> Array:
-    """Return the Fourier transform of h over twice its length, (length + 1,)."""
-    return _responses(spectrum, None)[0]
-
-
 @lru_cache(maxsize=8)
 def _responses(spectrum: PowerSpectrum, shared: SharedNoise | None) -> tuple[Array, ...]:
     """Return the Fourier transforms of the filters of the own noise and of the shared one, (length + 1,) each."""
@@ -346,9 +337,7 @@ class _Blocks:
         return np.concatenate([self._kept(block), self._kept(block + 1)[: SUPPORT - 1]])
 
 
-@lru_cache(maxsize=SIGNALS_KEPT)
-def _blocks_of(spectrum: PowerSpectrum, key: int, shared: SharedNoise | None) -> _Blocks:
-    return _Blocks(spectrum, key, shared)
+_blocks_of = lru_cache(maxsize=SIGNALS_KEPT)(_Blocks)
 
 
 CONFIDENCE = 0.95

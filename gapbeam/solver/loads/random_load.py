@@ -359,7 +359,8 @@ class PairedNoiseLoad(NoiseLoad):
             return
         place = (*key, "cross_spectrum", "load")
         by_name = {str(vars(load)["name"]): (number, load) for number, load in loads.items()}
-        fit = [name for name, (_, load) in by_name.items() if load is not self and self._may_share(load)]
+        paired = [load for load in loads.values() if load is not self and self._is_paired(load)]
+        fit = [load.name for load in paired if load.cross_spectrum is None]
         kind = str(vars(self)["type"])
         try_this = f'load = "{fit[0]}"' if fit else f'add another [[load]] of type = "{kind}", and name it here'
         if cross.load == self.name:
@@ -418,10 +419,6 @@ class PairedNoiseLoad(NoiseLoad):
             )
             try_this = "the same lowest frequency, and rows that are as far apart"
             yield Fault((*key, "spectrum"), found, f"details that are {expected}", try_this, related)
-
-    def _may_share(self, load: LoadTable) -> bool:
-        """Return whether a load is of this type and shares no noise of others."""
-        return self._is_paired(load) and load.cross_spectrum is None
 
     def _is_paired(self, load: LoadTable) -> TypeGuard[PairedNoiseLoad]:
         """Return whether a load is of this type."""

@@ -65,11 +65,6 @@ class RecordLayout:
                     return known.index(column.strip())
         return None
 
-    @property
-    def comma(self) -> bool:
-        """True where numbers have decimal commas."""
-        return self.delimiter != ","
-
     def entries(self, row: str) -> list[str]:
         """Return the entries of a row, with decimal points."""
         return _entries(row, self.delimiter)
@@ -333,7 +328,7 @@ class RowReader:
                 found = f"{counted(count, 'column')} in line {self.line}: {printable(self.text.strip())!r}"
                 hint = "was the file cut off? Lines that are no rows need a # in front"
                 raise _fault(FILE, found, f"{layout.columns}, as in the first row", hint)
-            yield self.text.replace(",", ".") if layout.comma else self.text
+            yield self.text.replace(",", ".") if layout.delimiter != "," else self.text
 
 
 def _faults(times: Array, values: Array, kind: RowKind) -> Iterator[Fault]:

@@ -125,11 +125,6 @@ class StepForce(UnrepeatedLoad, PointLoad):
                 ((*key, "start"), (*key, "ramp")),
             )
 
-    def unusual_values(self) -> Iterator[str]:
-        """Yield a load that does nothing."""
-        if self.amplitude == 0.0:
-            yield "amplitude = 0: it does nothing"
-
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a force that does not rise within the run."""
         if not exceeds(end, self.start):
@@ -286,8 +281,6 @@ class SweptSineLoad(PointOrSupportLoad):
     def unusual_values(self) -> Iterator[str]:
         """Yield a load that does nothing, too few cycles, and a jump at the end."""
         yield from super().unusual_values()
-        if self.amplitude == 0.0:
-            yield "amplitude = 0: it does nothing"
         cycles = 0.5 * (self.start_frequency + self.end_frequency) * self.duration
         if cycles < FEWEST_CYCLES:
             yield f"goes through about {cycles:.3g} cycles on its way: too few for a frequency to show"

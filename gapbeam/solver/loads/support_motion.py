@@ -137,11 +137,6 @@ class SupportMotion(LoadTable):
         """Order of the time derivative of the quantity that the acceleration is."""
         return list(OF_MOTIONS).index(self.quantity)
 
-    @property
-    def quantity_unit(self) -> str:
-        """Unit of the quantity."""
-        return OF_MOTIONS[self.quantity]
-
 
 class RecordedMotion(RecordedLoad, SupportMotion):
     """Motion of the support that was recorded, m/s^2, m/s or m after scaling; solved in the moving frame."""
@@ -172,7 +167,7 @@ class BaseMotion(HarmonicLoad, SupportMotion):
     @property
     def amplitude_unit(self) -> str:
         """Unit of the quantity."""
-        return self.quantity_unit
+        return OF_MOTIONS[self.quantity]
 
 
 MOST = 10_000  # rows

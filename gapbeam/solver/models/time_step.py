@@ -25,7 +25,6 @@ from gapbeam.solver.integrators.time_scheme import (
     step_of_period,
 )
 from gapbeam.solver.loads.load_choice import forcing_frequencies
-from gapbeam.solver.loads.places import Attachment
 from gapbeam.solver.messages.errors import CaseError, UserError
 
 DEPTH_RATIO = 0.01  # penetration over clearance at which a law with an exponent is compared with a linear one
@@ -124,16 +123,12 @@ def _highest_with(case: Case, candidates: list[tuple[float, str]]) -> tuple[floa
     for load in case.load:
         if (added := load.attachment) is not None:
             origin = f"a quarter of the beam on the spring of the load {load.name}"
-            found.append((_attached_frequency(case, added), origin))
+            moved = added.mass + MODAL_SHARE * case.profile.mass
+            found.append((sqrt(added.stiffness / moved) / (2.0 * pi), origin))
     found += [one for load in case.load if (one := load.frequency_of_interest) is not None]
     highest = max(found, key=itemgetter(0))
     bodies = [(one.body.frequency, f"the support {one.name} on its spring") for one in case.layout.supports if one.body]
     return max([highest, *(one for one in bodies if one[0] < RIGID_RATIO * highest[0])], key=itemgetter(0))
-
-
-def _attached_frequency(case: Case, added: Attachment) -> float:
-    """Return the frequency of a quarter of the beam and an attached mass on the attached spring, Hz."""
-    return sqrt(added.stiffness / (added.mass + MODAL_SHARE * case.profile.mass)) / (2.0 * pi)
 
 
 def time_step(case: Case, stiffness: float) -> Default:

@@ -87,10 +87,6 @@ class TimoshenkoBeam:
             inertia=material.density * second,
         )
 
-    def of_length(self, length: float) -> TimoshenkoBeam:
-        """Return the beam with another length, m."""
-        return replace(self, length=length)
-
     @property
     def size(self) -> int:
         """Number of DOFs."""
@@ -232,7 +228,7 @@ class SteppedBeam:
             places = graded_places(case, elements)
             alike = {piece: TimoshenkoBeam.of_piece(case, piece, 1.0, 1, lateral) for piece in pieces}
             parts = [
-                alike[case.profile.at(0.5 * (start + end))].of_length(end - start)
+                replace(alike[case.profile.at(0.5 * (start + end))], length=end - start)
                 for start, end in pairwise(map(float, places))
             ]
             return cls(tuple(parts), tuple(map(float, places[:-1])), neutral)

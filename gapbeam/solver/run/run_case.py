@@ -15,6 +15,7 @@ from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case, case_to_toml, with_checksums
 from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.solution_tables import FullModel
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.loads.load_choice import forcing_frequencies
@@ -258,7 +259,7 @@ def _opening(model: Model) -> dict[str, Any]:
         "warnings": [*warnings(case), *accepted_energy_creators(model), *remarks_on_model(model), *crowding],
         "versions": versions() | model.body.made_by,
         "forcing": _forcing(case),
-        "smoothing": summaries.describe_smoothing(case),
+        "smoothing": dict(zip(("window", "reason"), smoothing_window(case), strict=True)),
         "model": summaries.describe_model(model),
         "defaults": [vars(default) for default in model.defaults],
         "wall_time": dict(model.seconds),

@@ -98,9 +98,9 @@ class RunConsumers:
         self._trouble: NotWritten | None = None
         self._looked = 0.0  # last time at which the rule could have ended the march, s
         self._passed: tuple[bytes, ...] = ()  # largest pose and penetration that were let pass
-        self._history: HistoryWriter | None = None
-        kept = None if left is None else int(left.header["records"])
-        on_rank_zero(comm, lambda: self._open_history(folder, kept))
+        kept, opened = None if left is None else int(left.header["records"]), list[HistoryWriter]()
+        on_rank_zero(comm, lambda: opened.append(HistoryWriter(folder, self.recorder.labels, kept)))
+        self._history = opened[0] if opened else None
         self._progress = ProgressFile(folder, model.case.time.end, quiet=comm.rank != 0)
         self.plastic_set: Array | None = None
         self.fields = FieldWriter(folder, model, None if left is None else left.header["fields"])
@@ -235,9 +235,6 @@ class RunConsumers:
         """Return the cost of the checkpoints: their number, and their wall time, s."""
         checkpoints = self._checkpoints
         return {} if checkpoints is None else {"count": checkpoints.count, "seconds": checkpoints.seconds}
-
-    def _open_history(self, folder: Path, kept: int | None) -> None:
-        self._history = HistoryWriter(folder, self.recorder.labels, kept)
 
     def _begin_history(self) -> None:
         """Put the history in place with its first record, so that a run that is killed leaves one."""

@@ -87,7 +87,10 @@ def _margins(scene: Scene, supports: Sequence[str]) -> Iterator[Row]:
             if flows:
                 yield name, *_margin_words(flow_margin(scene, closed), flows[0], words)
             else:
-                yield name, *_growth_words(leading(scene, closed), words)
+                growth = leading(scene, closed)
+                state = "unstable" if growth.real > UNDECIDED * abs(growth) else "stable"
+                frequency = abs(growth.imag) / (2.0 * pi)
+                yield name, f"{growth.real:.4g} 1/s, {frequency:.4g} Hz", f"{words}; {state}"
         except UserError as error:
             yield name, "not known", f"{words}: {error}"
     if not supports:
@@ -107,12 +110,6 @@ def _margins(scene: Scene, supports: Sequence[str]) -> Iterator[Row]:
 def _held(supports: Sequence[str]) -> list[tuple[Sequence[str], str]]:
     """Return supports that are closed, and words for them: all, and none."""
     return [(supports, "all closed"), ((), "all idle")] if supports else [((), "no supports with play")]
-
-
-def _growth_words(found: complex, words: str) -> tuple[str, str]:
-    """Return the largest growth of a motion with its meaning in words."""
-    state = "unstable" if found.real > UNDECIDED * abs(found) else "stable"
-    return f"{found.real:.4g} 1/s, {abs(found.imag) / (2.0 * pi):.4g} Hz", f"{words}; {state}"
 
 
 def _margin_words(found: FlowMargin, flow: Flow, words: str) -> tuple[str, str]:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks import (
@@ -23,7 +25,17 @@ from gapbeam.solver.case.checks import (
 from gapbeam.solver.case.reading.known_keys import numbered
 from gapbeam.solver.messages.errors import Fault, Key
 
+
+def _names_differ(array: str, **tables: Any) -> Iterator[Fault]:
+    """Entries of an array of tables are distinguished by their names; a single table has no other beside it."""
+    if isinstance(tables[array], Mapping):
+        yield from place_checks.namesakes(array, tables[array])
+
+
+NAMED = ("support", "joint", "mass", "fluid", "probe", "segment")
 CHECKS: dict[Callable[..., Iterator[Fault]], frozenset[str]] = {
+    partial(_names_differ, array): frozenset({array}) for array in NAMED
+} | {
     function: frozenset(inspect.signature(function).parameters)
     for module in (
         support_checks, attachment_checks, circle_checks, place_checks, beam_checks, run_checks, contact_checks,

@@ -10,7 +10,7 @@ from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import moves_in_space
 from gapbeam.solver.case.beam_profile import span_lies_on_the_beam
 from gapbeam.solver.case.case import Beam, Contact, Mesh, Wear, advised_scheme
-from gapbeam.solver.case.checks.place_checks import Loads, namesakes, outside
+from gapbeam.solver.case.checks.place_checks import Loads, outside
 from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel, Time
 from gapbeam.solver.loads.attachments import ElasticJoint, Fluid, Joint, PointMass, bending_rank
 from gapbeam.solver.loads.places import SupportWalls
@@ -24,16 +24,6 @@ Joints = Mapping[int, Joint]
 """Joints by their number in the case file, from 0, without those that have faults of their own."""
 Masses = Mapping[int, PointMass]
 Fluids = Mapping[int, Fluid]
-
-
-def joint_names_differ(joint: Joints) -> Iterator[Fault]:
-    """Joints are distinguished by their names."""
-    yield from namesakes("joint", joint)
-
-
-def mass_names_differ(mass: Masses) -> Iterator[Fault]:
-    """Masses are distinguished by their names."""
-    yield from namesakes("mass", mass)
 
 
 def joints_lie_on_the_beam(beam: Beam, mesh: Mesh, joint: Joints) -> Iterator[Fault]:
@@ -179,11 +169,6 @@ def masses_sit_on_mass(support: AnySupports, contact: Contact, mass: Masses) -> 
                 'contact.mass = "consistent", or move the mass out of the support',
                 (("contact", "mass"),),
             )
-
-
-def fluid_names_differ(fluid: Fluids) -> Iterator[Fault]:
-    """Fluids are distinguished by their names."""
-    yield from namesakes("fluid", fluid)
 
 
 def fluids_surround_the_beam(beam: Beam, fluid: Fluids) -> Iterator[Fault]:

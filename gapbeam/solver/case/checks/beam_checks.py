@@ -11,7 +11,7 @@ from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import motions_of_tables, with_given
 from gapbeam.solver.case.beam_profile import OF_MATERIAL, OF_SECTION, beam_at, span_lies_on_the_beam
 from gapbeam.solver.case.case import Beam, Contact, Mesh, Output, Probe
-from gapbeam.solver.case.checks.place_checks import Loads, Segments, namesakes
+from gapbeam.solver.case.checks.place_checks import Loads, Segments
 from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel
 from gapbeam.solver.loads.attachments import Joint, PointMass
 from gapbeam.solver.messages.errors import Fault, Key
@@ -22,11 +22,6 @@ from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 
 ROUNDING = 1.0e-12
 BESIDE = 1.0e-9  # of the length of the beam: a place beside the end of a segment
-
-
-def segment_names_differ(segment: Segments) -> Iterator[Fault]:
-    """Segments are distinguished by their names."""
-    yield from namesakes("segment", segment)
 
 
 def segments_lie_on_the_beam(beam: Beam, segment: Segments) -> Iterator[Fault]:
@@ -53,7 +48,7 @@ def segments_keep_apart(segment: Segments) -> Iterator[Fault]:
 def segments_change_something(beam: Beam, segment: Segments) -> Iterator[Fault]:
     """A segment gives something of a section or a material; a sweep may pass through the values of the beam."""
     for number, one in segment.items():
-        if not one.changes_material and not one.changes_section:
+        if all(getattr(one, key) is None for key in (*OF_SECTION, *OF_MATERIAL)):
             yield Fault(
                 ("segment", number),
                 "a segment that is as the rest of the beam",

@@ -426,7 +426,7 @@ def weight_pressure(case: Case) -> float:
     beam = case.beam
     gravity = max((load.weight_acceleration for load in case.load), default=0.0)
     pressure = case.material.density * gravity * beam.height * beam.length / case.layout.length
-    return pressure * case.profile.relative_mass(beam, case.material)
+    return pressure * case.profile.mass / (case.material.density * beam.length * beam.area)
 
 
 def output(case: Case) -> Iterator[str]:

@@ -205,11 +205,6 @@ def load_names_differ(load: Loads) -> Iterator[Fault]:
             yield same_name(("load", number, "name"), entry.name, (("load", namesakes[0], "name"),))
 
 
-def probe_names_differ(probe: Probes) -> Iterator[Fault]:
-    """Probes are distinguished by their names."""
-    yield from namesakes("probe", probe)
-
-
 def figures_are_recorded(
     support: AnySupports, joint: Joints, load: Loads, probe: Probes, time: Time, figure: Figures
 ) -> Iterator[Fault]:

@@ -8,7 +8,7 @@ from itertools import combinations
 from gapbeam.solver.case.analysis_table import Analysis, Periodic, Transient
 from gapbeam.solver.case.beam_profile import beam_at, span_lies_on_the_beam
 from gapbeam.solver.case.case import Beam, Contact, Mesh, law_at, own_law, whole_unit
-from gapbeam.solver.case.checks.place_checks import Loads, Segments, same_name
+from gapbeam.solver.case.checks.place_checks import Loads, Segments
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic
 from gapbeam.solver.loads.attachments import Joint, bending_rank
@@ -19,16 +19,6 @@ from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import apart, counted, either, exceeds
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import WHOLE, AnySupports, BaseAndGland, OneSupport
-
-
-def support_names_differ(support: AnySupports) -> Iterator[Fault]:
-    """Supports are distinguished by their names."""
-    taken: dict[str, int] = {}
-    for key, one in keyed(support):
-        if len(key) == 2:
-            first = taken.setdefault(one.name, int(key[1]))
-            if first != key[1]:
-                yield same_name((*key, "name"), one.name, (("support", first, "name"),))
 
 
 def supports_lie_on_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fault]:

@@ -133,10 +133,12 @@ class RunStatistics:
         self._time, self._sums = float(times[-1]), sums[-1]
         columns = [changes / self.interval]
         if self.probes:
-            place, shake = (self._by_direction(rows[name]) for name in ("displacement", "acceleration_absolute"))
+            ways = [-1, -2] if self.in_space else [-1]
+            place, shake = (rows[name][..., ways] for name in ("displacement", "acceleration_absolute"))
             columns.append(np.stack([place, place**2, shake**2], axis=-1).reshape(len(times), -1))
         for one in self.own:
-            x = one.indicator(one.series(rows, self.labels))
+            x = one.series(rows, self.labels)
+            x = np.asarray(x > one.limit, dtype=float) if one.statistic == "share" else x
             columns.append(np.stack([x, x**2], axis=-1))
         self.blocks.add(np.concatenate(columns, axis=1)[even])
 
@@ -229,10 +231,6 @@ class RunStatistics:
         """Return the longest relaxation time, as measured or by the damping, in blocks; percentiles are left out."""
         found = (correlation_time(one.values) for one in series if one.share is None)
         return max(max(found, default=inf), self.decay / self.block)
-
-    def _by_direction(self, motion: Array) -> Array:
-        """Return the entries of a motion, (times, probes, components), that figures are made of."""
-        return np.asarray(motion[..., [-1, -2]] if self.in_space else motion[..., [-1]])
 
 
 def in_words(found: Mapping[str, Any]) -> str:

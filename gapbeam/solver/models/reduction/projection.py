@@ -28,7 +28,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.assembly.assembled_system import attached_rows
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.loads.places import patterned
-from gapbeam.solver.models.body import Body, HoldingShapes, ProbeRow, ProductExpansion
+from gapbeam.solver.models.body import Body, HoldingShapes, ProductExpansion
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
 from gapbeam.solver.system.operators import Array, Interface, Operators, row_product
@@ -67,12 +67,16 @@ def projected(body: Body, contact: ContactOperator, basis: Basis) -> Body:
     elastic = np.diag(basis.squares) - held
     trace = _trace(operators, contact.interface, basis)
     everywhere = Interface(size, np.arange(size), np.arange(size))
+    columns = np.ascontiguousarray(basis.columns.T)
     return replace(
         body,
         operators=DenseOperators(np.identity(size), elastic, 0.5 * (held + held.T)),
         contact=_in_terms_of(contact, everywhere, trace),
         patterns=tuple(basis.project(operators, pattern) for pattern in body.patterns),
-        probes={name: _dense_row(probe, basis, operators) for name, probe in body.probes.items()},
+        probes={
+            name: DenseRow(np.stack([probe.evaluate(column, operators) for column in columns], axis=1))
+            for name, probe in body.probes.items()
+        },
         rigid=np.stack([basis.project(operators, row) for row in body.rigid]),
         expansion=basis.columns,
     )
@@ -122,11 +126,6 @@ def _trace(operators: Operators, interface: Interface, basis: Basis) -> Array:
     values = np.zeros((interface.size, len(basis.squares)))
     values[interface.slots] = basis.columns[interface.owned]
     return operators.sum(values)
-
-
-def _dense_row(probe: ProbeRow, basis: Basis, operators: Operators) -> DenseRow:
-    columns = [probe.evaluate(np.ascontiguousarray(column), operators) for column in basis.columns.T]
-    return DenseRow(np.stack(columns, axis=1))
 
 
 def _in_terms_of(contact: ContactOperator, interface: Interface, trace: Array | csr_matrix) -> ContactOperator:

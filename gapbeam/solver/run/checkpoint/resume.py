@@ -135,9 +135,8 @@ def _chosen(source: Path, folder: Path, time: float | None) -> Path:
     if same:
         raise _fault(source, "is where the results of this run go", "another folder", "another `output=`")
     if not paths:
-        status = _exit_status(source)
-        kept = "the results of a run that keeps one"
-        if status:
+        status, kept = earlier_summary(source).get("exit_status"), "the results of a run that keeps one"
+        if status and isinstance(status, int):
             raise _fault(source, f"holds no checkpoint: its run ended with status {status}", kept, "a run that passes")
         raise _fault(
             source,
@@ -164,12 +163,6 @@ def _at(source: Path, paths: list[Path], time: float) -> Path:
         f"[analysis] state_time = {time:g}: {source} has no state of that time; expected one of {moments} s; try one "
         f"of these, or run that case again with output.keep_states = [{time:g}]"
     )
-
-
-def _exit_status(folder: Path) -> int:
-    """Return the exit status that a summary names; 0 where there is none that can be read."""
-    status = earlier_summary(folder).get("exit_status")
-    return status if isinstance(status, int) else 0
 
 
 def _fault(

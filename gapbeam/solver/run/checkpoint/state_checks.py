@@ -345,8 +345,10 @@ def _restored(contents: Contents | None, header: dict[str, Any], layout: DofLayo
         points = layout.points_in(contents)
         shapes = contents.shapes
         small = {name: contents.array(name) for name in shapes.keys() - spread_out - {NODES, POINTS}}
-        _check_lengths(small, dict.fromkeys(AT_POINTS, len(points)))
-        small |= {name: small[name][points] for name in AT_POINTS if name in small}
+        for name in (one for one in AT_POINTS if one in small):
+            if small[name].shape[:1] != (len(points),):
+                raise ValueError(f"{name} has the shape {small[name].shape}, expected {len(points)} places")
+            small[name] = small[name][points]
         large = {name: shapes[name] for name in AT_NODES if name in spread_out & shapes.keys()}
         _check(small, large, layout)
         return small, large, np.array_equal(points, np.arange(len(points)))
@@ -368,13 +370,6 @@ def _restored(contents: Contents | None, header: dict[str, Any], layout: DofLayo
 def _pieces(contents: Contents | None, name: str, layered: bool) -> Iterator[NDArray[Any]]:
     assert contents is not None  # on rank 0
     return contents.pieces(name, layered)
-
-
-def _check_lengths(arrays: Stored, lengths: dict[str, int]) -> None:
-    """Refuse arrays that are longer than the places that they are taken at."""
-    for name, length in lengths.items():
-        if name in arrays and arrays[name].shape[:1] != (length,):
-            raise ValueError(f"{name} has the shape {arrays[name].shape}, expected {length} places")
 
 
 def _modal(small: Stored) -> tuple[NDArray[Any], ...]:

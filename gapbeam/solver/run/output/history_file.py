@@ -205,11 +205,8 @@ class HistoryWriter:
 
 def along_time(file: h5py.File) -> dict[str, h5py.Dataset]:
     """Return the data sets with a row for every record, by name."""
-
-    def has_time(data: h5py.Dataset) -> bool:
-        return "time" in [scale.keys()[0] for scale in data.dims if len(scale)]
-
-    return {name: data for name, data in file.items() if name == "time" or has_time(data)}
+    dims = {name: [scale.keys()[0] for scale in data.dims if len(scale)] for name, data in file.items()}
+    return {name: data for name, data in file.items() if name == "time" or "time" in dims[name]}
 
 
 def _create(

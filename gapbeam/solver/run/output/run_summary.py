@@ -9,7 +9,6 @@ import numpy as np
 
 from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case, own_law
-from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.loads.support_walls import face_motions
 from gapbeam.solver.models.model import Model
@@ -52,12 +51,6 @@ def describe_model(model: Model) -> dict[str, Any]:
     }
 
 
-def describe_smoothing(case: Case) -> dict[str, Any]:
-    """Return the time over which the smoothed acceleration is a mean, s, and where it comes from."""
-    window, reason = smoothing_window(case)
-    return {"window": window, "reason": reason}
-
-
 def describe_supports(case: Case) -> list[dict[str, Any]]:
     """Return the places of the supports, their gaps to the undeformed beam, m, their contact and body.
 
@@ -71,7 +64,8 @@ def describe_supports(case: Case) -> list[dict[str, Any]]:
 
     def described(face: Face) -> dict[str, Any]:
         moved = {"moves": moves[face.name]} if face.name in moves else {}
-        return {"name": face.name, "side": _side(face), "gap": face.gap} | face.shape | moved
+        side = "around" if face.around else "below" if face.side > 0.0 else "above"
+        return {"name": face.name, "side": side, "gap": face.gap} | face.shape | moved
 
     return [
         {
@@ -87,11 +81,6 @@ def describe_supports(case: Case) -> list[dict[str, Any]]:
         }
         for one in case.layout.supports
     ]
-
-
-def _side(face: Face) -> str:
-    """Return the side of a face, seen from the beam."""
-    return "around" if face.around else "below" if face.side > 0.0 else "above"
 
 
 def describe_seat(seat: Seat, model: Model) -> dict[str, Any]:

@@ -14,9 +14,8 @@ import gapbeam
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.json_schema import unit_in
 from gapbeam.solver.case.reading.case_reader import read_case_text
-from gapbeam.solver.case.reading.file_units import slips
 from gapbeam.solver.case.reading.known_keys import tables
-from gapbeam.solver.case.reading.overrides import UNITS, convert, factor_of, override, size_of, unit_of_key
+from gapbeam.solver.case.reading.overrides import UNITS, convert, factor_of, override, size_of, slips, unit_of_key
 from gapbeam.solver.messages.errors import CaseError
 
 PROJECT = Path(__file__).parents[2]

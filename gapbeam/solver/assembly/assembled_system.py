@@ -40,7 +40,7 @@ from gapbeam.solver.loads.places import (
     SupportWalls,
     patterned,
 )
-from gapbeam.solver.loads.system_loads import make_loads
+from gapbeam.solver.loads.support_walls import make_loads
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Operators, RankOnes
 from gapbeam.solver.system.rank_one_update import attached

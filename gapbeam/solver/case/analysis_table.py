@@ -22,7 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -352,6 +352,11 @@ class Continuation(Table):
 class Periodic(Table):
     """A periodic response by shooting or harmonic balance, with its stability, or a curve of them."""
 
+    start_words: ClassVar[str] = "seated"
+    needs_seat: ClassVar[bool] = True  # marches before the search start at the static seat
+    moves_aside: ClassVar[frozenset[MotionName]] = frozenset()  # the search starts at rest
+    for_body: ClassVar[Transient] = Transient()
+
     type: Literal["periodic"] = Field(description="kind of analysis")
     method: Literal["shooting", "harmonic-balance"] = Field(
         default="shooting", description="Newton's method on the period map, or on the harmonics"
@@ -375,26 +380,6 @@ class Periodic(Table):
     continuation: Continuation | None = Field(
         default=None, description="parameter to vary, a table; default none: one response"
     )
-
-    @property
-    def start_words(self) -> str:
-        """Start of the march before a search, in a sentence."""
-        return "seated"
-
-    @property
-    def needs_seat(self) -> bool:
-        """True: marches before the search start at the static seat."""
-        return True
-
-    @property
-    def moves_aside(self) -> frozenset[MotionName]:
-        """None: the search starts at rest."""
-        return frozenset()
-
-    @property
-    def for_body(self) -> Transient:
-        """A body does not depend on the search."""
-        return Transient()
 
 
 Analysis = Annotated[Transient | Periodic, OF_TYPE]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from math import ceil, inf
-from typing import Annotated, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import BeforeValidator, Field
 
@@ -112,17 +112,10 @@ class _AnyModel(Table):
 class FullModel(_AnyModel):
     """All DOFs of the finite element mesh, condensed onto the contact points in each step: exact."""
 
+    gives: ClassVar[frozenset[Wanted]] = frozenset({"motion", "forces", "pressures", "stresses"})
+    keeps_sections: ClassVar[bool] = False  # a full model does not prescribe the shape of sections
+
     type: Literal["full"] = Field(default="full", description="name of the model")
-
-    @property
-    def gives(self) -> frozenset[Wanted]:
-        """All."""
-        return frozenset({"motion", "forces", "pressures", "stresses"})
-
-    @property
-    def keeps_sections(self) -> bool:
-        """False: a full model does not prescribe the shape of sections."""
-        return False
 
 
 class ReducedModel(_AnyModel):
@@ -380,72 +373,32 @@ class SolverTable(Table):
 Bound = Positive | Literal["never"] | None
 
 
+def _limit(quantity: str) -> Any:
+    """Return the key of a limit that is usual by default, by the quantity that it is of, with its unit."""
+    return Field(default=None, description=quantity)
+
+
 class AssumptionLimits(Table):
     """Other limits of the assumptions that a run watches, by their names in the summary; "never" is no limit."""
 
-    small_rotation: Bound = Field(default=None, description="largest rotation, rad")
-    small_strain: Bound = Field(default=None, description="largest strain at the surface, no unit")
-    inside_the_support: Bound = Field(
-        default=None,
-        description="travel along the support over its length, no unit",
-    )
-    radii_in_supports_around_the_beam: Bound = Field(
-        default=None,
-        description="largest motion across the beam over its radius, no unit",
-    )
-    linear_seat: Bound = Field(default=None, description="largest rotation at the start, rad")
-    penetration_beside_the_thickness: Bound = Field(
-        default=None,
-        description="largest penetration over the thickness, no unit",
-    )
-    penetration_beside_the_clearance: Bound = Field(
-        default=None,
-        description="largest penetration over the clearance, no unit",
-    )
-    contacts_resolved_by_the_step: Bound = Field(
-        default=None,
-        description="impulse in contacts of few steps over the whole, no unit",
-    )
-    weak_restraint: Bound = Field(
-        default=None,
-        description="energy of the restraint over the energy of the beam, no unit",
-    )
-    step_beside_the_frequencies: Bound = Field(
-        default=None,
-        description="mean error of periods by the scheme, no unit",
-    )
-    damping_of_the_scheme: Bound = Field(
-        default=None,
-        description="share of the amplitude that the scheme takes, no unit",
-    )
-    resonance_beside_the_scheme: Bound = Field(
-        default=None,
-        description="share of a resonant amplitude that the scheme takes, no unit",
-    )
-    mesh_beside_the_wavelengths: Bound = Field(
-        default=None,
-        description="distance of nodes over the wavelength, no unit",
-    )
-    basis_beside_the_frequencies: Bound = Field(
-        default=None,
-        description="highest frequency over the highest of the basis, no unit",
-    )
-    beam_model_beside_the_wavelengths: Bound = Field(
-        default=None,
-        description="thickness over the wavelength, no unit",
-    )
-    rigid_model_beside_the_frequencies: Bound = Field(
-        default=None,
-        description="highest frequency over the first of the beam, no unit",
-    )
-    digits_of_matrices: Bound = Field(
-        default=None,
-        description="part of a first frequency that the digits of matrices leave unknown, no unit",
-    )
-    energy_under_noise_kept_by_the_scheme: Bound = Field(
-        default=None,
-        description="energy that the scheme took or created, no unit",
-    )
+    small_rotation: Bound = _limit("largest rotation, rad")
+    small_strain: Bound = _limit("largest strain at the surface, no unit")
+    inside_the_support: Bound = _limit("travel along the support over its length, no unit")
+    radii_in_supports_around_the_beam: Bound = _limit("largest motion across the beam over its radius, no unit")
+    linear_seat: Bound = _limit("largest rotation at the start, rad")
+    penetration_beside_the_thickness: Bound = _limit("largest penetration over the thickness, no unit")
+    penetration_beside_the_clearance: Bound = _limit("largest penetration over the clearance, no unit")
+    contacts_resolved_by_the_step: Bound = _limit("impulse in contacts of few steps over the whole, no unit")
+    weak_restraint: Bound = _limit("energy of the restraint over the energy of the beam, no unit")
+    step_beside_the_frequencies: Bound = _limit("mean error of periods by the scheme, no unit")
+    damping_of_the_scheme: Bound = _limit("share of the amplitude that the scheme takes, no unit")
+    resonance_beside_the_scheme: Bound = _limit("share of a resonant amplitude that the scheme takes, no unit")
+    mesh_beside_the_wavelengths: Bound = _limit("distance of nodes over the wavelength, no unit")
+    basis_beside_the_frequencies: Bound = _limit("highest frequency over the highest of the basis, no unit")
+    beam_model_beside_the_wavelengths: Bound = _limit("thickness over the wavelength, no unit")
+    rigid_model_beside_the_frequencies: Bound = _limit("highest frequency over the first of the beam, no unit")
+    digits_of_matrices: Bound = _limit("part of a first frequency that the digits of matrices leave unknown, no unit")
+    energy_under_noise_kept_by_the_scheme: Bound = _limit("energy that the scheme took or created, no unit")
 
     def of(self, assumption: str) -> float | None:
         """Return the limit of an assumption, infinite for "never"; None: the usual one."""

@@ -348,20 +348,10 @@ LARGEST = 100.0
 class StaticLoad(LoadTable, ABC):
     """A load that acts before the run and stays constant."""
 
+    forcing_frequency: ClassVar[None] = None  # it is static
+    frequency_of_interest: ClassVar[None] = None  # it is static
+    rise_time: ClassVar[float] = 0.0  # it acts before the run
     static: ClassVar[bool] = True
-
-    @property
-    def forcing_frequency(self) -> None:
-        """None: it is static."""
-
-    @property
-    def frequency_of_interest(self) -> None:
-        """None: it is static."""
-
-    @property
-    def rise_time(self) -> float:
-        """0: it acts before the run."""
-        return 0.0
 
     def at_full_amplitude(self) -> Self:
         """Return the load itself."""
@@ -374,6 +364,7 @@ class StaticLoad(LoadTable, ABC):
 class Gravity(StaticLoad):
     """Body force density * acceleration; part of the static seat."""
 
+    place: ClassVar[BodyForce] = BodyForce()
     alone: ClassVar[bool] = True
     default_sense: ClassVar[float] = -1.0
 
@@ -383,11 +374,6 @@ class Gravity(StaticLoad):
     direction: Vector | None = Field(
         default=None, description="vector of any length > 0, no unit; default downward, toward the base"
     )
-
-    @property
-    def place(self) -> BodyForce:
-        """All mass."""
-        return BodyForce()
 
     def time_function(self) -> TimeFunction:
         """Return s(t) = acceleration."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import partial
 from math import pi, radians, sin
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -140,6 +140,8 @@ class Exciter(HarmonicPointForce):
     it, base motion does. It is relaxed in the undeformed pose of the beam, except for the preload.
     """
 
+    may_rest: ClassVar[bool] = True
+
     type: Literal["exciter"] = Field(description="kind of load")
     name: Name = Field(default="exciter", description="unique name")
     mass: NonNegative = Field(default=0.0, description="moving mass, which follows the beam, kg", examples=[0.1])
@@ -157,11 +159,6 @@ class Exciter(HarmonicPointForce):
     def attachment(self) -> Attachment:
         """Its moving mass on its suspension."""
         return Attachment(self.mass, self.stiffness, self.damping)
-
-    @property
-    def may_rest(self) -> bool:
-        """Its preload does."""
-        return True
 
     @property
     def static_force(self) -> StaticForce | None:

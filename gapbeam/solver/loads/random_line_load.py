@@ -199,6 +199,7 @@ class VelocityProfile(Table):
 class RandomLineLoad(PairedNoiseLoad):
     """A random force per length, whose coherence falls with distance along the beam."""
 
+    unit: ClassVar[str] = "N/m"
     of_model: ClassVar[tuple[str, ...]] = (*OF_MODEL, *OF_PATTERNS)
 
     type: Literal["random-line-load"] = Field(description="kind of load")
@@ -234,11 +235,6 @@ class RandomLineLoad(PairedNoiseLoad):
     def extent(self) -> tuple[float, float]:
         """The span."""
         return self.span
-
-    @property
-    def unit(self) -> str:
-        """Unit of the noise."""
-        return "N/m"
 
     @property
     def peak(self) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from math import ceil
-from typing import Self
+from typing import ClassVar, Self
 
 from gapbeam.solver.loads.load_table import RecordedTable
 from gapbeam.solver.loads.record_file import GREATEST, RecordError
@@ -115,6 +115,8 @@ FEW, ENOUGH = 20, 50
 class RecordedLoad(RecordedTable):
     """A recorded load with its record."""
 
+    forcing_frequency: ClassVar[None] = None  # no period is sought in a record
+
     def time_function(self) -> TimeFunction:
         """Return the curve through the rows of the record, scaled, or its derivative that is an acceleration.
 
@@ -128,10 +130,6 @@ class RecordedLoad(RecordedTable):
     def peak(self) -> float:
         """Largest size in the record, N or m/s^2."""
         return signal_of(self).peak
-
-    @property
-    def forcing_frequency(self) -> None:
-        """None: no period is sought in a record."""
 
     @property
     def frequency_of_interest(self) -> tuple[float, str]:

@@ -27,6 +27,8 @@ from gapbeam.solver.system.operators import Array
 class UnrepeatedLoad(RampedLoad):
     """A load that never repeats, with a smooth start."""
 
+    forcing_frequency: ClassVar[None] = None  # it never repeats
+
     ramp: NonNegative = Field(default=0.0, description="duration of the smooth start, s")
     direction: Vector | None = Field(
         default=None, description="vector of any length > 0, no unit; default upward, the bending direction"
@@ -37,10 +39,6 @@ class UnrepeatedLoad(RampedLoad):
     def unit(self) -> str:
         """Unit of the function of time."""
 
-    @property
-    def forcing_frequency(self) -> None:
-        """None: it never repeats."""
-
 
 FASTEST = 2.0
 """Frequencies beyond this many per ramp hold next to nothing of it."""
@@ -49,6 +47,7 @@ FASTEST = 2.0
 class StepForce(UnrepeatedLoad, PointLoad):
     """A force at a point from a time on, or between two times; no part of the static seat."""
 
+    unit: ClassVar[str] = "N"
     settles: ClassVar[bool] = True
 
     type: Literal["step_force"] = Field(description="kind of load")
@@ -59,11 +58,6 @@ class StepForce(UnrepeatedLoad, PointLoad):
         default=None, description="time at which it begins to fall to 0, over the ramp again, s; default never"
     )
     ramp: NonNegative = Field(default=0.0, description="time over which it rises smoothly, s; 0: it jumps")
-
-    @property
-    def unit(self) -> str:
-        """Newton."""
-        return "N"
 
     def time_function(self) -> TimeFunction:
         """Return the force, with its exact mean."""

@@ -61,6 +61,8 @@ SLOWEST = 1.0e-9  # share of the largest speed that is no jump
 class HarmonicSupportMotion(HarmonicLoad, MovingSupport):
     """Harmonic displacement of one support."""
 
+    amplitude_unit: ClassVar[str] = "m"
+
     type: Literal["support_motion"] = Field(description="kind of load")
     name: Name = Field(default="motion", description="unique name")
     amplitude: Number = Field(description="amplitude of the displacement, m", examples=[1.0e-4])
@@ -76,11 +78,6 @@ class HarmonicSupportMotion(HarmonicLoad, MovingSupport):
         """A (2 pi f)^2, the largest acceleration of the support, m/s^2."""
         return abs(self.amplitude) * float((2.0 * pi * self.frequency) ** 2)
 
-    @property
-    def amplitude_unit(self) -> str:
-        """Unit of the displacement."""
-        return "m"
-
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a motion whose speed starts with a jump, or that never reaches its amplitude."""
         yield from RampedLoad.unusual_in_run(self, end)
@@ -92,6 +89,8 @@ class HarmonicSupportMotion(HarmonicLoad, MovingSupport):
 
 class RecordedSupportMotion(RecordedLoad, MovingSupport):
     """Recorded displacement of one support, m after scaling."""
+
+    derivatives: ClassVar[int] = 1  # walls damp by their velocity
 
     type: Literal["recorded_support_motion"] = Field(description="kind of load")
     name: Name = Field(default="motion", description="unique name")
@@ -107,11 +106,6 @@ class RecordedSupportMotion(RecordedLoad, MovingSupport):
         return TimeFunction(signal.value, signal.mean, rate, acceleration)
 
     @property
-    def derivatives(self) -> int:
-        """Once: walls damp by their velocity."""
-        return 1
-
-    @property
     def peak(self) -> float:
         """Largest acceleration in the record, m/s^2."""
         return replace(signal_of(self), derivative=2).peak
@@ -123,14 +117,11 @@ class SupportMotion(LoadTable):
     Nothing is integrated in time: in the frame of the support only its acceleration acts.
     """
 
+    place: ClassVar[SupportAcceleration] = SupportAcceleration()
+
     quantity: Literal["acceleration", "velocity", "displacement"] = Field(
         default="acceleration", description="quantity of the support's motion"
     )
-
-    @property
-    def place(self) -> SupportAcceleration:
-        """All of the beam, in the frame of the support."""
-        return SupportAcceleration()
 
     @property
     def derivative(self) -> int:
@@ -176,6 +167,10 @@ MOST = 10_000  # rows
 class ClearanceChange(MovingSupport):
     """A clearance that follows a table over time."""
 
+    direction: ClassVar[None] = None  # it opens and closes on all sides
+    peak: ClassVar[float] = 0.0  # the force of a closure follows from stiffness, and not from an acceleration
+    forcing_frequency: ClassVar[None] = None  # it never repeats
+    rise_time: ClassVar[float] = 0.0  # it begins at once
     opens: ClassVar[bool] = True
 
     type: Literal["clearance_change"] = Field(description="kind of load")
@@ -188,10 +183,6 @@ class ClearanceChange(MovingSupport):
         "between, constant after the last, m",
         examples=[[0.0, -5.0e-5, -1.0e-4]],
     )
-
-    @property
-    def direction(self) -> None:
-        """None: it opens and closes on all sides."""
 
     @cached_property
     def curve(self) -> scipy.interpolate.PPoly:
@@ -214,28 +205,14 @@ class ClearanceChange(MovingSupport):
         return smooth(value, rate)
 
     @property
-    def peak(self) -> float:
-        """0: the force of a closure follows from stiffness, and not from an acceleration."""
-        return 0.0
-
-    @property
     def travel(self) -> tuple[float, float]:
         """Least and largest change: no row is overshot."""
         return min(self.changes), max(self.changes)
 
     @property
-    def forcing_frequency(self) -> None:
-        """None: it never repeats."""
-
-    @property
     def frequency_of_interest(self) -> tuple[float, str]:
         """Half of one over the shortest time between two rows, Hz."""
         return 0.5 / self._shortest, f"that of a half-wave between two rows of {self.name}"
-
-    @property
-    def rise_time(self) -> float:
-        """0: it begins at once."""
-        return 0.0
 
     def at_full_amplitude(self) -> Self:
         """Return the change itself."""

@@ -1,4 +1,9 @@
-"""Walls of a contact operator, from the loads of a case that move supports."""
+"""Loads of a semi-discrete system, and walls of a contact operator, from the loads of a case and their patterns.
+
+    f(t) = sum_k s_k(t) f_k
+
+A pattern f_k follows from place and direction of a load alone; s_k is its function of time.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +11,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gapbeam.solver.loads.load_choice import Load, load_direction
-from gapbeam.solver.loads.places import SupportWalls
+from gapbeam.solver.loads.load_choice import Load as CaseLoad
+from gapbeam.solver.loads.load_choice import load_direction
+from gapbeam.solver.loads.places import LoadPart, SupportAcceleration, SupportWalls, patterned
+from gapbeam.solver.loads.time_function import constant
 from gapbeam.solver.supports.layout import Layout, within
 from gapbeam.solver.supports.regions.region import Placement
 from gapbeam.solver.supports.support_tables import OneSupport
-from gapbeam.solver.system.operators import NO_WALLS, Array, WallMotion, Walls
+from gapbeam.solver.system.operators import NO_WALLS, Array, Load, WallMotion, Walls
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 
@@ -22,7 +29,7 @@ def moved_by(place: SupportWalls, layout: Layout) -> OneSupport | None:
     return next((one for one in layout.supports if one.name == place.support), None)
 
 
-def walls_of(loads: Sequence[Load], layout: Layout, contact: ContactOperator, dimension: int) -> Walls:
+def walls_of(loads: Sequence[CaseLoad], layout: Layout, contact: ContactOperator, dimension: int) -> Walls:
     """Return the motions of walls.
 
     Args:
@@ -46,7 +53,7 @@ def walls_of(loads: Sequence[Load], layout: Layout, contact: ContactOperator, di
     return Walls(tuple(motions), np.array(growths)) if motions else NO_WALLS
 
 
-def hole_shifts(loads: Sequence[Load], layout: Layout, contact: ContactOperator, dimension: int) -> Array:
+def hole_shifts(loads: Sequence[CaseLoad], layout: Layout, contact: ContactOperator, dimension: int) -> Array:
     """Return the shifts of y, z and clearance of the hole of each station by a unit of each motion, (k, stations, 3).
 
     Args:
@@ -65,7 +72,7 @@ def hole_shifts(loads: Sequence[Load], layout: Layout, contact: ContactOperator,
     return np.array(found).reshape(-1, len(faces), 3)
 
 
-def interference(loads: Sequence[Load], layout: Layout) -> float:
+def interference(loads: Sequence[CaseLoad], layout: Layout) -> float:
     """Return the largest interference of supports at any time, at least 0, m."""
     least = {one.name: one.clearance for one in layout.supports}
     for load in loads:
@@ -74,7 +81,7 @@ def interference(loads: Sequence[Load], layout: Layout) -> float:
     return max(0.0, *(-clearance for clearance in least.values()))
 
 
-def shifts_at(loads: Sequence[Load], layout: Layout, places: Array, dimension: int) -> Array:
+def shifts_at(loads: Sequence[CaseLoad], layout: Layout, places: Array, dimension: int) -> Array:
     """Return by how much a unit of each motion of walls moves the support at places along the beam, (k, places, d).
 
     Args:
@@ -91,7 +98,7 @@ def shifts_at(loads: Sequence[Load], layout: Layout, places: Array, dimension: i
     return np.array(found)
 
 
-def face_motions(loads: Sequence[Load], layout: Layout, dimension: int) -> dict[str, dict[str, tuple[float, ...]]]:
+def face_motions(loads: Sequence[CaseLoad], layout: Layout, dimension: int) -> dict[str, dict[str, tuple[float, ...]]]:
     """Return by how much a unit of each motion changes gap, offset and lateral of the faces that it moves.
 
     Args:
@@ -113,7 +120,7 @@ def face_motions(loads: Sequence[Load], layout: Layout, dimension: int) -> dict[
     return found
 
 
-def _unit(load: Load, dimension: int) -> Placement:
+def _unit(load: CaseLoad, dimension: int) -> Placement:
     """Return the shift of a support by a unit of a motion of walls."""
     if isinstance(load.place, SupportWalls) and load.place.opens:
         return Placement(1.0)
@@ -128,3 +135,39 @@ def _growth(support: OneSupport, unit: Placement, contact: ContactOperator) -> A
         here = contact.faces == contact.face_names.index(new.name)
         found[here] = new.growth(old, contact.positions[here])
     return found
+
+
+def make_loads(loads: Sequence[CaseLoad], patterns: Sequence[Array], dimension: int) -> tuple[Load, ...]:
+    """Return the loads of a system, and after them the static forces that loads add, such as preloads.
+
+    Args:
+        loads: Loads of a case.
+        patterns: Forces of each part of `load_parts.patterned` per unit factor, (n,), N.
+        dimension: 2 or 3.
+    """
+    parts = patterned(loads)
+    made = [_make(load, part, pattern, dimension) for (load, part), pattern in zip(parts, patterns, strict=True)]
+    for load, pattern in zip(loads, patterns, strict=False):
+        if (added := load.static_force) is not None:
+            made.append(Load(added.name, pattern, constant(added.force).value, static=True, of_arrays=True))
+    return tuple(made)
+
+
+def _make(load: CaseLoad, part: LoadPart, pattern: Array, dimension: int) -> Load:
+    """Return a part of a load; of moving supports with the motion of their frame, of one support without force."""
+    s = constant(0.0) if isinstance(part.place, SupportWalls) else part.time_function()
+    if not isinstance(part.place, SupportAcceleration):
+        return Load(
+            part.name, pattern, s.value, static=load.static, of_arrays=True, signal=s.signal, unit=part.place.unit
+        )
+    return Load(
+        part.name,
+        pattern,
+        s.value,
+        static=load.static,
+        frame_direction=np.pad(-load_direction(load, dimension), (0, 3 - dimension)),
+        frame_mean=s.mean,
+        of_arrays=True,
+        signal=s.signal,
+        unit=part.place.unit,
+    )

@@ -12,7 +12,6 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from gapbeam.meshes.rank_zero import on_rank_zero
-from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.assumption import let_pass, limited
 from gapbeam.solver.diagnostics.contact_episodes import Episodes
 from gapbeam.solver.diagnostics.energy_gates import remedy_for
@@ -34,7 +33,7 @@ from gapbeam.solver.run.output.hdf5_files import AT_ONCE
 from gapbeam.solver.run.output.history_file import HistoryWriter, write_impacts, write_points
 from gapbeam.solver.run.output.output_thread import OutputThread, StuckOutput
 from gapbeam.solver.run.output.progress import ProgressFile, ProgressLine
-from gapbeam.solver.run.output.wear_file import write_wear
+from gapbeam.solver.run.output.wear_file import face_wear, write_wear
 from gapbeam.solver.run.stop_rule import StopRule, statistics_of
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Snapshots, State, Step

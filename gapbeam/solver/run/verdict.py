@@ -25,7 +25,6 @@ import numpy as np
 
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.assumption import (
     WARNING,
     Assumption,
@@ -54,7 +53,7 @@ from gapbeam.solver.run.assumptions.frequency_findings import of_frequencies, re
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose, of_restraint
 from gapbeam.solver.run.outcome import BOUNDS, all_rates, times_rate, wear_words, work_rate
 from gapbeam.solver.run.output.history_file import recorded_figures
-from gapbeam.solver.run.output.wear_file import angles
+from gapbeam.solver.run.output.wear_file import angles, face_wear
 from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.run.stop_rule import has_statistics
 from gapbeam.solver.schema.record_table import SLIP_MODES

@@ -28,6 +28,9 @@ OWN_CONTACT = ("stiffness", "damping", *WHOLE, "friction", "static_friction", "w
 class BaseAndGland(Table):
     """The support region 0 <= x <= length between base and gland."""
 
+    sides: ClassVar[tuple[float, ...]] = (1.0, -1.0)
+    brings_stiffness: ClassVar[bool] = False
+
     length: Positive = Field(description="length of the supported part from x = 0, m", examples=[0.05])
     clearance: Number = Field(
         description="pad thickness minus beam thickness, negative for an interference fit, m",
@@ -58,11 +61,6 @@ class BaseAndGland(Table):
         return self.length
 
     @property
-    def sides(self) -> tuple[float, ...]:
-        """Below and above."""
-        return 1.0, -1.0
-
-    @property
     def faces(self) -> tuple[Face, ...]:
         """The base touches the undeformed beam, and the gland stands the clearance above it."""
         return self.faces_at(Placement(self.clearance))
@@ -75,11 +73,6 @@ class BaseAndGland(Table):
     def met_region(self) -> Region:
         """The slot."""
         return self.region
-
-    @property
-    def brings_stiffness(self) -> bool:
-        """No: the stiffness is that of [contact]."""
-        return False
 
     def impact_mass(self, beam: float, _width: float) -> float:
         """Return the mass of an impact per area, kg/m^2: the mass of the beam there."""

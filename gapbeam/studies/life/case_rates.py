@@ -28,13 +28,13 @@ from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
-from gapbeam.solver.case.face_wear import FaceWear, face_wear
 from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.loads.scene_load_choice import AnyLoad
 from gapbeam.solver.messages.errors import RunError, UserError
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.output.wear_file import FaceWear, face_wear
 from gapbeam.solver.run.stop_rule import decay_time, has_statistics, statistics_of
 from gapbeam.studies.life.worn_case import worn_case, worn_clearances
 from gapbeam.studies.life.worn_march import Array, DepthRates

@@ -20,9 +20,15 @@ from gapbeam.solver.case.checks.all_checks import contradictions
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.json_schema import schema
 from gapbeam.solver.case.model_choice import chosen_case
-from gapbeam.solver.case.reading.file_units import in_file_units, slips
 from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, candidates, check_types, incomplete, label
-from gapbeam.solver.case.reading.overrides import Overrides, convert, looks_like_millimeters, override
+from gapbeam.solver.case.reading.overrides import (
+    Overrides,
+    convert,
+    in_file_units,
+    looks_like_millimeters,
+    override,
+    slips,
+)
 from gapbeam.solver.case.reading.toml_text import beyond_bounds, key_lines, line_of, parse, read_text
 from gapbeam.solver.messages.errors import CaseError, Fault, Key
 from gapbeam.solver.messages.wording import printable

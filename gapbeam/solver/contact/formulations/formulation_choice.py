@@ -80,6 +80,8 @@ AUGMENTED = 10.0  # of E/h
 class AugmentedLagrangian(ChosenFormulation):
     """Unilateral contact by multipliers that are updated until nothing penetrates."""
 
+    without_potential: ClassVar[str] = "augmented-lagrangian"
+
     type: Literal["augmented-lagrangian"] = Field(description="name of the formulation")
     penetration: Positive = Field(
         default=1.0e-4, lt=1, description="largest penetration, relative to the penalty alone, no unit"
@@ -92,11 +94,6 @@ class AugmentedLagrangian(ChosenFormulation):
         "multipliers settle in a few updates",
         "half: more updates of the multipliers in a step; double: fewer; the same answer",
     )
-
-    @property
-    def without_potential(self) -> str:
-        """Multipliers have no potential of the penetration."""
-        return "augmented-lagrangian"
 
     @property
     def left_by_multipliers(self) -> float:

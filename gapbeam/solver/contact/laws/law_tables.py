@@ -143,6 +143,8 @@ class ChosenLaw(Table):
 class ElasticPlastic(ChosenLaw):
     """A linear spring K that yields at a pressure, returns along K and keeps its plastic set."""
 
+    dissipates: ClassVar[bool] = True
+
     type: Literal["elastic-plastic"] = Field(description="name of the law")
     yield_pressure: Positive | None = Field(
         default=None,
@@ -172,11 +174,6 @@ class ElasticPlastic(ChosenLaw):
     def yields_as_whole(self) -> bool:
         """True where a yield force is given."""
         return self.yield_force is not None
-
-    @property
-    def dissipates(self) -> bool:
-        """Yes: by plastic work."""
-        return True
 
     def damper(self, damping: float | Array, areas: float | Array) -> Damper:
         """Return the constant damper."""
@@ -230,6 +227,8 @@ class RestitutionLaw(ChosenLaw):
 class PiecewiseLinear(ChosenLaw):
     """A linear spring K whose stiffness changes at given depths: stops that stiffen, buffers."""
 
+    dissipates: ClassVar[bool] = False
+
     type: Literal["piecewise-linear"] = Field(description="name of the law")
     depths: tuple[Positive, ...] = Field(
         min_length=1,
@@ -251,11 +250,6 @@ class PiecewiseLinear(ChosenLaw):
     def bends(self) -> tuple[tuple[float, float], ...]:
         """Depths with their factors."""
         return tuple(zip(self.depths, self.factors, strict=True))
-
-    @property
-    def dissipates(self) -> bool:
-        """No, contact.damping aside."""
-        return False
 
     def damper(self, damping: float | Array, areas: float | Array) -> Damper:
         """Return the constant damper."""

@@ -3,16 +3,19 @@
 The angle of the wall is measured from straight down, positive toward +y: 0 for a plane below the beam, 180 above it.
 The depth rate of a point by itself is k W' / w, with the area w that belongs to the point. Under random loads the
 settled rate is the work rate behind the burn-in, with the 95 % interval of this point alone.
+
+Coefficient, worn area and limit of a face are those of its support, or of [wear].
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.case.face_wear import FaceWear
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.diagnostics.point_contact import SlidingWork
 from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
 from gapbeam.solver.run.output.atomic_files import written
@@ -20,6 +23,37 @@ from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.schema.record_table import WEAR_COLUMNS, WEAR_FILE
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator
+
+
+class FaceWear(NamedTuple):
+    """Wear of a face; None: neither its support nor [wear] gives the value.
+
+    Attributes:
+        coefficient: Archard's k, 1/Pa.
+        area: Area over which the volume is spread, m^2.
+        depth_limit: Depth at which the life of the face ends, m.
+    """
+
+    coefficient: float | None
+    area: float | None
+    depth_limit: float | None
+
+    @property
+    def wears(self) -> bool:
+        """True where sliding wears the face."""
+        return bool(self.coefficient)
+
+
+def face_wear(case: Case) -> dict[str, FaceWear]:
+    """Return the wear of each face by name, in the order of `Case.layout`."""
+    wear, faces = case.wear, [face.name for face in case.layout.faces]
+    usual = FaceWear(*(None if wear is None else getattr(wear, key) for key in FaceWear._fields))
+    own = zip(*(case.layout.own(key) for key in ("wear", "area", "depth_limit")), strict=True)
+    return {
+        face: FaceWear(*(shared if mine is None else mine for mine, shared in zip(of_face, usual, strict=True)))
+        for face, of_face in zip(faces, own, strict=True)
+    }
+
 
 HEAD = ",".join(["face", *(f"{name} ({unit})" for name, unit in WEAR_COLUMNS.items())])
 

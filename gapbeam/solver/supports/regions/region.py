@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -105,6 +105,8 @@ class Stop(Region):
 class Slot(Region):
     """Two planes, half of the clearance on either side of a centered beam."""
 
+    sides: ClassVar[tuple[float, ...]] = (1.0, -1.0)
+
     type: Literal["slot"] = Field(description="one plane below and one above the beam")
 
     def faces(self, name: str, placed: Placement) -> tuple[Face, ...]:
@@ -115,19 +117,11 @@ class Slot(Region):
             Face(f"{name}_above", -1.0, above, placed.tilt, placed.middle),
         )
 
-    @property
-    def sides(self) -> tuple[float, ...]:
-        """Below and above."""
-        return 1.0, -1.0
-
 
 class AroundRegion(Region, ABC):
     """A region whose one face is met all around a beam of round section."""
 
-    @property
-    def sides(self) -> tuple[float, ...]:
-        """Below and above: the face takes all of the surface of the beam."""
-        return 1.0, -1.0
+    sides: ClassVar[tuple[float, ...]] = (1.0, -1.0)
 
 
 def place_around(placed: Placement) -> tuple[float, float, float, float, float]:

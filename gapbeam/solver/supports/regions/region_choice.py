@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 from math import radians
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -26,6 +26,9 @@ STEEPEST = 0.1  # slope of the wall, up to which the radii of the section stand 
 class Profile(AroundRegion):
     """A hole whose radius is given over the angle, linear in between."""
 
+    along_radii: ClassVar[bool] = True
+    touches_at_once: ClassVar[bool] = False
+
     type: Literal["profile"] = Field(
         description="a hole around a beam of round section that is not round: measured, drawn or worn"
     )
@@ -38,19 +41,9 @@ class Profile(AroundRegion):
         examples=[[0.0, 5.0e-5, 0.0, 0.0]],
     )
 
-    @property
-    def along_radii(self) -> bool:
-        """Yes: the wall is met along the radii of the section."""
-        return True
-
     def faces(self, name: str, placed: Placement) -> tuple[ProfileFace, ...]:
         """Return the inside of the hole."""
         return (ProfileFace(f"{name}_hole", 0.0, *place_around(placed), self.angles, self.recesses),)
-
-    @property
-    def touches_at_once(self) -> bool:
-        """Never: points around the section touch one after the other."""
-        return False
 
     @property
     def recess(self) -> float:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from math import pi, sqrt
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -103,7 +104,8 @@ def test_a_potential_is_accepted_where_it_is_the_integral_and_refused_a_thousand
 ) -> None:
     """Steep powers, kinks, poles and potentials without digits at small penetrations."""
     spring, potential = TRUE_LAWS[name]
-    law = gb.law(potential=lambda x, k: share * potential(x, k))(spring)(k=1e6)
+    compiled = numba.njit(potential)
+    law = gb.law(potential=lambda x, k: share * compiled(x, k))(spring)(k=1e6)
     if share == 1.0:
         check_law(law)
         return
@@ -119,6 +121,7 @@ def test_a_potential_is_judged_alike_at_every_size(size: float) -> None:
     def spring(x: float, k: float) -> float:
         return k * x if x < corner else k * (9.0 * x - 8.0 * corner)
 
+    @numba.njit  # type: ignore[untyped-decorator]
     def first(x: float, k: float) -> float:
         return 0.5 * k * x * x
 

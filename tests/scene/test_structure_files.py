@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from math import sqrt
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,9 @@ import scipy.io
 import scipy.sparse as sp
 
 import gapbeam as gb
+from gapbeam.solver.scene.imported_points import Rows, read_nodes
+from gapbeam.solver.scene.order_of_rows import check_order
+from tests.shared.command import PROJECT
 
 LENGTH, NODES = 1.0, 21
 SECTION = gb.section("rectangle", 0.01)._replace(shear_area=float("inf"))
@@ -154,3 +159,92 @@ def test_half_of_a_matrix_is_not_taken_for_all_of_it(tmp_path: Path) -> None:
     scipy.io.mmwrite(tmp_path / "half.mtx", sp.triu(sp.csr_matrix(np.array([[2.0, -1.0], [-1.0, 2.0]]))))
     with pytest.raises(gb.UserError, match="one side of the diagonal only"):
         gb.read_structure(tmp_path / "half.mtx", tmp_path / "half.mtx", units="m-kg-s")
+
+
+SCENES = PROJECT / "cases" / "scenes"
+Edit = Callable[[Any, list[str], dict[str, Any]], tuple[Any, list[str], dict[str, Any]]]
+
+
+def renamed(change: Callable[[list[str]], list[str]]) -> Edit:
+    return lambda K, labels, places: (K, change(labels), places)
+
+
+def moved(change: Callable[[Any], Any]) -> Edit:
+    return lambda K, labels, places: (
+        K,
+        labels,
+        dict(zip(places, change(np.array(list(places.values()))), strict=True)),
+    )
+
+
+def grounded(K: Any, labels: list[str], places: dict[str, Any]) -> tuple[Any, list[str], dict[str, Any]]:
+    """Add springs of other sizes along all directions at each node."""
+    along = [float(one.partition(".")[2] in "123") for one in labels]
+    return K + sp.diags(np.geomspace(0.01, 3.0, K.shape[0]) * along * K.diagonal()), labels, places
+
+
+def cut(K: Any, labels: list[str], places: dict[str, Any]) -> tuple[Any, list[str], dict[str, Any]]:
+    """Leave out the rows of the first two nodes, as an export of a clamped model does."""
+    kept = [i for i, one in enumerate(labels) if one.partition(".")[0] not in ("1", "2")]
+    return K.tocsr()[kept][:, kept], [labels[i] for i in kept], places
+
+
+def rounded(K: Any, labels: list[str], places: dict[str, Any]) -> tuple[Any, list[str], dict[str, Any]]:
+    return sp.csr_matrix(np.vectorize(lambda x: float(f"{x:.4e}"))(K.toarray())), labels, places
+
+
+SLIPS: dict[str, Edit] = {
+    "directions swapped": renamed(
+        lambda rows: [re.sub(r"\.([13])$", lambda m: f".{4 - int(m[1])}", one) for one in rows]
+    ),
+    "directions shifted": renamed(lambda rows: [rows[3 * (i // 3) + (i + 1) % 3] for i in range(len(rows))]),
+    "backward": renamed(lambda rows: rows[::-1]),
+    "direction by direction": renamed(lambda rows: sorted(rows, key=lambda one: one[::-1])),
+    "nodes in another order": renamed(
+        lambda rows: [one for k in range(3) for i in range(k, len(rows) // 3, 3) for one in rows[3 * i : 3 * i + 3]]
+    ),
+    "places in another order": moved(lambda X: np.roll(X, 5, axis=0)),
+    "axes of the places swapped": moved(lambda X: X[:, ::-1]),
+}
+RIGHT: dict[str, Edit] = {
+    "as it is": lambda *given: given,
+    "on springs": grounded,
+    "clamped in the export": cut,
+    "five digits": rounded,
+    "another origin": moved(lambda X: X + 1e4),
+}  # fmt: skip
+
+
+def order_checked(stem: str, edit: Edit) -> None:
+    """Check a shipped frame of beams or a solid, in m, after a change."""
+    table = np.loadtxt(SCENES / f"{stem}.sti")
+    i, j = table[:, :2].astype(int).T - 1
+    upper = sp.csr_matrix((table[:, 2], (i, j)))
+    K = upper + upper.T - sp.diags(upper.diagonal())
+    labels = (SCENES / f"{stem}.dof").read_text().split()
+    places = read_nodes(SCENES / f"{stem}.inp").places
+    K, labels, places = edit(
+        K, labels, {one: places[one] for one in dict.fromkeys(r.partition(".")[0] for r in labels)}
+    )
+    rows = Rows(labels, None, 1.0, True)
+    check_order(K, rows.of_node, np.array([places[one] for one in rows.of_node]), 0.0)
+
+
+@pytest.mark.parametrize("stem", ["rack", "arm"])
+@pytest.mark.parametrize("slip", SLIPS)
+def test_rows_in_another_order_are_refused(stem: str, slip: str) -> None:
+    """Slips that keep some translation, and those of frames, whose nodes also rotate."""
+    with pytest.raises(gb.UserError, match="not in the order of the matrices"):
+        order_checked(stem, SLIPS[slip])
+
+
+@pytest.mark.parametrize("stem", ["rack", "arm"])
+@pytest.mark.parametrize("right", RIGHT)
+def test_rows_in_their_order_are_taken(stem: str, right: str) -> None:
+    order_checked(stem, RIGHT[right])
+
+
+@pytest.mark.parametrize("change", [lambda X: 1e-3 * X, lambda X: -X], ids=["another unit", "another sign"])
+def test_places_of_a_frame_that_do_not_fit_are_refused(change: Callable[[Any], Any]) -> None:
+    with pytest.raises(gb.UserError, match="rotations have another sign or unit"):
+        order_checked("rack", moved(change))

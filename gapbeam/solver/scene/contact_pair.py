@@ -100,6 +100,7 @@ class Contact:
         if len(self.region.values) + each * self.region.kind.faces > room:
             raise ArgumentError(f"{where}: {self._too_many(room, each)}", "region")
         check_law(self.law)
+        self.region.check_own(self.place_at_rest[:motions, 0], where)
 
     @property
     def _kept(self) -> tuple[int, int]:

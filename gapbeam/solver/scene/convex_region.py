@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite, named_values
 from gapbeam.solver.scene.force_law import inlined
+from gapbeam.solver.scene.own_functions import check_distance, is_own
 from gapbeam.solver.scene.printed_values import called
 from gapbeam.solver.system.operators import Array
 
@@ -43,6 +44,7 @@ class RegionKind:
         face: See the module.
         period: Period of the values that move outward: every so many, from `outward` on; 0 where no value does.
         outward: The first of them.
+        distance: The distance that a user wrote; None: a kind of this package.
     """
 
     name: str
@@ -51,6 +53,7 @@ class RegionKind:
     face: Callable[..., Any]
     period: int = 0
     outward: int = 0
+    distance: Any = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +107,12 @@ class ConvexRegion:
     def share(self) -> float:
         """Way of each face outward by a unit of clearance."""
         return 0.5 if self.kind is _SLOT else 1.0
+
+    def check_own(self, at: Array, where: str) -> None:
+        """Refuse a distance of a user that is none, seen from a place, (motions,), m; see `check_distance`."""
+        if is_own(self.kind.distance):
+            name = f"{where}: region {self.kind.name}"
+            check_distance(self.kind.distance, self.values, bool(len(self.normals)), at, name)
 
     def grown(self, by: Any) -> ConvexRegion:
         """Return the region with its faces moved outward, m: by a number, or by one for each member of an ensemble.
@@ -297,6 +306,7 @@ def Polar(radii: ArrayLike) -> ConvexRegion:  # noqa: N802
     return made
 
 
+@checked
 def region(distance: Callable[..., Any], name: str | None = None, bounded: bool = True) -> Callable[..., ConvexRegion]:
     """Make a region from its distance; also a decorator.
 
@@ -342,7 +352,7 @@ def region(distance: Callable[..., Any], name: str | None = None, bounded: bool 
         step = gx * (r1x - r0x) + gy * (r1y - r0y)
         return x0, x1, step, gx, gy, nx, ny, (ax - gx) / e, (bx - gx) / e, (ay - gy) / e, (by - gy) / e
 
-    kind = RegionKind(name or distance.__name__, 1, names, face)
+    kind = RegionKind(name or distance.__name__, 1, names, face, distance=f)
     normals = EVERY_WAY if bounded else np.zeros((0, 2))
 
     def make(*given: Any, **named: Any) -> ConvexRegion:

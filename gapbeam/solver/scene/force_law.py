@@ -19,7 +19,7 @@ import numba
 import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import finite, named_values, positive
+from gapbeam.solver.scene.argument_checks import checked, finite, named_values, positive
 from gapbeam.solver.scene.printed_values import called
 
 TINY = 1e-300
@@ -145,6 +145,7 @@ class ForceLaw:
         return replace(self, values=tuple(plain.get(name, value) for name, value in pairs))
 
 
+@checked
 def law(
     potential: Callable[..., Any],
     damper: Callable[..., Any] | None = None,
@@ -172,10 +173,12 @@ def law(
         per_area: Names of the parameters that grow with the area of a face; None: it acts at points alone.
 
     Raises:
-        UserError: A name is that of no parameter.
+        UserError: A name is that of no parameter, or there is no spring below.
     """
 
-    def make(spring: Callable[..., Any]) -> LawKind:
+    def make(spring: Any = None, **others: Any) -> LawKind:
+        if others or not callable(spring):
+            raise UserError("law: found no spring, expected @gapbeam.law(potential=...) above spring(x, *parameters)")
         given = list(inspect.signature(spring).parameters.values())[1:]
         potential_, damper_, mean_, settle_ = (
             one if one is None or hasattr(one, "py_func") else inlined(one) for one in (potential, damper, mean, settle)

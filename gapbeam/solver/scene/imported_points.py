@@ -22,6 +22,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
 from gapbeam.solver.scene.argument_checks import ArgumentError, check_near, coordinates, finite
+from gapbeam.solver.scene.order_of_rows import check_order
 from gapbeam.solver.scene.structure_geometry import Pose
 from gapbeam.solver.system.operators import Array
 
@@ -371,8 +372,6 @@ class Rows:
 
 ROUND_OFF = 1e-8  # of the largest entry: what exports leave
 NEGATIVE = 1e-9  # of the largest ratio of stiffness to mass on the diagonals
-FEW_ROWS = 24
-MOST = 0.6  # of the rows: clamps and springs leave most rows of a translation without force
 SLOWEST, FASTEST = 20.0, 1e5
 """Usual speeds of waves from one node to the next, m/s; others are asked about."""
 HEAVIEST = 3e4
@@ -423,9 +422,8 @@ def check_imported(K: Any, M: Any, rows: Rows, name: str = "", cut: float = 0.0)
             "found a K with a negative direction, expected none; look at how K was exported, and with how many "
             "digits (DMIG: fields of 16 characters), and give forces that soften as a feedback", "stiffness",
         )  # fmt: skip
-    motions = rows.rigid()
-    if motions is not None:
-        _check_order(K, motions, rows, max(ROUND_OFF, cut))
+    if rows.rigid() is not None and rows.nodes is not None:
+        check_order(K, rows.of_node, rows.meter * np.array([rows.nodes.places[one] for one in rows.of_node]), cut)
         for question in unit_questions(K, M, rows):
             LOG.warning("structure %s: %s", name or "?", question)
 
@@ -439,31 +437,6 @@ def has_negative_direction(A: Any) -> bool:
     except RuntimeError:  # singular
         return True
     return bool(np.any(factor.U.diagonal() < 0.0))
-
-
-def _check_order(K: Any, motions: Array, rows: Rows, round_off: float) -> None:
-    """Refuse rows in another order: rigid translations leave most rows without force, whatever holds a structure."""
-    size = K.shape[0]
-    if size < FEW_ROWS:
-        return
-    moved = np.flatnonzero(np.abs(motions).max(axis=0) > 0.0)
-    force, most = np.abs(K @ motions), abs(K) @ np.abs(motions)
-    strained = (force > round_off * most).mean(axis=0)
-    along = [k for k in moved if k < 3]
-    if along and min(strained[along]) > MOST:
-        raise ArgumentError(
-            f"found that a rigid translation strains at {min(strained[along]):.0%} of the rows, expected few rows; the "
-            "DOFs are not in the order of the matrices",
-            "dofs",
-        )
-    about = [k for k in moved if k >= 3]
-    solid = all(len(set(ways) & {0, 1, 2}) == 3 for ways in rows.of_node.values())
-    if solid and about and max(strained[along]) == 0.0 and max(strained[about]) > MOST:
-        raise ArgumentError(
-            f"found that a rigid rotation strains at {max(strained[about]):.0%} of the rows, expected none of a free "
-            "structure; the coordinates are not those of the matrices",
-            "nodes",
-        )
 
 
 def unit_questions(K: Any, M: Any, rows: Rows) -> Iterator[str]:

@@ -16,6 +16,7 @@ from gapbeam.solver.contact.laws.own_spring import compared
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.force_law import TINY, ForceLaw, LawKind, inlined, law
+from gapbeam.solver.scene.own_functions import PLACES, check_compiled, is_own, tried
 from gapbeam.solver.system.operators import Array
 
 
@@ -144,7 +145,6 @@ def Adhesive(x, stiffness, pull, reach):  # type: ignore[no-untyped-def]  # noqa
     return -pull / reach * (x + reach) if x <= 0 else stiffness * x - pull
 
 
-PLACES = 2.0 ** np.arange(-40.0, 41.0, 1.5)  # m, from less than an atom on: whichever of them the law bears
 AGREED = 1e-5
 
 _checked: set[tuple[LawKind, tuple[float, ...]]] = set()
@@ -154,23 +154,29 @@ def check_law(law: ForceLaw) -> None:
     """Compare the potential of a law with its spring, and its closed mean with the potential.
 
     At penetrations from 1e-12 to 1e12 m and between them, as far as the functions are finite there and round-off leaves
-    digits: see `integral_check`. And W(b) - W(a) = M(a, b) (b - a).
+    digits: see `integral_check`. And W(b) - W(a) = M(a, b) (b - a). Functions of users are tried and compiled before.
 
     Raises:
-        UserError: The potential differs from the spring, or the closed mean from the potential.
+        UserError: A function fails, has no number anywhere or cannot be compiled, the potential differs from the
+            spring, or the closed mean from the potential.
     """
     values = tuple(float(np.ravel(one)[0]) for one in law.values)
     kind = law.kind
     if (kind, values) in _checked:
         return
 
-    def of_arrays(function: Any) -> Callable[[Array], Array]:
-        return np.vectorize(lambda x: _value(function.py_func, x, values), otypes=[float])
+    def of_arrays(what: str) -> Callable[[Array], Array]:
+        where = f"law {kind.name}: its {what}"
+        return np.vectorize(lambda x: tried(getattr(kind, what), (x, *values), where), otypes=[float])
 
-    spring, potential = of_arrays(kind.spring), of_arrays(kind.potential)
+    spring, potential = of_arrays("spring"), of_arrays("potential")
     with np.errstate(all="ignore"):
-        differ, judged = compared(spring, potential, PLACES, AGREED)
         forces, stored = spring(PLACES), potential(PLACES)
+        for what, found in (("spring", forces), ("potential", stored)):
+            if not np.any(np.isfinite(found)):
+                raise UserError(f"law {kind.name}: its {what} has no finite number at any penetration")
+        _check_own(kind, values)
+        differ, judged = compared(spring, potential, PLACES, AGREED)
     if np.any(differ) or (np.any(forces != 0.0) and not np.any(judged & (forces != 0.0))):
         wrong = np.flatnonzero(differ)
         x = float(PLACES[wrong[len(wrong) // 2] if wrong.size else len(PLACES) // 2])
@@ -190,8 +196,12 @@ def check_law(law: ForceLaw) -> None:
     _checked.add((kind, values))
 
 
-def _value(function: object, x: float, values: tuple[float, ...]) -> float:
-    try:
-        return float(function(np.float64(x), *values))  # type: ignore[operator]
-    except (OverflowError, ValueError, ZeroDivisionError):
-        return float("nan")
+def _check_own(kind: LawKind, values: tuple[float, ...]) -> None:
+    """Refuse functions of a user that fail, or that compiled code cannot call."""
+    for what, count, answers in (("spring", 1, 1), ("potential", 1, 1), ("damper", 3, 1), ("mean", 2, 2)):
+        function = getattr(kind, what)
+        if is_own(function):
+            where = f"law {kind.name}: its {what}"
+            if answers == 1:
+                tried(function, (*[1.0] * count, *values), where)
+            check_compiled(function, count + len(values), where, answers)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from gapbeam.postprocess.display_units import shown, shown_by
+from gapbeam.postprocess.display_units import finite_or_none, in_percent, shown, shown_by
 from gapbeam.postprocess.figures.figure_style import BLACK, VERMILION, journal_style, limits_around, panels
 from gapbeam.postprocess.run_comparison import RunComparison, is_raw
 from gapbeam.postprocess.signals.steady_figures import HARMONICS
@@ -45,8 +45,8 @@ def as_data(comparison: RunComparison) -> dict[str, Any]:
                 "a": row.a,
                 "b": row.b,
                 "scatter": list(row.scatter),
-                "difference": _finite(row.difference),
-                "two_standard_errors": _finite(row.allowed),
+                "difference": finite_or_none(row.difference),
+                "two_standard_errors": finite_or_none(row.allowed),
                 "decides": row.decides,
             }
             for row in comparison.rows
@@ -68,14 +68,14 @@ def as_tables(comparison: RunComparison) -> list[Table]:
         unit, factor = shown(row.unit, max(abs(row.a), abs(row.b)))
         cells = [_value(factor * x, factor * s) for x, s in zip((row.a, row.b), row.scatter, strict=True)]
         figures.add_row(
-            f"{row.name}, {unit}", *cells, _percent(row.difference) + ("" if row.decides else " (reported only)")
+            f"{row.name}, {unit}", *cells, in_percent(row.difference) + ("" if row.decides else " (reported only)")
         )
     phases = [[f"{math.degrees(angle):.2g}°" for angle in angles] for angles in comparison.phases.values()]
     for probe, angles in zip(comparison.phases, phases, strict=True):
         figures.add_row(f"{probe} phases of harmonics 1 to {HARMONICS}, A - B", "", "", " ".join(angles))
     waves = Table("", "rms", "largest", title="Waveforms, A - B over the range", title_justify="left", box=None)
     for one in comparison.overlays:
-        waves.add_row(one.name, _percent(one.rms), _percent(one.largest))
+        waves.add_row(one.name, in_percent(one.rms), in_percent(one.largest))
     costs = Table("", "A", "B", title="Costs", title_justify="left", box=None)
     for name, *both in comparison.costs:
         costs.add_row(name, *("-" if x is None else f"{x:.4g}" for x in both))
@@ -125,11 +125,3 @@ def draw_comparison(comparison: RunComparison, path: Path) -> Path:
 
 def _value(mean: float, scatter: float) -> str:
     return f"{mean:.5g}" + (f" ± {scatter:.2g}" if scatter > 5e-5 * abs(mean) else "")
-
-
-def _percent(fraction: float) -> str:
-    return f"{100 * fraction:.2g} %"
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -118,3 +118,13 @@ def words_by_size(text: str) -> str:
         return size_words(value, digits).replace("−", "-").replace("µ", "u")
 
     return IN_WORDS.sub(by_size, text)
+
+
+def in_percent(fraction: float) -> str:
+    """Return a fraction in percent, with two digits."""
+    return f"{100 * fraction:.2g} %"
+
+
+def finite_or_none(value: float | None) -> float | None:
+    """Return a number as JSON can hold it: None where it is not finite."""
+    return value if value is not None and isfinite(value) else None

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 from matplotlib.figure import Figure
@@ -77,64 +77,24 @@ from gapbeam.postprocess.signals.spectra import Sampling, Window
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.schema.record_table import CURVE_FILE, HISTORY
 
-FREQUENCY = "frequency (Hz)"
+RecordAnalysis = PowerDensity | ShockSpectrum | CycleCounts
 
 
-@dataclass(frozen=True)
-class AnalysisTable:
-    """A table of numbers.
+def table_of(found: RecordAnalysis) -> list[Sequence[str | float]]:
+    """Return the heads of a table, with units, and its rows.
 
-    Attributes:
-        name: Name of its file, without suffix: the name of the picture.
-        heads: Heads of the columns, with units.
-        rows: As many cells each as there are heads.
+    Frequencies, Hz, and each density, in its unit squared over Hz, or response, in its unit; or a row for each cycle:
+    its column, range and mean in the unit of the record, and 1 or 1/2 as its count.
     """
-
-    name: str
-    heads: tuple[str, ...]
-    rows: Sequence[Sequence[str | float]]
-
-
-def density_table(found: PowerDensity) -> AnalysisTable:
-    """Return frequencies, Hz, and the density of each column, its unit squared over Hz."""
-    heads = tuple(f"{label} (({found.unit})^2/Hz)".strip() for label in found.densities)
-    columns = [found.frequency.tolist(), *(one.tolist() for one in found.densities.values())]
-    return AnalysisTable(f"psd_{found.record}", (FREQUENCY, *heads), list(zip(*columns, strict=True)))
-
-
-def shock_table(found: ShockSpectrum) -> AnalysisTable:
-    """Return natural frequencies, Hz, and the largest response of each kind and column, in the unit of the record."""
-    heads = tuple(f"{label} {kind} ({found.unit})".strip() for kind, label in found.responses)
-    columns = [found.frequency.tolist(), *(one.tolist() for one in found.responses.values())]
-    return AnalysisTable(f"shock_{found.record}", (FREQUENCY, *heads), list(zip(*columns, strict=True)))
-
-
-def cycle_table(found: CycleCounts) -> AnalysisTable:
-    """Return a row for each cycle: its column, range and mean in the unit of the record, and 1 or 1/2 as its count."""
-    heads = ("column", f"range ({found.unit})", f"mean ({found.unit})", "count")
-    rows = [(label, *cycle) for label, cycles in found.cycles.items() for cycle in cycles.T.tolist()]
-    return AnalysisTable(f"cycles_{found.record}", heads, rows)
-
-
-def write_tables(tables: Iterable[AnalysisTable], folder: Path) -> list[Path]:
-    """Write tables as CSV files into a folder, and return the files.
-
-    Args:
-        tables: Tables with different names.
-        folder: An existing folder.
-
-    Raises:
-        OSError: A file cannot be written.
-    """
-    paths = []
-    for table in tables:
-        path = folder / f"{table.name}.csv"
-        with path.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow(table.heads)
-            writer.writerows(table.rows)
-        paths.append(path)
-    return paths
+    if isinstance(found, CycleCounts):
+        heads = ("column", f"range ({found.unit})", f"mean ({found.unit})", "count")
+        return [heads, *((label, *cycle) for label, cycles in found.cycles.items() for cycle in cycles.T.tolist())]
+    if isinstance(found, PowerDensity):
+        columns = {f"{label} (({found.unit})^2/Hz)".strip(): one for label, one in found.densities.items()}
+    else:
+        columns = {f"{label} {kind} ({found.unit})".strip(): one for (kind, label), one in found.responses.items()}
+    series = (found.frequency, *columns.values())
+    return [("frequency (Hz)", *columns), *zip(*(one.tolist() for one in series), strict=True)]
 
 
 FOLDER = "figures"
@@ -238,60 +198,37 @@ def plot(
     impacts = {} if is_periodic(run) or not last > first else in_span(impacts_of(run.folder), first, last)
     if impacts:
         figures["impacts"] = partial(draw_impacts, impacts, turning)
-    figures |= {f"psd_{found.record}": partial(draw_power_density, found) for found in densities}
-    figures |= {f"shock_{found.record}": partial(draw_shock_spectrum, found) for found in shocks}
-    figures |= {f"cycles_{found.record}": partial(draw_cycles, found) for found in cycles}
-    tables = _Tables(
-        [
-            *([impact_rows(impacts, last - first, turning)] if impacts else []),
-            *map(density_rows, densities),
-            *map(shock_rows, shocks),
-            *map(cycle_rows, cycles),
-        ],
-        {
-            "impacts": impact_data(impacts, last - first) if impacts else {},
-            "power_densities": {one.record: density_data(one) for one in densities},
-            "shock_spectra": {one.record: shock_data(one) for one in shocks},
-            "cycle_counts": {one.record: cycle_data(one) for one in cycles},
-        },
-        [*map(density_table, densities), *map(shock_table, shocks), *map(cycle_table, cycles)],
+    texts = [impact_rows(impacts, last - first, turning)] if impacts else []
+    data: dict[str, dict[str, object]] = {"impacts": impact_data(impacts, last - first)} if impacts else {}
+    tables: dict[str, RecordAnalysis] = {}
+    kinds: tuple[tuple[Any, ...], ...] = (
+        ("psd", densities, draw_power_density, density_rows, "power_densities", density_data),
+        ("shock", shocks, draw_shock_spectrum, shock_rows, "shock_spectra", shock_data),
+        ("cycles", cycles, draw_cycles, cycle_rows, "cycle_counts", cycle_data),
     )
-    return _written(run, analysis, tables, figures, target, formats, _heading(run, span))
-
-
-@dataclass(frozen=True)
-class _Tables:
-    """Tables that were asked for: lines of text, data by kind and record, and what goes into files of its own."""
-
-    rows: list[list[str]]
-    data: dict[str, dict[str, object]]
-    files: list[AnalysisTable]
-
-
-def _written(
-    results: Results,
-    analysis: Analysis,
-    asked: _Tables,
-    figures: dict[str, Callable[[], Figure]],
-    output: Path,
-    formats: Sequence[str],
-    heading: str,
-) -> list[Path]:
-    paths: list[Path] = []
-    drawn: dict[str, list[str]] = {}
+    for prefix, found, draw, rows_of, kind, data_of in kinds:
+        for one in found:
+            name = f"{prefix}_{one.record}"
+            figures[name], tables[name] = partial(draw, one), one
+            texts.append(rows_of(one))
+            data.setdefault(kind, {})[one.record] = data_of(one)
+    drawn: dict[str, list[Path]] = {}
     with journal_style():
-        for name, draw in figures.items():
-            written = save(draw(), output, name, formats)
-            drawn[name] = [path.name for path in written]
-            paths += written
-    output.mkdir(parents=True, exist_ok=True)
-    text, data = output / TABLES_FILE, output / DATA_FILE
-    tables = "\n".join([as_text(analysis, heading), *("\n".join([*rows, ""]) for rows in asked.rows)])
-    text.write_text(tables, encoding="utf-8")
-    contents = {"status": results.status, "figures": drawn, **as_data(analysis)}
-    contents |= {kind: found for kind, found in asked.data.items() if found}
-    data.write_text(json.dumps(contents, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    return [*paths, *write_tables(asked.files, output), text, data]
+        for name, make in figures.items():
+            drawn[name] = save(make(), target, name, formats)
+    target.mkdir(parents=True, exist_ok=True)
+    written = [path for paths in drawn.values() for path in paths]
+    for name, one in tables.items():
+        written.append(target / f"{name}.csv")
+        with written[-1].open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows(table_of(one))
+    text, values = target / TABLES_FILE, target / DATA_FILE
+    lines = [as_text(analysis, _heading(run, span)), *("\n".join([*rows, ""]) for rows in texts)]
+    text.write_text("\n".join(lines), encoding="utf-8")
+    names = {name: [path.name for path in paths] for name, paths in drawn.items()}
+    contents = {"status": run.status, "figures": names, **as_data(analysis)} | data
+    values.write_text(json.dumps(contents, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    return [*written, text, values]
 
 
 def _heading(results: Results, span: tuple[float, float] | None) -> str:

@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from gapbeam.postprocess.display_units import in_percent
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.run_watch import motion_of
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.signals.periodicity import NOT_SETTLED, last_periods
-from gapbeam.postprocess.signals.signal import Signal, SignalError, probe_signal
+from gapbeam.postprocess.signals.signal import Signal, SignalError, names_along, probe_signal
 from gapbeam.postprocess.signals.spectra import smooth_over, whole_periods, window_of
 from gapbeam.postprocess.signals.steady_figures import FEWEST, HARMONICS, Steady, WindowFigure, steady
 from gapbeam.solver.messages.wording import counted
@@ -304,9 +305,7 @@ def _frequency(a: Results, b: Results) -> float:
 
 
 def _probes(a: Results, b: Results) -> tuple[str, ...]:
-    named = [
-        [str(name) for name in one.history["probe"].values] if "probe" in one.history.coords else [] for one in (a, b)
-    ]
+    named = [names_along(one.history, "probe") for one in (a, b)]
     shared = tuple(name for name in named[0] if name in named[1])
     if not shared:
         words = (f"{one.folder} has {', '.join(names) or 'none'}" for one, names in zip((a, b), named, strict=True))
@@ -374,10 +373,10 @@ def _verdict(
         if not is_raw(one.name) and one.rms > worst:
             worst, where = one.rms, f"waveform of {one.name}"
     if worst <= tolerance:
-        return True, f"agree within {_percent(worst)} ({word}; largest difference: {where})"
+        return True, f"agree within {in_percent(worst)} ({word}; largest difference: {where})"
     far = max((one.rms for one in overlays), default=0.0) > FAR
     also = "; the waveforms are so far apart that these may be different branches of the same period" if far else ""
-    return False, f"differ by {_percent(worst)} in {where}, above {_percent(tolerance)} ({word}){also}"
+    return False, f"differ by {in_percent(worst)} in {where}, above {in_percent(tolerance)} ({word}){also}"
 
 
 def _statistics(rows: tuple[ComparedFigure, ...], both: tuple[Steady, Steady], tolerance: float) -> tuple[bool, str]:
@@ -393,12 +392,12 @@ def _statistics(rows: tuple[ComparedFigure, ...], both: tuple[Steady, Steady], t
         within = max(row.difference for row in rows if row.decides)
         return (
             True,
-            f"{windows}; means agree within {_percent(within)}, the tolerance and {CONFIDENCE:g} standard errors",
+            f"{windows}; means agree within {in_percent(within)}, the tolerance and {CONFIDENCE:g} standard errors",
         )
     worst = max(outside, key=lambda row: row.difference - row.allowed)
     return False, (
-        f"{windows}; {worst.name} differs by {_percent(worst.difference)}, "
-        f"more than {_percent(tolerance)} and {CONFIDENCE:g} standard errors of {_percent(worst.allowed / CONFIDENCE)}"
+        f"{windows}; {worst.name} differs by {in_percent(worst.difference)}, more than {in_percent(tolerance)} and "
+        f"{CONFIDENCE:g} standard errors of {in_percent(worst.allowed / CONFIDENCE)}"
     )
 
 
@@ -410,7 +409,3 @@ def _costs(a: Results, b: Results) -> tuple[tuple[str, Any, Any], ...]:
     rows += [("wall time of a step (s)", *of("wall_time", "per_step")), ("steps", *of("convergence", "steps"))]
     rows += [("degrees of freedom", *of("model", "dofs")), ("energy residual", *of("energy", "relative_residual"))]
     return tuple(row for row in rows if row[1] is not None or row[2] is not None)
-
-
-def _percent(fraction: float) -> str:
-    return f"{100 * fraction:.2g} %"

@@ -24,6 +24,7 @@ from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.results.run_watch import SpanOfRun, span_of
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.shell_command import shell_command
+from gapbeam.postprocess.signals.signal import names_along
 from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RecordStatistics
@@ -49,8 +50,7 @@ def statistics_of_span(run: SpanOfRun) -> dict[str, Any] | None:
     history = run.history
     if not has_statistics(case) or "contact_time" not in history or "closings" not in history:
         return None
-    faces = tuple(str(name) for name in history["face"].values)
-    probes = tuple(str(name) for name in history["probe"].values) if "probe" in history.coords else ()
+    faces, probes = (tuple(names_along(history, dimension)) for dimension in ("face", "probe"))
     times = np.asarray(history["time"].values, dtype=float)
     slides = {"sliding_work", "work_by_mode"} <= set(history.variables)
     found = RecordStatistics(

@@ -83,7 +83,7 @@ def test_results_know_where_walls_are(tmp_path: Path) -> None:
     }  # fmt: skip
     corners = np.array([[0.0, -0.005, 0.0], [0.4, 0.005, 0.0]])
     boxes = support_of(corners, 2, supports)
-    block = next(one for one in boxes.blocks if one.face == "right_below")
+    block = next(one for one in boxes.blocks if one.met.face == "right_below")
     top = boxes.box(replace(block, met=block.met.moved(motions)), 10.0)[3]
     assert top == pytest.approx(-0.005 + 10.0 * (lifted - half))
     assert [path.suffix for path in gapbeam.render(tmp_path / "run", film=False)] == [".png", ".png"]

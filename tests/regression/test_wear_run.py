@@ -11,7 +11,7 @@ import pytest
 import gapbeam
 from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.sections.contact_section import wear_section
-from gapbeam.postprocess.results.columns_of_run import wear_of
+from gapbeam.postprocess.results.columns_of_run import rows_by_face, wear_of
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
@@ -68,13 +68,13 @@ def test_rates_are_those_of_the_records(worn: Path) -> None:
 def test_parts_and_maps_have_intervals(worn: Path) -> None:
     """Parts add up to the work rate of the face, points too; the largest of a map is that of its points."""
     found, maps = gapbeam.open_results(worn).summary["wear"], wear_of(worn)
+    rows = rows_by_face(worn, "wear")
     for name, of_face in found["faces"].items():
         parts, whole = of_face["work_rate_by_mode"], of_face["work_rate"]["value"]
         assert sum(one["value"] for one in parts.values()) == pytest.approx(whole, rel=1e-9)
         for mode in ("impact", "sliding"):
             assert 0.0 < parts[mode]["low"] < parts[mode]["value"] < parts[mode]["high"], mode
-        settled, largest = maps[name].settled, of_face["largest"]
-        assert settled is not None
+        settled, largest = rows[name][:, -3:], of_face["largest"]
         assert settled[:, 0].sum() == pytest.approx(whole, rel=0.1), "blocks of points are longer"
         assert np.all((settled[:, 1] <= settled[:, 0]) & (settled[:, 0] <= settled[:, 2]))
         density, rate = settled[:, 0] / maps[name].area, largest["work_rate_per_area"]
@@ -112,7 +112,7 @@ def test_the_points_add_up_to_the_faces(worn: Path) -> None:
         assert one.depth_rate is not None
         assert one.depth_rate @ one.area == pytest.approx(2e-14 * one.rate.sum(), rel=1e-13)
         assert set(one.angle) == {0.0 if name == "base" else 180.0}
-        places, density = one.along()
+        places, density = one.along(one.density)
         assert places[0] >= 0.0
         assert np.all(density >= 0.0)
         assert one.unevenness > 1.0

@@ -189,7 +189,7 @@ def draw_wear(maps: Mapping[str, WearMap]) -> Figure:
 
 def _draw_planes(panel: Axes, planes: Mapping[str, WearMap], along: tuple[str, float]) -> None:
     for face, one in planes.items():
-        x, density = one.along()
+        x, density = one.along(one.density)
         panel.plot(along[1] * x, density, marker=".", markersize=3.0, label=face, **face_style(face, list(planes)))
     panel.set_xlabel(f"x ({along[0]})")
     panel.set_ylabel("work rate per area (W/m$^2$)")

@@ -31,18 +31,43 @@ from gapbeam.solver.schema.record_table import (
 LARGEST = 200_000_000  # bytes, more than a run writes
 
 
-def rows_by_face(path: Path, columns: int, contents: str, may_lack: int = 0) -> dict[str, np.ndarray]:
-    """Return the rows of each face, (k, columns); empty where the file is not there, as in runs of earlier releases.
+@dataclass(frozen=True)
+class _Table:
+    """A file with rows of numbers by face.
 
-    Args:
-        path: Path of the file.
-        columns: Behind the face.
-        contents: Expected contents, for messages.
-        may_lack: Number of last cells that may be empty, which are read as not-a-number.
+    Attributes:
+        file: Its name.
+        columns: Behind the face, with their units.
+        contents: Its contents, for messages.
+        may_lack: Number of last cells that may be empty.
+        asked: Key that makes a run write it.
+    """
+
+    file: str
+    columns: Mapping[str, str]
+    contents: str
+    may_lack: int
+    asked: str
+
+
+TABLES = {
+    "points": _Table(POINTS_FILE, POINT_COLUMNS, "results of contact points, one a line", 2, "`output.points = true`"),
+    "wear": _Table(WEAR_FILE, WEAR_COLUMNS, "work at contact points, one a line", 4, "`[wear]` in the case"),
+    "impacts": _Table(IMPACTS_FILE, IMPACT_COLUMNS, "impacts, one a line", 0, "a run in time whose faces meet"),
+}
+
+
+def rows_by_face(folder: Path, name: str) -> dict[str, np.ndarray]:
+    """Return the rows of each face, (k, columns), in a table of TABLES.
+
+    Cells of last columns that are empty are not-a-number. Empty where the file is not there, as in runs of earlier
+    releases.
 
     Raises:
         ResultsError: The file cannot be read.
     """
+    table = TABLES[name]
+    path, columns, filled = folder / table.file, len(table.columns), len(table.columns) - table.may_lack
     if not path.is_file():
         return {}
     found: dict[str, list[list[float]]] = {}
@@ -53,50 +78,34 @@ def rows_by_face(path: Path, columns: int, contents: str, may_lack: int = 0) -> 
             face, *cells = line.split(",")
             if len(cells) != columns:
                 raise ValueError(f"the line {line[:80]!r}")
-            cells[columns - may_lack :] = [cell or "nan" for cell in cells[columns - may_lack :]]
+            cells[filled:] = [cell or "nan" for cell in cells[filled:]]
             found.setdefault(face, []).append([float(cell) for cell in cells])
         rows = {face: np.array(lines) for face, lines in found.items()}
-        if not all(np.all(np.isfinite(one[:, : columns - may_lack])) for one in rows.values()):
+        if not all(np.all(np.isfinite(one[:, :filled])) for one in rows.values()):
             raise ValueError("numbers that are not finite")
     except (OSError, ValueError) as fault:
-        raise ResultsError(path, str(fault)[:200], contents, "repeat the run") from fault
+        raise ResultsError(path, str(fault)[:200], table.contents, "repeat the run") from fault
     return rows
 
 
-_MAY_LACK = 2  # impulse and first touch
-
-
 @dataclass(frozen=True)
-class PointMap:
-    """The contact points of a face, at the instants of the history records.
+class FaceMap:
+    """The contact points of a face.
 
     Attributes:
         x: Places along the beam, (m,), m.
         angle: Directions of the walls, degrees from straight down, positive toward +y, (m,).
         area: Area that belongs to each point, (m,), m^2.
-        share: Share of time in contact, (m,).
-        deepest: Largest penetration, (m,), m; negative: the smallest gap.
-        impulse: Part of the impulse of the face, (m,), N s; not a number where it is not known.
-        first_touch: Time of the first record in contact, (m,), s; not a number: there is none.
     """
 
     x: np.ndarray
     angle: np.ndarray
     area: np.ndarray
-    share: np.ndarray
-    deepest: np.ndarray
-    impulse: np.ndarray
-    first_touch: np.ndarray
 
     @property
     def around(self) -> bool:
         """True where the face is met in several directions."""
         return bool(np.ptp(self.angle) > 0.0)
-
-    @property
-    def pressed(self) -> np.ndarray:
-        """Impulse per area, (m,), N s/m^2."""
-        return np.asarray(self.impulse / self.area)
 
     def along(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return places along the beam, m, and the mean of values of the points at each of them, by area."""
@@ -105,6 +114,28 @@ class PointMap:
     def turned(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return directions, degrees, and the mean of values of the points in each of them, by area."""
         return means_by_place(self.angle, values * self.area, self.area)
+
+
+@dataclass(frozen=True)
+class PointMap(FaceMap):
+    """Results at the contact points of a face, at the instants of the history records.
+
+    Attributes:
+        share: Share of time in contact, (m,).
+        deepest: Largest penetration, (m,), m; negative: the smallest gap.
+        impulse: Part of the impulse of the face, (m,), N s; not a number where it is not known.
+        first_touch: Time of the first record in contact, (m,), s; not a number: there is none.
+    """
+
+    share: np.ndarray
+    deepest: np.ndarray
+    impulse: np.ndarray
+    first_touch: np.ndarray
+
+    @property
+    def pressed(self) -> np.ndarray:
+        """Impulse per area, (m,), N s/m^2."""
+        return np.asarray(self.impulse / self.area)
 
     @property
     def touched(self) -> bool:
@@ -118,11 +149,9 @@ def points_of(folder: Path) -> dict[str, PointMap]:
     Raises:
         ResultsError: The file cannot be read.
     """
-    names = list(POINT_COLUMNS)
-    rows = rows_by_face(folder / POINTS_FILE, len(names), "results of contact points, one a line", _MAY_LACK)
     found = {}
-    for face, lines in rows.items():
-        columns = dict(zip(names, lines.T, strict=True))
+    for face, lines in rows_by_face(folder, "points").items():
+        columns = dict(zip(POINT_COLUMNS, lines.T, strict=True))
         kept = ("x", "angle", "area", "contact share", "deepest", "impulse", "first touch")
         found[face] = PointMap(*(columns[name] for name in kept))
     return found
@@ -161,32 +190,6 @@ class Column:
         return bool(self.values.dtype.kind == "U")
 
 
-@dataclass(frozen=True)
-class _Table:
-    """A file with rows of numbers by face.
-
-    Attributes:
-        file: Its name.
-        columns: Behind the face, with their units.
-        contents: Its contents, for messages.
-        may_lack: Number of last cells that may be empty.
-        asked: Key that makes a run write it.
-    """
-
-    file: str
-    columns: Mapping[str, str]
-    contents: str
-    may_lack: int
-    asked: str
-
-
-TABLES = {
-    "points": _Table(POINTS_FILE, POINT_COLUMNS, "results of contact points, one a line", 2, "`output.points = true`"),
-    "wear": _Table(WEAR_FILE, WEAR_COLUMNS, "work at contact points, one a line", 1, "`[wear]` in the case"),
-    "impacts": _Table(IMPACTS_FILE, IMPACT_COLUMNS, "impacts, one a line", 0, "a run in time whose faces meet"),
-}
-
-
 def columns_of_table(folder: Path, name: str) -> list[Column]:
     """Return a table of a run as columns: the face, then its values; unknown cells are NaN.
 
@@ -201,7 +204,7 @@ def columns_of_table(folder: Path, name: str) -> list[Column]:
     if name not in TABLES:
         raise OptionError(f"no table {name!r}; expected one of {HISTORY_TABLE}, {', '.join(TABLES)}")
     table = TABLES[name]
-    rows = rows_by_face(folder / table.file, len(table.columns), table.contents, table.may_lack)
+    rows = rows_by_face(folder, name)
     if not rows:
         raise OptionError(f"{folder} has no {table.file} with rows; it takes {table.asked}")
     faces = np.repeat(list(rows), [len(one) for one in rows.values()])
@@ -215,30 +218,16 @@ def columns_of_table(folder: Path, name: str) -> list[Column]:
 
 
 @dataclass(frozen=True)
-class WearMap:
+class WearMap(FaceMap):
     """Wear at the contact points of a face.
 
     Attributes:
-        x: Places along the beam, (m,), m.
-        angle: Directions of the walls, degrees from straight down, positive toward +y, (m,).
-        area: Area that belongs to each point, (m,), m^2.
         rate: Work rate of each point, (m,), W.
         depth_rate: Depth rate of each point by itself, (m,), m/s; None: no coefficient is known.
-        settled: Work rate of each point behind the burn-in with the ends of its 95 % interval, (m, 3), W; None: the run
-            has no statistics.
     """
 
-    x: np.ndarray
-    angle: np.ndarray
-    area: np.ndarray
     rate: np.ndarray
     depth_rate: np.ndarray | None
-    settled: np.ndarray | None = None
-
-    @property
-    def around(self) -> bool:
-        """True where the face is met in several directions."""
-        return bool(np.ptp(self.angle) > 0.0)
 
     @property
     def density(self) -> np.ndarray:
@@ -251,14 +240,6 @@ class WearMap:
         mean = float(self.rate.sum() / self.area.sum())
         return float(self.density.max()) / mean if mean > 0.0 else 0.0
 
-    def along(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return places along the beam, m, and the work rate per area of all points there, W/m^2."""
-        return means_by_place(self.x, self.rate, self.area)
-
-    def turned(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return directions, degrees, and the work rate per area of all points in each, W/m^2."""
-        return means_by_place(self.angle, self.rate, self.area)
-
 
 def wear_of(folder: Path) -> dict[str, WearMap]:
     """Return the map of each face; empty for runs without [wear], and of earlier releases.
@@ -266,20 +247,13 @@ def wear_of(folder: Path) -> dict[str, WearMap]:
     Raises:
         ResultsError: The file cannot be read.
     """
-    names = list(WEAR_COLUMNS)
-    rows = rows_by_face(folder / WEAR_FILE, len(names), "work at contact points, one a line", may_lack=4)
     maps = {}
-    for face, found in rows.items():
-        columns = dict(zip(names, found.T, strict=True))
+    for face, found in rows_by_face(folder, "wear").items():
+        columns = dict(zip(WEAR_COLUMNS, found.T, strict=True))
         depth_rate = columns["depth rate"]
         known = None if np.any(np.isnan(depth_rate)) else depth_rate
-        ends = np.column_stack([columns[name] for name in ("settled rate", "low", "high")])
-        settled = None if np.any(np.isnan(ends)) else ends
-        maps[face] = WearMap(columns["x"], columns["angle"], columns["area"], columns["work rate"], known, settled)
+        maps[face] = WearMap(columns["x"], columns["angle"], columns["area"], columns["work rate"], known)
     return maps
-
-
-_COLUMNS = 5  # closing time, approach speed, impulse, duration, stands for
 
 
 def impacts_of(folder: Path) -> dict[str, np.ndarray]:
@@ -291,7 +265,7 @@ def impacts_of(folder: Path) -> dict[str, np.ndarray]:
     Raises:
         ResultsError: The file cannot be read.
     """
-    return rows_by_face(folder / IMPACTS_FILE, _COLUMNS, "impacts, one a line")
+    return rows_by_face(folder, "impacts")
 
 
 def as_history(records: Mapping[str, np.ndarray], labels: Mapping[str, Sequence[str]]) -> xr.Dataset:

@@ -250,10 +250,10 @@ def _add_blocks(plotter: pv.Plotter, support: SupportBoxes, scale: float, line: 
     moving = list[tuple[FaceBox, Meshes]]()
     for piece in support.blocks:
         surface, edges = _drawn(support, piece, scale)
-        if piece.around:
+        if piece.met.around:
             plotter.add_mesh(surface, color=BELOW, opacity=0.35, lighting=True, ambient=0.3)
         else:
-            color, opacity = (BELOW, 1.0) if piece.below else (ABOVE, 0.5)
+            color, opacity = (BELOW, 1.0) if piece.met.below else (ABOVE, 0.5)
             plotter.add_mesh(surface, color=color, opacity=opacity, lighting=True, ambient=0.3)
         plotter.add_mesh(edges, color=EDGE, line_width=line, lighting=False)
         if piece.met.moves:
@@ -264,7 +264,7 @@ def _add_blocks(plotter: pv.Plotter, support: SupportBoxes, scale: float, line: 
 def _drawn(support: SupportBoxes, piece: FaceBox, scale: float) -> Meshes:
     """Return surface and edges of a face of a support."""
     box = support.box(piece, scale)
-    if piece.around:
+    if piece.met.around:
         middle = 0.5 * (box[2] + box[3]), 0.5 * (box[4] + box[5])
         ring = ring_of(piece.met, piece.along, middle, piece.thickness, scale)
         ring.points[:, 2] += piece.rise(ring.points[:, 0], scale)

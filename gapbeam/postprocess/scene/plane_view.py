@@ -167,7 +167,7 @@ class PlaneView:
         return Path.make_compound_path(*(Path(corners[[*loop, loop[0]]], closed=True) for loop in self._body.loops))
 
     def _wall(self, piece: FaceBox) -> Polygon:
-        color = BELOW if piece.below else ABOVE
+        color = BELOW if piece.met.below else ABOVE
         return Polygon(self._corners(piece), fc=color, ec=EDGE, lw=self._width(1.0), joinstyle="miter")
 
     def _corners(self, piece: FaceBox) -> np.ndarray:
@@ -319,7 +319,7 @@ class Studio:
         shots = [Shot(*shot) for shot in zip(windows, sizes, factors, directions, strict=True)]
         self._views, touching = views_of(fields, support, shots, color)
         self._motion, self._traces = motion, traces_of(results, motion.times, motion.tip)
-        close = {block.face: touching[block.face] for block in support.near_blocks()}
+        close = {block.met.face: touching[block.met.face] for block in support.near_blocks()}
         caption = caption_of(
             results.title,
             factors,

@@ -123,8 +123,8 @@ def facing(facets: np.ndarray, normals: np.ndarray, points: np.ndarray, support:
     down = (normals < -_LEAST_FACING) & (height < middle)
     up = (normals > _LEAST_FACING) & (height > middle)
     return {
-        block.face: (
-            radius > (1.0 - _ON_CIRCLE) * 0.5 * block.thickness if block.around else down if block.below else up
+        block.met.face: (
+            radius > (1.0 - _ON_CIRCLE) * 0.5 * block.thickness if block.met.around else down if block.met.below else up
         )
         & (first >= block.along[0] - near)
         & (last <= block.along[1] + near)

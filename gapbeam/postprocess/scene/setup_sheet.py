@@ -53,7 +53,7 @@ def draw_section(panel: Axes, section: SectionMask, faces: tuple[FaceBox, ...], 
     left, right = across[0], across[-1]
     for face in faces:
         met = face.met
-        if face.around:
+        if met.around:
             outer = outer_radius(met, face.thickness, scale)
             inner = np.minimum(inner_radii(met, face.thickness, scale, _TURNS), outer)
             sine, cosine = np.sin(np.radians(_TURNS)), -np.cos(np.radians(_TURNS))
@@ -71,11 +71,12 @@ def draw_section(panel: Axes, section: SectionMask, faces: tuple[FaceBox, ...], 
             continue
         overlap = max(0.0, -scale * met.gap)
         height = _BLOCK * face.thickness + overlap
-        low = -0.5 * face.thickness - scale * met.gap - height if face.below else 0.5 * face.thickness + scale * met.gap
+        edge = 0.5 * face.thickness + scale * met.gap
+        low = -edge - height if met.below else edge
         panel.fill(
             [left, right, right, left],
             [1e3 * low, 1e3 * low, 1e3 * (low + height), 1e3 * (low + height)],
-            facecolor=BELOW if face.below else ABOVE,
+            facecolor=BELOW if met.below else ABOVE,
             edgecolor=EDGE,
             lw=1.0,
             alpha=0.5 if overlap else 0.8,

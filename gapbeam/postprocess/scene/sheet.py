@@ -266,7 +266,7 @@ class Sheet:
             self._mark(marks)
             self._near = self._ruled(ZOOM, windows[1], support, 7)
             self._pressure = PressurePanel(self.figure, _PRESSURE, support, *pressures, self._large)
-            close = [block.face for block in support.near_blocks()]
+            close = [block.met.face for block in support.near_blocks()]
             unit, factor = shown_by("N", (float(force.max(initial=0.0)) for force in traces.forces.values()))
             forces = {face: factor * force for face, force in traces.forces.items()}
             self._force = self._trace(_FORCE, f"force ({unit})", traces.time, forces, close)

@@ -106,21 +106,6 @@ class FaceBox:
         """Thickness of the beam there, m."""
         return self.top - self.bottom
 
-    @property
-    def face(self) -> str:
-        """Name of the face of the beam that touches it."""
-        return self.met.face
-
-    @property
-    def below(self) -> bool:
-        """True for a block below the beam."""
-        return self.met.below
-
-    @property
-    def around(self) -> bool:
-        """True for a ring around the beam."""
-        return self.met.around
-
     def rise(self, x: np.ndarray, scale: float) -> np.ndarray:
         """Return by how much it is drawn higher at x than in its middle, m."""
         return scale * self.met.tilt * (x - 0.5 * (self.along[0] + self.along[1]))
@@ -180,7 +165,7 @@ class SupportBoxes:
 
     def is_around(self, face: str) -> bool:
         """Return whether a face is a hole around the beam."""
-        return any(block.around for block in self.blocks if block.face == face)
+        return any(block.met.around for block in self.blocks if block.met.face == face)
 
     def box(self, block: FaceBox, scale: float) -> Box:
         """The limits in x, y, z of a block or a ring without tilt, `scale` times the gap away from the undeformed beam.
@@ -189,11 +174,11 @@ class SupportBoxes:
         neither earlier nor later.
         """
         height = _BLOCK_HEIGHT * self.thickness
-        if block.around:
+        if block.met.around:
             reach = outer_radius(block.met, block.thickness, scale)
             side, middle = scale * block.met.lateral, 0.5 * (self.bottom + self.top) + scale * block.met.offset
             return (*block.along, side - reach, side + reach, middle - reach, middle + reach)
-        if block.below:
+        if block.met.below:
             plane = block.bottom - scale * block.met.gap
             low, high = plane - height, plane
         else:

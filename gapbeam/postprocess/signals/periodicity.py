@@ -24,6 +24,7 @@ from enum import Enum
 import numpy as np
 import scipy
 
+from gapbeam.postprocess.display_units import in_percent
 from gapbeam.postprocess.signals.signal import Signal, SignalError
 from gapbeam.postprocess.signals.spectra import whole_periods
 from gapbeam.solver.messages.wording import counted
@@ -199,14 +200,15 @@ def periodicity(
     rest = rest_of(waves)
     if best_residual <= tolerance:
         verdict = (
-            f"{NOT_SETTLED}: the last cycles of {counted(best, 'forcing period')} differ by {_percent(best_residual)}, "
-            f"but the rest of the transient may be {_percent(remaining)} of the range; run longer"
+            f"{NOT_SETTLED}: the last cycles of {counted(best, 'forcing period')} differ by "
+            f"{in_percent(best_residual)}, but the rest of the transient may be {in_percent(remaining)} of the range; "
+            "run longer"
         )
     else:
         verdict = (
             f"{_REST_WORDS[rest]}: no cycle of up to {counted(tried, 'forcing period')} within "
-            f"{_percent(tolerance)} of the range "
-            f"(closest: {best}, residual {_percent(best_residual)}); {available} periods recorded"
+            f"{in_percent(tolerance)} of the range "
+            f"(closest: {best}, residual {in_percent(best_residual)}); {available} periods recorded"
         )
     stationary = best_residual > tolerance and rest == Rest.STATIONARY
     return Periodicity(None, best_residual, remaining, 0, None, tried, tolerance, verdict, stationary)
@@ -253,7 +255,7 @@ def _found(
     transient = max(0.0, end - (difference.size + p - first) / frequency)
     verdict = (
         f"period {p}: a cycle of {p} forcing period{'s' if p > 1 else ''}, repeated {repeats} times within "
-        f"{_percent(tolerance)} of the range (residual {_percent(residual)}); transient {transient:.4g} s"
+        f"{in_percent(tolerance)} of the range (residual {in_percent(residual)}); transient {transient:.4g} s"
     )
     return Periodicity(p, residual, remaining, repeats, transient, tried, tolerance, verdict)
 
@@ -313,7 +315,3 @@ def _at(signal: Signal, time: FloatArray) -> FloatArray:
     return np.asarray(
         scipy.interpolate.CubicSpline(signal.time, signal.values)(np.clip(time, signal.time[0], signal.time[-1]))
     )
-
-
-def _percent(fraction: float) -> str:
-    return f"{100 * fraction:.2g} %"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import finite_or_none, shown
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.signals.periodicity import (
     TOLERANCE,
@@ -303,8 +302,8 @@ def as_data(analysis: Analysis) -> dict[str, Any]:
         if period is None
         else {
             "period": period.period,
-            "residual": _finite(period.residual),
-            "remaining": _finite(period.remaining),
+            "residual": finite_or_none(period.residual),
+            "remaining": finite_or_none(period.remaining),
             "repeats": period.repeats,
             "transient": period.transient,
             "longest": period.longest,
@@ -401,7 +400,3 @@ def _signal_data(one: SignalAnalysis) -> dict[str, Any]:
             for row in one.harmonics
         ],
     }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

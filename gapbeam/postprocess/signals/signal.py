@@ -90,19 +90,6 @@ class Signal:
         """Time in s that the values stand for: n sampling intervals."""
         return self.time.size * self.interval
 
-    def since(self, start: float) -> Signal:
-        """The part from a time on.
-
-        Args:
-            start: s; a value less than a thousandth of an interval before it is kept.
-
-        Raises:
-            SignalError: Nothing is left.
-        """
-        slack = _UNEVEN * float(np.diff(self.time).min()) if self.time.size > 1 else 0.0
-        keep = self.time >= start - slack
-        return replace(self, time=self.time[keep], values=self.values[keep])
-
     def between(self, start: float, end: float) -> Signal:
         """The part from a time to another, s; where no value lies between them, the one nearest to the start."""
         slack = _UNEVEN * (float(np.diff(self.time).min()) if self.time.size > 1 else 0.0)
@@ -217,15 +204,30 @@ def face_signal(history: xr.Dataset, quantity: str, face: str) -> Signal:
     )
 
 
+def names_along(history: xr.Dataset, dimension: str) -> list[str]:
+    """Return the names along a dimension, such as "probe" or "face"; none where the history has no such dimension."""
+    return [str(name) for name in history[dimension].values] if dimension in history.coords else []
+
+
+def probes_of(history: xr.Dataset) -> list[str]:
+    """Return the names of the probes.
+
+    Raises:
+        SignalError: No probe at all.
+    """
+    probes = names_along(history, "probe")
+    if not probes:
+        raise SignalError("the run recorded no probe; add [[probe]] to the case")
+    return probes
+
+
 def probe_name(history: xr.Dataset, probe: str | None = None) -> str:
     """The probe asked for, or the first.
 
     Raises:
         SignalError: No probe at all, or none of that name.
     """
-    probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
-    if not probes:
-        raise SignalError("the run recorded no probe; add [[probe]] to the case")
+    probes = probes_of(history)
     if probe is not None and probe not in probes:
         raise SignalError(f"no probe named {probe!r}; there are {', '.join(probes)}")
     return probes[0] if probe is None else probe
@@ -237,7 +239,7 @@ def component_name(history: xr.Dataset, component: str | None = None) -> str:
     Raises:
         SignalError: None of that name.
     """
-    components = [str(name) for name in history["component"].values] if "component" in history.coords else []
+    components = names_along(history, "component")
     if not components:
         raise SignalError("the history has no components")
     if component is not None and component not in components:
@@ -276,19 +278,13 @@ class PeriodPeaks:
 
     Attributes:
         period: Indices of the forcing periods, (k,); period j spans j/f <= t < (j+1)/f.
-        start: (k,), s, where they start.
         maximum: (k,), in the unit of the signal.
         minimum: (k,).
-        time_of_maximum: (k,), s.
-        time_of_minimum: (k,), s.
     """
 
     period: np.ndarray
-    start: FloatArray
     maximum: FloatArray
     minimum: FloatArray
-    time_of_maximum: FloatArray
-    time_of_minimum: FloatArray
 
     @property
     def peak_to_peak(self) -> FloatArray:
@@ -329,20 +325,9 @@ def peaks_per_period(signal: Signal, forcing_frequency: float) -> PeriodPeaks:
     stop = int(np.floor((signal.time[-1] + margin) / period + _PHASE_SLACK))
     if stop <= first:
         raise SignalError(f"{signal.name}: {signal.duration:g} s hold no whole forcing period of {period:g} s")
-    rows = [peaks(_part(signal, index == j)) for j in range(first, stop)]
     number = np.arange(first, stop)
-    return PeriodPeaks(
-        period=number,
-        start=number * period,
-        maximum=np.array([row.maximum for row in rows]),
-        minimum=np.array([row.minimum for row in rows]),
-        time_of_maximum=np.array([row.time_of_maximum for row in rows]),
-        time_of_minimum=np.array([row.time_of_minimum for row in rows]),
-    )
-
-
-def _part(signal: Signal, keep: np.ndarray) -> Signal:
-    return Signal(signal.time[keep], signal.values[keep], signal.unit, signal.name, signal.width)
+    parts = [signal.values[index == j] for j in number]
+    return PeriodPeaks(number, np.array([part.max() for part in parts]), np.array([part.min() for part in parts]))
 
 
 def record_columns(history: xr.Dataset, record: str) -> dict[str, Signal]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from gapbeam.postprocess.signals.figure_names import ACCELERATION, DISPLACEMENT, LARGEST_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.periodicity import TOLERANCE, Periodicity, last_periods, left_to_change, periodicity
-from gapbeam.postprocess.signals.signal import Signal, SignalError, face_signal, probe_signal
+from gapbeam.postprocess.signals.signal import Signal, SignalError, face_signal, names_along, probe_signal, probes_of
 from gapbeam.postprocess.signals.spectra import CYCLE, smooth_over, whole_periods, window_of
 from gapbeam.solver.messages.wording import counted
 
@@ -125,11 +125,8 @@ def settled_windows(
     Raises:
         SignalError: No probe, fewer than four forcing periods or four values in one, or values that are not finite.
     """
-    if probes is None:
-        probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
-    if not probes:
-        raise SignalError("the run recorded no probe; add [[probe]] to the case")
-    motions = [probe_signal(history, name, probe) for probe in probes for name in ("displacement", "velocity")]
+    names = probes_of(history) if probes is None else probes
+    motions = [probe_signal(history, name, probe) for probe in names for name in ("displacement", "velocity")]
     recorded = whole_periods(motions[0], frequency)
     if recorded < FEWEST:
         raise SignalError(
@@ -315,7 +312,7 @@ def figures_over(
     Raises:
         SignalError: A window without values, or fewer values in a forcing period than the harmonics need.
     """
-    probes = [str(name) for name in history["probe"].values]
+    probes = names_along(history, "probe")
     window = window_of(history, frequency)
     quantities: dict[str, WindowFigure] = {}
     amplitudes: dict[str, FloatArray] = {}
@@ -331,7 +328,7 @@ def figures_over(
             quantities[f"{probe} harmonic {order}"] = WindowFigure(
                 displacement.unit, np.abs(amplitudes[probe][:, order - 1])
             )
-    for face in (str(name) for name in history["face"].values) if "face" in history.coords else ():
+    for face in names_along(history, "face"):
         force, pushed = (face_signal(history, name, face) for name in ("contact_force", "impulse"))
         quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure(force.unit, span.largest(force))
         quantities[f"{face} impulse"] = WindowFigure(pushed.unit, span.increments(pushed))
@@ -354,16 +351,13 @@ def figures_of_record(history: xr.Dataset, after: float | None = None) -> tuple[
     Raises:
         SignalError: No probe, nothing after that time, or values that are not finite.
     """
-    probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
-    if not probes:
-        raise SignalError("the run recorded no probe; add [[probe]] to the case")
     quantities: dict[str, WindowFigure] = {}
     notes: list[str] = []
-    for probe in probes:
+    for probe in probes_of(history):
         quantities[f"{probe} {DISPLACEMENT}"] = _range(probe_signal(history, "displacement", probe), after)
         for name, acceleration in _accelerations(history, probe, window_of(history, None), notes):
             quantities[name] = _range(acceleration, after)
-    for face in (str(name) for name in history["face"].values) if "face" in history.coords else ():
+    for face in names_along(history, "face"):
         force, pushed = (face_signal(history, name, face) for name in ("contact_force", "impulse"))
         impulse = _later(pushed, after)
         quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure(force.unit, np.array([_later(force, after).max()]))

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 
 from gapbeam.meshes.rank_zero import on_rank_zero
+from gapbeam.postprocess.display_units import finite_or_none
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.shell_command import shell_command
@@ -115,14 +116,14 @@ def _row(one: Judged, study: TradeoffStudy) -> dict[str, Any]:
         "per_simulated_second": measured.per_second,
         "seconds_of_the_case": one.seconds,
         "memory": measured.memory,
-        "energy_residual": measured.residual if isfinite(measured.residual) else None,
+        "energy_residual": finite_or_none(measured.residual),
         "errors": one.errors,
         "covered": one.covered,
         "below_the_uncertainty": [
             name for name, error in one.errors.items() if error <= study.grounds.uncertainty[name]
         ],
-        "statistics_beyond_scatter": _finite(one.statistics),
-        "means_known_to": _finite(one.means),
+        "statistics_beyond_scatter": finite_or_none(one.statistics),
+        "means_known_to": finite_or_none(one.means),
         "other_cycle": one.statistics is not None and not isfinite(one.statistics),
         "responses": measured.words,
         "on_the_front": one in study.front,
@@ -192,10 +193,6 @@ def _means(one: Judged) -> str:
     if not isfinite(one.statistics):
         return "another cycle"
     return "agree" if one.statistics <= 0.0 else f"{100 * one.statistics:.2g} % beyond"
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and isfinite(value) else None
 
 
 FREE = ("title", "model", "output", "gates")  # what may differ between a study and a run that uses it

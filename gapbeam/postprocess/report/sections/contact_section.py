@@ -101,10 +101,9 @@ def _where(maps: Mapping[str, WearMap], command: str) -> list[Block]:
     note = "The depth rate is that of this point alone, with its own area. Angles are from straight down."
     found: list[Block] = [TableBlock("Where the faces wear most", WHERE_HEADER, rows, notes=(note,))]
     density = "work rate per area (W/m^2)"
-    found.append(
-        chart_along("Wear along the beam", density, {face: one.along() for face, one in worn.items()}, command)
-    )
-    if turned := [ChartCurve(face, *one.turned()) for face, one in worn.items() if one.around]:
+    lines = {face: one.along(one.density) for face, one in worn.items()}
+    found.append(chart_along("Wear along the beam", density, lines, command))
+    if turned := [ChartCurve(face, *one.turned(one.density)) for face, one in worn.items() if one.around]:
         found.append(Chart("Wear around the beam", "angle from straight down (deg)", density, turned, command))
     return found
 

@@ -61,7 +61,7 @@ from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.run_comparison import ComparisonError, RunComparison, compare, is_raw
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.postprocess.signals.probe_analysis import Analysis, Options, analyze
-from gapbeam.postprocess.signals.signal import SignalError, turning_in
+from gapbeam.postprocess.signals.signal import SignalError, names_along, turning_in
 from gapbeam.solver.schema.record_table import CASE_FILE, CURVE_FILE, HISTORY_FILE
 
 PARTS = {"real": "real part", "imaginary": "imaginary part"}
@@ -262,8 +262,7 @@ def probe_analyses(results: Results) -> dict[str, Analysis]:
         SignalError: Values that are not finite.
     """
     history = motion_of(results, results.forcing_frequency)
-    probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
-    return {probe: analyze(results, Options(probe=probe), history) for probe in probes}
+    return {probe: analyze(results, Options(probe=probe), history) for probe in names_along(history, "probe")}
 
 
 def _of_history(results: Results, command: str) -> list[ReportSection]:

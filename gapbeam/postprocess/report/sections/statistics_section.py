@@ -318,13 +318,14 @@ def statistics_section(summary: dict[str, Any]) -> ReportSection | None:
         words += (
             f" The scheme leaves the motion {percent(abs(energy), signed=False)} {side} energy than the noise gives."
         )
-    rows = [_statistics_section_row(one) for one in found["figures"]]
+    rows = [statistics_row(one) for one in found["figures"]]
     return ReportSection(
         "Statistics", "statistics", [Words(words), TableBlock("Figures of the motion", STATISTICS_SECTION_HEADER, rows)]
     )
 
 
-def _statistics_section_row(one: dict[str, Any]) -> tuple[str, float, str, str, str, str, str]:
+def statistics_row(one: Mapping[str, Any]) -> tuple[str, float, str, str, str, str, str]:
+    """Return the cells of a figure with its interval, under STATISTICS_SECTION_HEADER."""
     needed = one[TIME_NEEDED]
     return (
         one["name"],

@@ -27,6 +27,7 @@ from gapbeam.postprocess.report.blocks import (
     warnings_of,
 )
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, Mode
+from gapbeam.postprocess.report.sections.statistics_section import statistics_row
 from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.study_figures.study_axis import StudyAxis, axis_of, si_key, value_words
@@ -128,18 +129,7 @@ def _ensembles(folder: Path) -> list[Block]:
         title = (
             f"{counted(one['members'], 'member')}, {number(one['seconds'])} s together{f', {where}' if where else ''}"
         )
-        rows = [
-            (
-                figure["name"],
-                figure["value"],
-                "" if figure["unit"] == "1" else figure["unit"],
-                f"{number(figure['low'])} to {number(figure['high'])}",
-                f"{figure['effective_samples']:.0f}",
-                figure["verdict"],
-                "" if figure["time_for_2_percent"] is None else number(figure["time_for_2_percent"]),
-            )
-            for figure in one["figures"]
-        ]
+        rows = [statistics_row(figure) for figure in one["figures"]]
         blocks.append(TableBlock(title, ENSEMBLE_HEADER, rows))
     return blocks
 

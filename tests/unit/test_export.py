@@ -12,7 +12,7 @@ import pytest
 from scipy.io import loadmat
 
 import gapbeam
-from gapbeam.solver.schema.record_table import POINTS_FILE
+from gapbeam.solver.schema.record_table import POINTS_FILE, WEAR_COLUMNS, WEAR_FILE
 from tests.shared.command import DEMO, called
 from tests.unit.test_contact_map import ring, run_with
 
@@ -94,6 +94,18 @@ def test_tables_without_times_are_written_whole(tmp_path: Path) -> None:
         "face", "x (m)", "contact share", "deepest (m)", "impulse (N s)", "first touch (s)",
     ]  # fmt: skip
     assert text[1:] == (run / POINTS_FILE).read_text(encoding="utf-8").splitlines()[1:]
+
+
+def test_wear_without_statistics_is_written(tmp_path: Path) -> None:
+    """A run too short for statistics leaves up to four last cells of a row empty: they are not known."""
+    run = run_with(tmp_path / "run", {"stop_below": ring()[:3]})
+    known = len(WEAR_COLUMNS) - 4
+    rows = [",".join(["stop_below", *map(str, range(known)), "", "", "", ""])]
+    (run / WEAR_FILE).write_text("\n".join([",".join(["face", *WEAR_COLUMNS]), *rows]), encoding="utf-8")
+    found = loadmat(gapbeam.export(run, tmp_path / "wear.mat", table="wear"))
+    assert found["x"][0, 0] == 0.0
+    assert np.isnan(found["depth_rate"][0, 0])
+    assert np.isnan(found["high"][0, 0])
 
 
 @pytest.mark.parametrize(

@@ -105,7 +105,8 @@ def test_shapes_meet_their_conditions(mode: int) -> None:
     for draught in FAR:
         for torsion in FAR:
             shape = mode_shape(mode, draught, torsion)
-            assert len(shape.nodes) == mode - 1
+            heights = shape(np.linspace(0.0, 1.0, 12 * (mode + 2))[1:])
+            assert np.count_nonzero(np.diff(np.signbit(heights))) == mode - 1
             assert weights @ shape(places) ** 2 == pytest.approx(1.0, rel=1e-10)
             wave = max(shape.root, 1e-300)
             y, slope, moment, shear = (float(shape(np.array(0.0), order)) for order in range(4))

@@ -47,7 +47,6 @@ from functools import cache
 from math import factorial, pi, sqrt
 
 import numpy as np
-import scipy
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
 
@@ -253,7 +252,6 @@ def _between(numbers: Indices, springs: EndSprings, low: Array, high: Array) -> 
 
 _SPRING_BEAM_TERMS = 7
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)  # for z < 5 exact to round-off
-SAMPLES = 12  # of a half wave, between which a node is sought
 
 
 @dataclass(frozen=True)
@@ -274,17 +272,6 @@ class ModeShape:
         """Return a derivative of y with respect to xi, 0 to 3, at places xi in [0, 1], 0 at the springs."""
         first, second = _functions(self.root, np.asarray(xi, dtype=float), derivative)
         return np.asarray(self.weights[0] * first + self.weights[1] * second)
-
-    @property
-    def nodes(self) -> Array:
-        """Places of the nodes in 0 < xi < 1, ascending; n - 1 of them."""
-        places = np.asarray(np.linspace(0.0, 1.0, SAMPLES * (self.mode + 2))[1:], dtype=np.float64)
-        values = self(places)
-        changes = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)
-        found = [
-            scipy.optimize.brentq(lambda xi: float(self(np.array(xi))), places[at], places[at + 1]) for at in changes
-        ]
-        return np.array(sorted([*found, *places[values == 0.0]]))
 
 
 def mode_shape(mode: int, draught: float, torsion: float, root: float | None = None) -> ModeShape:

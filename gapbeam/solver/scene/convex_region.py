@@ -21,6 +21,7 @@ from typing import Any
 
 import numba
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.messages.errors import UserError
@@ -280,27 +281,36 @@ def Polygon(corners: ArrayLike) -> ConvexRegion:  # noqa: N802
 
 
 def Polar(radii: ArrayLike) -> ConvexRegion:  # noqa: N802
-    """Return a measured or worn hole: radii at equal angles from the first axis on, straight between them.
+    """Return a measured or worn hole: radii at equal angles from the first axis on, a smooth curve between them.
+
+    The curve is a periodic cubic spline: with corners, normals would jump from step to step. Radii that scatter from
+    angle to angle make dents as narrow as their spacing: take means over neighbors first.
 
     Args:
         radii: Radial play at each angle, (n,), m.
 
     Raises:
-        UserError: Fewer than three radii, or one that is not above 0.
+        UserError: Fewer than three radii, or one that is not above 0, or a curve between them that is not.
     """
     given = finite(radii, "Polar: radii")
     if given.ndim != 1 or len(given) < 3 or not np.all(given > 0.0):
         raise UserError("Polar: expected at least three radii, all above 0")
-    table, count = np.append(given, given[0]), len(given)
+    count, size = len(given), float(given.mean())
+    ends = np.append(given, given[0]) / size
+    curve = scipy.interpolate.CubicSpline(np.arange(count + 1), ends, bc_type="periodic")
+    if not np.all(curve(np.linspace(0.0, count, 16 * count)) > 0.0):
+        raise UserError(
+            "Polar: found radii between which a smooth curve reaches the middle, expected more angles there"
+        )
+    table, turns = np.ascontiguousarray(curve.c.T), count / (2.0 * np.pi)
 
     def polar(x, y):  # type: ignore[no-untyped-def]
-        turns = (np.arctan2(y, x) / (2.0 * np.pi)) % 1.0 * count
-        k = min(int(turns), count - 1)
-        a, b = 2.0 * np.pi * k / count, 2.0 * np.pi * (k + 1) / count
-        px, py = table[k] * np.cos(a), table[k] * np.sin(a)
-        qx, qy = table[k + 1] * np.cos(b), table[k + 1] * np.sin(b)
-        nx, ny = qy - py, px - qx
-        return (nx * (x - px) + ny * (y - py)) / np.sqrt(nx * nx + ny * ny)
+        at = (np.arctan2(y, x) * turns) % count
+        k = min(int(at), count - 1)
+        a, b, c, d = table[k]
+        u = at - k
+        radius, slope = d + u * (c + u * (b + u * a)), turns * (c + u * (2.0 * b + 3.0 * u * a))
+        return (np.sqrt(x * x + y * y) - size * radius) / np.sqrt(1.0 + (slope / radius) ** 2)
 
     made: ConvexRegion = region(polar)()
     return made

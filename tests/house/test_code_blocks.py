@@ -100,7 +100,7 @@ def faults_of_part(part: Mapping[str, Any]) -> list[str]:
 
     Keys of no table of their own are looked for in `[[support]]`.
     """
-    if {"structure", "member", "pair", "feedback"} & set(part):
+    if {"structure", "member", "pair", "point", "feedback"} & set(part):
         return [str(fault) for fault in check_types({**RACK, **part}, SceneCase)[1]]
     if not set(part) <= set(Case.model_fields) and set(part) <= set(Identification.model_fields):
         return [str(fault) for fault in check_types({**IDENTIFY, **part}, Identification)[1]]

@@ -443,7 +443,7 @@ def _place_faults(one: Figure, key: Key, places: Mapping[str, Sequence[str]]) ->
     if one.place in known:
         return
     close = near(one.place, known) if one.place else None
-    asks = {"gauge": "a [[probe]] with stress = true", "turned_probe": "a [[probe]] with rotation = true"}
+    asks = {"gauge": "a [[probe]] or [[point]] with stress = true", "turned_probe": "a [[probe]] with rotation = true"}
     expected = either([f'"{name}"' for name in dict.fromkeys(known)]) if known else asks.get(dim, f"a [[{dim}]]")
     yield Fault(
         (*key, "place"), "no place" if one.place is None else f'"{one.place}"', f"{expected}, for {one.quantity}",

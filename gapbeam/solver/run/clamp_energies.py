@@ -30,7 +30,7 @@ class ClampEnergies:
     """Changes of the energies of a march in modes by moving clamps; none in other marches.
 
     Attributes:
-        rows: Rows of f, of g and of C g, (3 clamps, n), whose motions a march records behind those of points.
+        rows: Rows of f, of g and of C g, (3 clamps, n), whose motions a march records last.
         state: Time, s, change of the losses by damping since the start, J, of what was stored at the start, J, and
             the motions along the rows, (3 + 3 clamps,).
     """
@@ -58,19 +58,18 @@ class ClampEnergies:
         self.state[2] = kinetic[0] + strain[0]
         return float(kinetic[0]), float(strain[0])
 
-    def follow(self, times: Array, kept: StepRecords, first: int, energies: Array, state: Array) -> None:
+    def follow(self, times: Array, kept: StepRecords, energies: Array, state: Array) -> None:
         """Bring the changes by clamps into the energies of a block of steps, and their sum into the work of loads.
 
         Args:
             times: Ends of the steps, s.
-            kept: Records of the march.
-            first: Row of the records behind those of points.
+            kept: Records of the march, whose last rows are those here.
             energies: As of `StepRecords`, (steps, 8), J.
             state: See `state`: that before the block, which is brought to its end.
         """
         if not self.loads or not len(times):
             return
-        place, speed = kept.seen[:, first:, 0], kept.speeds[:, first:, 0]
+        place, speed = kept.seen[:, -len(self.rows) :, 0], kept.speeds[:, -len(self.rows) :, 0]
         whole, before = np.append(state[0], times), np.vstack([state[3:], place])
         moved, along = np.diff(self._moved(whole)[0], axis=0), np.diff(before[:, 2 * len(self.loads) :], axis=0)
         drag = self.follows @ self.rows[2 * len(self.loads) :].T

@@ -24,7 +24,7 @@ from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.flow_margin import eigenvalues
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
 from gapbeam.solver.scene.marcher import TOLERANCE, Marcher
-from gapbeam.solver.scene.recorded_places import components_of, turning_places
+from gapbeam.solver.scene.recorded_places import components_of, gauges_of, turning_places
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
 from gapbeam.solver.scene.step_kernel import DAMPED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
@@ -207,7 +207,7 @@ class SceneAccounts:
         """Return the energies of a block of steps, and bring the ledger to its end."""
         energies, totals, ledger = kept.energies[:, :, 0], self.totals, self.ledger
         scale = energies[:, KINETIC] + energies[:, STRAIN] + energies[:, STORED] + np.abs(energies[:, LOADED])
-        self.clamps.follow(times, kept, self.scene.watched, energies, self.driven)
+        self.clamps.follow(times, kept, energies, self.driven)
         kinetic, strain, stored = energies[:, KINETIC], energies[:, STRAIN], energies[:, STORED]
         fed = kept.works[:, :, 0]
         works = np.column_stack([energies[:, LOADED], fed.sum(axis=1), energies[:, WALLED]])
@@ -337,7 +337,7 @@ class SceneRecords:
         scene = marcher.scene
         self.scene, self.every, self.h = scene, every, marcher.h
         self.width, self.probes = scene.probe_width, scene.probe_names
-        self.frame = self._frame()
+        self.frame, self.gauges = self._frame(), tuple(gauges_of(scene))
         rough = any(one.is_rough for one in scene.contacts)
         named = [(one.name, [some]) for one, some in self._forces() if one.name]
         joints = [some for one, some in self._forces() if not one.name]
@@ -347,6 +347,7 @@ class SceneRecords:
         self.labels: dict[str, tuple[str, ...]] = {
             "probe": self.probes,
             "component": components_of(scene),
+            "gauge": self.gauges,
             "face": scene.contact_names,
             "tangent": ("across",) if rough else (),
             "worn_face": scene.contact_names if any(one.region.motions > 1 for one in scene.contacts) else (),
@@ -356,6 +357,7 @@ class SceneRecords:
         unknown = {"contact_moment", "contact_area", "iterations"} | ({ABSOLUTE} if self.frame is None else set())
         self.variables = {record.name for record in HISTORY} - unknown
         self.time = marcher.t
+        self.seen = scene.watched + 2 * len(self.gauges)
         self.speed: Array = marcher.linear.watch[: scene.watched] @ marcher.v[:, 0]
 
     def _forces(self) -> Iterator[tuple[Feedback, slice]]:
@@ -412,7 +414,7 @@ class SceneRecords:
         work, fed = np.zeros((1, 3)), np.zeros((1, len(marcher.worked)))
         energies = EnergyBlock(kinetic, strain, contact, none, none, none, work, fed, none, none, none, none, none)
         sums: Rows = {name: np.zeros((1, len(self.scene.contacts))) for name in SUMS}
-        seen = (marcher.linear.watch[: self.scene.watched] @ marcher.q).T
+        seen = (marcher.linear.watch[: self.seen] @ marcher.q).T
         return self._rows(np.array([marcher.t]), seen, self.speed[None], contacts, energies, sums)
 
     def rows(
@@ -442,7 +444,7 @@ class SceneRecords:
             return type(block)(**parts)
 
         picked = {name: values[chosen] for name, values in sums.items()}
-        seen, speeds = (one[chosen, : self.scene.watched, 0] for one in (kept.seen, kept.speeds))
+        seen, speeds = kept.seen[chosen, : self.seen, 0], kept.speeds[chosen, : self.scene.watched, 0]
         return self._rows(times[chosen], seen, speeds, some(contacts), some(energies), picked)
 
     def _rows(
@@ -467,11 +469,15 @@ class SceneRecords:
             gained = np.diff(speeds, axis=0, prepend=self.speed[None])
             spans = np.diff(times, prepend=self.time)
             relative = gained / np.where(spans > 0.0, spans, 1.0)[:, None]
-            found |= {"displacement": seen.reshape(shape), "velocity": speeds.reshape(shape)}
+            motions = seen[:, : self.scene.watched]
+            found |= {"displacement": motions.reshape(shape), "velocity": speeds.reshape(shape)}
             found["acceleration_relative"] = relative.reshape(shape)
             if self.frame is not None:
                 found[ABSOLUTE] = (relative + self._of_frame(times, spans)).reshape(shape)
             self.speed = speeds[-1].copy()
+        if self.gauges:
+            axial, shear = seen[:, self.scene.watched :].reshape(len(times), -1, 2).transpose(2, 0, 1)
+            found |= {"axial_stress": axial, "von_mises_stress": np.sqrt(axial**2 + 3.0 * shear**2)}
         self.time = float(times[-1])
         return found
 

@@ -46,7 +46,7 @@ from gapbeam.solver.scene.argument_checks import check_fields, positive
 from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecords
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
-from gapbeam.solver.scene.recorded_places import as_recorded, places_of_figures
+from gapbeam.solver.scene.recorded_places import as_recorded, gauges_of, places_of_figures
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
 from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE, TURNING
@@ -151,9 +151,9 @@ class SceneRun:
         self.stiffer()
 
     def marcher(self) -> Marcher:
-        """Return the marcher of the run, which also records what energies beside moving clamps take."""
-        watch = ClampEnergies(self.scene, self.scheme).rows
-        return marcher_of(self.scene, self.step, self.start, self.scheme, watch)
+        """Return the marcher of the run, which also records stresses, and what energies beside moving clamps take."""
+        watch = [*gauges_of(self.scene).values(), ClampEnergies(self.scene, self.scheme).rows]
+        return marcher_of(self.scene, self.step, self.start, self.scheme, np.vstack(watch))
 
     def stiffer(self) -> Scene | None:
         """Return the scene with twice the stiffness of its penalty contacts; None: it has none.

@@ -274,7 +274,7 @@ def check_section(section: Any, where: str) -> None:
         UserError: A figure is not above 0.
     """
     for name, value in section._asdict().items():
-        if not np.all(reals(value, f"{where}: section: {name}") > 0.0) and name not in ("mean_radius", "wall"):
+        if not np.all(reals(value, f"{where}: section: {name}") > 0.0) and section._field_defaults.get(name) != 0.0:
             raise UserError(f"{where}: section: {name}: found {value}, expected a number above 0")
         if "shear" not in name:
             finite(value, f"{where}: section: {name}")

@@ -20,6 +20,7 @@ from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, heave_and_pitc
 from gapbeam.solver.scene.argument_checks import ArgumentError, check_section, checked, finite, positive
 from gapbeam.solver.scene.imported_points import has_negative_direction
 from gapbeam.solver.scene.structure import LARGE, Structure
+from gapbeam.solver.scene.surface_stress import check_gauges, end_forces, mean_of_sides, refuse_beside
 from gapbeam.solver.schema.table import faults_in
 from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.system.operators import Array
@@ -36,11 +37,13 @@ class CrossSection(NamedTuple):
         area: m^2.
         second_moment: About the centroid, m^4.
         shear_area: Share of the area that carries shear times the area, m^2; infinite: shear does not strain.
+        surface: Distance of the surface on the side of the motion from the centroid, for stresses, m; 0: not known.
     """
 
     area: float
     second_moment: float
     shear_area: float = inf
+    surface: float = 0.0
 
 
 @checked
@@ -92,7 +95,7 @@ def figures(table: Any, thickness: float, width: float, poisson_ratio: float) ->
     """Return the figures of a section's table at outer sizes, m."""
     area = table.area(thickness, width)
     second, shear = table.second_moment(thickness, width), table.shear_coefficient(thickness, width, poisson_ratio)
-    return CrossSection(area, second, area * shear)
+    return CrossSection(area, second, area * shear, 0.5 * thickness - table.centroid(thickness, width)[1])
 
 
 @cache
@@ -130,6 +133,7 @@ def beam(
     tension: float = 0.0,
     name: str = "",
     driven: Mapping[str, float] = MappingProxyType({}),
+    gauges: Sequence[str] = (),
 ) -> Structure:
     """Return a straight beam that bends in one plane, or a string with its bending stiffness.
 
@@ -152,10 +156,11 @@ def beam(
         name: Name of the structure.
         driven: Places of supports that move by s, m, by name: the beam then has the points "NAME: K" and "NAME: M",
             whose rows times s and s'' are the forces on it; see `driven_rows`.
+        gauges: Points whose stress is recorded, at the surface on the side of the motion.
 
     Raises:
-        UserError: A place is off the beam, the model is unknown, a rigid beam is held or has a preload, or compression
-            buckles the beam.
+        UserError: A place is off the beam, the model is unknown, a rigid beam is held or has a preload, compression
+            buckles the beam, or a stress is not known.
 
     Source: `gapbeam.solver.models.timoshenko_beam`, for the elements.
     """
@@ -164,6 +169,7 @@ def beam(
     places = {key: float(finite(x, f"{where}: point {key}")) for key, x in points.items()}
     clamps, pins = ([float(x) for x in finite(some, f"{where}: supports").ravel()] for some in (clamped, pinned))
     held, count = [*clamps, *pins], element_count(elements, where)
+    check_gauges(gauges, places, where)
     off = {key: x for key, x in (places | {f"support at {x:g}": x for x in held}).items() if not 0.0 <= x <= size}
     if off:
         raise UserError(f"{where}: expected places from 0 to {size:g} m, found {off}")
@@ -172,8 +178,10 @@ def beam(
     rotary = material.density * section.second_moment
     added = float(positive(added_mass, f"{where}: added mass", zero=True))
     if model == "rigid":
-        if held or ratio or modes or tension:
-            raise UserError(f"{where}: a rigid beam has no supports, modes or preload; hold it by contacts or joints")
+        if held or ratio or modes or tension or gauges:
+            raise UserError(
+                f"{where}: a rigid beam has no supports, modes, preload or stress; hold it by contacts or joints"
+            )
         moved = mass + added
         about = np.array([[moved * size, 0.0], [0.0, moved * size**3 / 12.0 + rotary * size]])
         rows = {key: np.array([[1.0, x - 0.5 * size]]) for key, x in places.items()}
@@ -194,8 +202,8 @@ def beam(
     fixed = {2 * _node(x, one) for one in held} | {2 * _node(x, one) + 1 for one in clamps}
     free = np.array([i for i in range(2 * len(x)) if i not in fixed])
     rows = {key: np.eye(2 * len(x))[2 * _node(x, one)][free] for key, one in places.items()}
-    rows |= driven_rows({key: np.eye(2 * len(x))[:, [2 * _node(x, one)]] for key, one in driven.items()},
-                        {"K": K, "M": M}, lambda forces: forces[free])  # fmt: skip
+    shoved = {key: np.eye(2 * len(x))[:, [2 * _node(x, one)]] for key, one in driven.items()}
+    rows |= driven_rows(shoved, {"K": K, "M": M}, lambda forces: forces[free])
     rigid = heave_and_pitch_at(x).T
     along = rigid[:, 0]
     carried = (M @ along)[free] * (mass / (mass + added))
@@ -210,7 +218,35 @@ def beam(
     if len(free) <= LARGE:
         M, K = M.toarray(), K.toarray()
     whole = Structure(M, K, None, rows, rigid[free] if left else None, name, carried, along[free])
+    clamped_nodes = [_node(x, one) for one in clamps]
+    for key in gauges:
+        node, named = _node(x, places[key]), f"{where}: point {key}"
+        stress = _stress(uniform, x, node, section, node in clamped_nodes, named, f"points.{key}")
+        refuse_beside(stress, shoved, named, f"points.{key}")
+        whole.gauges[key] = stress[:, free]
     return whole if modes is None and not ratio else whole.reduced(modes or len(free), ratio)
+
+
+def _stress(
+    uniform: TimoshenkoBeam, x: Array, node: int, section: CrossSection, clamped: bool, where: str, argument: str
+) -> Array:
+    """Return the rows of the stress at a node, (2, DOFs of all nodes); nothing twists.
+
+    Raises:
+        ArgumentError: The section's surface is not known, or the stress jumps.
+    """
+    if not section.surface > 0.0:
+        raise ArgumentError(
+            f"{where}: found a stress of a section of own figures without `surface`, expected the distance of its "
+            "surface from its centroid, m",
+            argument,
+        )
+    moments = []
+    for a, b in pairwise(range(max(node - 1, 0), min(node + 2, len(x)))):
+        K = replace(uniform, length=float(x[b] - x[a]), elements=1).element_matrices()[1]
+        moments.append(end_forces(K, node, (a, b), 2 * len(x))[1])
+    axial = -mean_of_sides(moments, where, argument, clamped) * section.surface / section.second_moment
+    return np.array([axial, np.zeros_like(axial)])
 
 
 def refuse_buckling(K: Any, tension: float, where: str, argument: str = "tension") -> None:
@@ -274,7 +310,9 @@ def in_two_planes(one: Structure) -> Structure:
     rigid = None if one.rigid is None else np.kron(np.eye(2), one.rigid)
     inertia = None if one.inertia is None else np.concatenate([one.inertia, np.zeros(one.size)])
     frame = {name: np.append(along, 0.0) for name, along in one.frame.items()}
-    return Structure(M, K, C, rows, rigid, one.name, inertia, frame or None)
+    made = Structure(M, K, C, rows, rigid, one.name, inertia, frame or None)
+    made.gauges = {name: np.asarray(np.kron(np.eye(2), stress)) for name, stress in one.gauges.items()}
+    return made
 
 
 def _twice(A: Any) -> Any:

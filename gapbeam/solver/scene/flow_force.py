@@ -143,7 +143,7 @@ def in_fluid(dry: Structure, places: Mapping[str, float], mass: float) -> Struct
     for point, length in zip(along.points, along.lengths, strict=True):
         M += per_length * length * point.rows.T @ point.rows
     rows = {name: point.rows for name, point in dry.points.items()}
-    return Structure(M, dry.K, dry.C, rows, dry.rigid, dry.name, dry.inertia, dry.frame or None).in_doubt_as(dry)
+    return Structure(M, dry.K, dry.C, rows, dry.rigid, dry.name, dry.inertia, dry.frame or None).made_of(dry)
 
 
 MOTIONS = "motions"  # the argument of a fault where a law is of other motions than its points

@@ -27,9 +27,10 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
 from gapbeam.solver.scene.argument_checks import ArgumentError, check_section, checked, finite, positive, shown
 from gapbeam.solver.scene.beam_structure import driven_rows, element_count, refuse_buckling, section_table
-from gapbeam.solver.scene.frame_route import FrameAxes, FrameRoute, Station
+from gapbeam.solver.scene.frame_route import SAME, FrameAxes, FrameRoute, RoutePart, Station
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.scene.structure_geometry import ALONG, StructureGeometry, directions_across
+from gapbeam.solver.scene.surface_stress import check_gauges, end_forces, mean_of_sides, refuse_beside, surface_rows
 from gapbeam.solver.system.operators import Array
 
 ANGLE = pi / 16.0
@@ -51,6 +52,7 @@ class SpaceSection(NamedTuple):
         lateral_shear_area: Shear area along the width.
         mean_radius: Mean radius of a tube, m; 0: no tube, whose elbows do not ovalize.
         wall: Wall of a tube, m.
+        diameter: Outer diameter of a round section or a tube, for stresses, m; 0: it is another section.
     """
 
     area: float
@@ -61,6 +63,7 @@ class SpaceSection(NamedTuple):
     lateral_shear_area: float = inf
     mean_radius: float = 0.0
     wall: float = 0.0
+    diameter: float = 0.0
 
     def flexibility(self, radius: float) -> float:
         """Return the flexibility factor of an elbow of a bend radius, m; 1 where the section is no tube."""
@@ -99,6 +102,7 @@ def space_figures(table: Any, thickness: float, width: float, poisson_ratio: flo
         area * table.lateral_shear_coefficient(*size, poisson_ratio),
         0.5 * (thickness - wall) if wall else 0.0,
         wall,
+        thickness if table.round else 0.0,
     )
 
 
@@ -148,6 +152,7 @@ def frame(
     tension: float = 0.0,
     name: str = "",
     driven: Mapping[str, Station] = MappingProxyType({}),
+    gauges: Sequence[str] = (),
 ) -> Structure:
     """Return a frame in space: beams that bend both ways and carry twist and tension along a route and its branches.
 
@@ -172,16 +177,19 @@ def frame(
         tension: Axial preload of a straight member, which keeps its direction and size, N; below 0: compression.
         name: Name of the structure.
         driven: Places of supports that move along x, y and z by name; see `beam`.
+        gauges: Points whose stress is recorded: at the surface on the side of each of their directions, of round
+            sections, without what ovalization adds in elbows.
 
     Raises:
         UserError: A route is none, a place is off the route, a direction is none, a branch meets no other member, all
             members at a joint are hinged, a preload is not of a straight member or supports let it tilt,
-            or compression buckles it.
+            compression buckles it, or a stress is not known.
     """
     where = f"frame {name or '?'}"
     members = (Member(route, section, material, bends, flexibility, up, (), added_mass, tension), *branches)
     axes = frame_axes([(one.route, one.bends) for one in members], where)
     placed = {key: _placed(one, f"{where}: point {key}") for key, one in points.items()}
+    check_gauges(gauges, placed, where)
     known = {key: axes.along(at, f"{where}: point {key}", f"points.{key}") for key, (at, _) in placed.items()}
     fixed = [(at, np.eye(3), kind == "clamped") for kind, group in (("clamped", clamped), ("pinned", pinned))
              for at in group]  # fmt: skip
@@ -245,7 +253,43 @@ def frame(
     shifts = (MOTIONS * np.arange(len(x))[:, None] + np.arange(3)).ravel()
     lines = np.concatenate([np.column_stack([some[:-1], some[1:]]) for some in nodes])
     geometry = StructureGeometry(x, sp.csr_matrix(Z)[shifts], lines, drawn)
-    return Structure(0.5 * (Mf + Mf.T), 0.5 * (Kf + Kf.T), None, rows, still, name, inertia, moved, geometry)
+    made = Structure(0.5 * (Mf + Mf.T), 0.5 * (Kf + Kf.T), None, rows, still, name, inertia, moved, geometry)
+    clamps = [at for at, _, rotates in supports if rotates]
+    for key in gauges:
+        ways = _directions(placed[key][1], f"{where}: point {key}", (3,))
+        stress = _stress(members, axes, stations, own, every, known[key], ways, clamps, where, key) @ tie
+        refuse_beside(stress, shoved, f"{where}: point {key}", f"points.{key}")
+        made.gauges[key] = np.asarray((Z.T @ stress.T).T)
+    return made
+
+
+def _stress(
+    members: Sequence[Member], axes: FrameAxes, stations: Sequence[Array], nodes: Sequence[Array], x: Array,
+    along: tuple[int, float], directions: Array, clamps: Sequence[tuple[int, float]], where: str, key: str,
+) -> Array:  # fmt: skip
+    """Return the rows of the stress at a point, (2 directions, DOFs of all nodes and hinges)."""
+    k, named = along[0], f"{where}: point {key}"
+    s, some, member = stations[k], nodes[k], members[k]
+    i, section = int(np.abs(s - along[1]).argmin()), member.section
+    up, sides = np.asarray(member.up, dtype=float), []
+    for a, b in pairwise(range(max(i - 1, 0), min(i + 2, len(s)))):
+        ends, length = (int(some[a]), int(some[b])), float(s[b] - s[a])
+        soft = _softness(member, axes.routes[k].part_at(0.5 * (s[a] + s[b])))
+        stiffness = _element(x[ends[0]], x[ends[1]], length, member, soft, up, where)[0]
+        forces = end_forces(stiffness, int(some[i]), ends, MOTIONS * len(x))
+        chord = x[ends[1]] - x[ends[0]]
+        own = _axes(chord / np.linalg.norm(chord), section, up, where)
+        sides.append(surface_rows(forces, own, directions, section, named, f"points.{key}"))
+    stops = [*clamps, *(one for both in axes.meetings for one in both)]
+    breaks = any(j == k and abs(t - s[i]) <= SAME * axes.length for j, t in stops)
+    return mean_of_sides(sides, named, f"points.{key}", breaks)
+
+
+def _softness(one: Member, part: RoutePart) -> float:
+    """Return the flexibility factor of a member in a part of its route."""
+    if part.inward is None:
+        return 1.0
+    return one.section.flexibility(part.radius) if one.flexibility is None else one.flexibility
 
 
 class _Hinge(NamedTuple):
@@ -345,11 +389,7 @@ def _assembled(
             positive(one.flexibility, f"{where}: flexibility")
         check_section(one.section, where)
         for (a, b), (i, j) in zip(pairwise(s), pairwise(some), strict=True):
-            part, soft = axis.part_at(0.5 * (a + b)), one.flexibility
-            if part.inward is None:
-                soft = 1.0
-            elif soft is None:
-                soft = one.section.flexibility(part.radius)
+            soft = _softness(one, axis.part_at(0.5 * (a + b)))
             matrices.append(_element(x[i], x[j], float(b - a), one, soft, up, where))
             places.append(np.concatenate([MOTIONS * end + np.arange(MOTIONS) for end in (i, j)]))
     at, size = np.array(places), MOTIONS * len(x)

@@ -45,6 +45,7 @@ class Marcher:
         lanes: Members side by side.
         scheme: Scheme of the time integration.
         linear: The condensed scene for that step and scheme, where it is known.
+        watch: More rows that records have behind those of points, (rows, n).
 
     Raises:
         UserError: The step is not above 0, or the start is of another scene.
@@ -52,7 +53,7 @@ class Marcher:
 
     def __init__(
         self, scene: Scene, step: float, start: SceneState | None = None, lanes: int = 1,
-        scheme: LinearScheme = MIDPOINT, linear: Linear | None = None,
+        scheme: LinearScheme = MIDPOINT, linear: Linear | None = None, watch: Array | None = None,
     ) -> None:  # fmt: skip
         if not (np.isfinite(step) and step > 0.0):
             raise UserError(f"march: found step {step!r} s, expected a time above 0")
@@ -62,6 +63,8 @@ class Marcher:
         if scheme.is_conditional:
             check_limit(scheme, self.h, self.fastest())
         self.linear = linear or self.condensed()
+        if watch is not None:
+            self.linear = self.linear._replace(watch=aligned(np.vstack([self.linear.watch, watch])))
         self.slabs = scene.slabs(lanes, step, self.linear.delassus, scheme.law)
         state = _of(scene, start or scene.state()).spread(lanes)
         self.t0, self.count = state.t, 0

@@ -6,11 +6,14 @@ from collections.abc import Iterable
 from fnmatch import fnmatchcase
 from math import log2
 
+import numpy as np
+
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import Load
 from gapbeam.solver.schema.record_table import unit_where
+from gapbeam.solver.system.operators import Array
 
 OF_CONTACTS = {"clearance": "m", "center": "m", "offset": "m"}
 _SPRING = {"stiffness": "N/m", "damping": "N s/m"}
@@ -39,6 +42,17 @@ def turning_places(scene: Scene) -> tuple[str, ...]:
     return (*probes, *(name for name, one in pairs if one.points[0].turns))
 
 
+def gauges_of(scene: Scene) -> dict[str, Array]:
+    """Return the rows of axial stress and of shear by twist, (2, n), Pa, of each motion of the points with gauges."""
+    found = dict[str, Array]()
+    for name, point in scene.point_names.items():
+        rows = point.structure.gauges.get(point.name, np.zeros((0, point.structure.size)))
+        for number, own in enumerate(np.split(rows, len(rows) // 2 or 1), 1):
+            if len(own):
+                found[f"{name} {number}" if len(rows) > 2 else name] = scene.rows_of(point.structure, own)
+    return found
+
+
 def components_of(scene: Scene) -> tuple[str, ...]:
     """Return the names of the components of motions in records: y, or y and z."""
     return ("y", "z")[: scene.probe_width] if scene.probe_names else ()
@@ -46,8 +60,9 @@ def components_of(scene: Scene) -> tuple[str, ...]:
 
 def places_of_figures(scene: Scene) -> dict[str, tuple[str, ...]]:
     """Return the places that figures of one's own may have, by kind; impulses strike those of "struck"."""
-    return {"probe": scene.probe_names, "face": scene.contact_names, "turned_probe": (), "gauge": (),
-            "component": components_of(scene), "struck": struck_places(scene)}  # fmt: skip
+    return {"probe": scene.probe_names, "face": scene.contact_names, "turned_probe": (),
+            "gauge": tuple(gauges_of(scene)), "component": components_of(scene),
+            "struck": struck_places(scene)}  # fmt: skip
 
 
 def as_recorded(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, ...]:

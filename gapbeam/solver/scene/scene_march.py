@@ -7,17 +7,17 @@ structures are factored once, around the same compiled feedback and contact.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked
-from gapbeam.solver.scene.feedback import aligned
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.printed_values import result_words
+from gapbeam.solver.scene.recorded_places import gauges_of
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.sparse_march import MovingMarcher, SparseMarcher
 from gapbeam.solver.scene.structure import StructurePoint
@@ -147,14 +147,10 @@ def marcher_of(
 ) -> Marcher:  # fmt: skip
     """Return the marcher of a scene: in its modes, with sparse matrices where a structure is large, or points move.
 
-    In modes it also watches more rows, (rows, n), behind those of points.
+    It also watches more rows, (rows, n), behind those of points.
     """
     kind = MovingMarcher if scene.is_moving else SparseMarcher if scene.is_large else Marcher
-    linear = None
-    if watch is not None and len(watch):
-        linear = scene.condensed(step, scheme)
-        linear = linear._replace(watch=aligned(np.vstack([linear.watch, watch])))
-    return kind(scene, step, start, scheme=scheme, linear=linear)
+    return kind(scene, step, start, scheme=scheme, watch=watch)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +163,8 @@ class History:
         velocity: Velocity by point, likewise, m/s.
         force: Force by contact, likewise, N: the mean over the step on the first point.
         last: The last step.
+        stress: Stress along the axis at the surface, positive in tension, (steps,), Pa, by point with a gauge; by
+            "point 1" and so on where it has several motions.
     """
 
     __repr__ = result_words
@@ -176,6 +174,7 @@ class History:
     velocity: dict[str, Array]
     force: dict[str | int, Array]
     last: SceneStep
+    stress: dict[str, Array] = field(default_factory=dict)
 
 
 @checked
@@ -195,7 +194,9 @@ def history(
         UserError: As `march`.
         NotConverged: As `march`.
     """
-    marcher = marcher_of(scene, step, start, scheme)
+    gauges = gauges_of(scene)
+    axial = np.array([rows[0] for rows in gauges.values()]).reshape(-1, scene.size)
+    marcher = marcher_of(scene, step, start, scheme, axial)
     steps = steps_to(end, marcher.t, step)
     scene.check_feedback(marcher.z, end - marcher.t)
     parts = [marcher.advance(min(BLOCK, steps - done), energies=True)[:3] for done in range(0, steps, BLOCK)]
@@ -208,7 +209,8 @@ def history(
     for i, (one, first) in enumerate(zip(scene.contacts, scene.first, strict=False)):
         force[one.name or i] = _squeezed(felt[:, first : first + one.region.motions])
     times = marcher.t0 + step * np.arange(1, steps + 1)
-    return History(times, displacement, velocity, force, SceneStep(marcher))
+    stress = dict(zip(gauges, seen[:, at:].T, strict=True))
+    return History(times, displacement, velocity, force, SceneStep(marcher), stress)
 
 
 def _squeezed(columns: Array) -> Array:

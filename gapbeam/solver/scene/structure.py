@@ -107,6 +107,10 @@ class Structure:
             name.
         geometry: Nodes in space and how they move, for pictures and contacts of faces.
 
+    Attributes:
+        gauges: Rows of axial stress and shear by twist at the surface for each motion of a point, (2 motions, DOFs),
+            Pa, by the name of the point.
+
     Raises:
         UserError: Shapes do not fit, an entry is not finite, M is not positive definite, M or K is not symmetric, or a
             rigid motion strains.
@@ -129,6 +133,7 @@ class Structure:
     ) -> None:
         where = f"structure {name or '(without a name)'}"
         self.name, self.geometry = name, geometry
+        self.gauges: dict[str, Array] = {}
         self.M, self.K = matrix(M, f"{where}: M"), matrix(K, f"{where}: K")
         self.C = None if C is None else matrix(C, f"{where}: C")
         self.size = int(self.M.shape[0])
@@ -169,9 +174,15 @@ class Structure:
         """Return a point that is not in the table of points; see `Structure` for `rows`."""
         return StructurePoint(self, self._rows(rows, name), name)
 
-    def in_doubt_as(self, other: Structure) -> Structure:
-        """Return the structure, made from another one, whose frequencies are as unknown."""
+    def made_of(self, other: Structure, basis: Array | None = None) -> Structure:
+        """Return the structure, made from another one: as unknown, and with its gauges.
+
+        Args:
+            other: The other structure.
+            basis: Its DOFs are basis @ those of this one; default they are the same.
+        """
         self.doubt = other.doubt
+        self.gauges = {name: rows if basis is None else rows @ basis for name, rows in other.gauges.items()}
         return self
 
     @property
@@ -248,7 +259,7 @@ class Structure:
                 inertia = inertia + kg * rows.T @ self.frame[point.name]
         points = {name: point.rows for name, point in self.points.items()}
         made = Structure(M, self.K, self.C, points, self.rigid, self.name, inertia, self.frame, self.geometry)
-        return made.in_doubt_as(self)
+        return made.made_of(self)
 
     def reduced(self, count: int, ratio: float = 0.0) -> Structure:
         """Return the structure in its first modes.
@@ -281,7 +292,7 @@ class Structure:
             None if self.inertia is None else X.T @ self.inertia,
             self.frame,
             None if self.geometry is None else self.geometry.over(X),
-        ).in_doubt_as(self)
+        ).made_of(self, X)
 
     def _rows(self, value: ArrayLike, name: str) -> Array:
         """Return the rows of a point."""
@@ -436,4 +447,4 @@ def reduced_at_points(structure: Structure, modes: int, points: Iterable[str] | 
     geometry = None if structure.geometry is None else structure.geometry.over(Q)
     return Structure(
         np.eye(len(stiffness)), stiffness, C, carried, rigid, structure.name, inertia, structure.frame, geometry
-    ).in_doubt_as(structure)
+    ).made_of(structure, Q)

@@ -68,6 +68,7 @@ def framed(
     points: Directed,
     held: Sequence[Any],
     driven: Mapping[str, Any],
+    gauges: Sequence[str],
 ) -> tuple[Structure, dict[str, PlacedPoint]]:
     """Return a frame, and where its points are.
 
@@ -78,6 +79,7 @@ def framed(
         points: Station and directions by name.
         held: Joints of the structure.
         driven: Joints that loads move, by the name of their points.
+        gauges: Points whose stress is recorded.
 
     Raises:
         UserError: The frame cannot be made.
@@ -105,6 +107,7 @@ def framed(
         tension=model.tension,
         name=table.name,
         driven={clamp: _where(joint) for clamp, joint in driven.items()},
+        gauges=gauges,
     )
     return one, places
 

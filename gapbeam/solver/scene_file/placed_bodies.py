@@ -175,7 +175,7 @@ def in_space(one: Structure, ways: Array) -> Structure:
         inertia = one.M @ ways
         frame = {key: point.rows @ ways for key, point in one.points.items()}
     points = {name: point.rows for name, point in one.points.items()}
-    return Structure(one.M, one.K, one.C, points, one.rigid, one.name, inertia, frame)
+    return Structure(one.M, one.K, one.C, points, one.rigid, one.name, inertia, frame).made_of(one)
 
 
 def line_of(place: Pose, length: float, motions: int, half: float) -> PlacedBody:

@@ -206,6 +206,7 @@ def _body(site: Site, table: BodyTable) -> Structure:
     held = [one for one in site.case.joint if getattr(one, "structure", None) == table.name]
     extent, nearest = site.extents.get(table.name), site.nearest.get(table.name, {})
     driven = {clamp: joint for clamp, joint in driven_joints(site.case).items() if joint.structure == table.name}
+    gauges = [point.name for point in points if point.stress]
     if isinstance(model, LumpedMass):
         more = {name: [[1.0]] for name in nearest}
         one = mass(model.mass, model.motions, model.stiffness, model.damping, table.name, **more)
@@ -218,11 +219,11 @@ def _body(site: Site, table: BodyTable) -> Structure:
     elif isinstance(model, ElementFrame):
         given = stations_of(points, nearest, extent)
         given |= {name: (x, direction_of(point)) for point, way in _ways(site, table) for name, x in way.items()}
-        one, places = framed(table, model, site.members(table), given, held, driven)
+        one, places = framed(table, model, site.members(table), given, held, driven, gauges)
         at, site.places = {}, site.places | places
     else:
         at = {point.name: _along(extent, point) for point in points} | nearest | _stations(site, table)
-        one = _straight(table, model, at, held, driven)
+        one = _straight(table, model, at, held, driven, gauges)
         if isinstance(model, ElementBeam) and model.motions == 2:
             one = in_two_planes(one)
     if extent is not None and extent.ways is not None:
@@ -282,8 +283,9 @@ def _along(extent: PlacedBody | None, point: PointTable) -> float:
 
 
 def _straight(
-    table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, float], held: list[Any], driven: dict[str, Any]
-) -> Structure:
+    table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, float], held: list[Any], driven: dict[str, Any],
+    gauges: list[str],
+) -> Structure:  # fmt: skip
     return beam(
         model.length,
         figures(model.section, model.thickness, model.width or model.thickness, model.material.poisson_ratio),
@@ -297,6 +299,7 @@ def _straight(
         tension=model.tension if isinstance(model, ElementBeam) else 0.0,
         name=table.name,
         driven={clamp: float(joint.at or 0.0) for clamp, joint in driven.items()},
+        gauges=gauges,
     )
 
 

@@ -187,6 +187,16 @@ def _exists(
                     lacks=("point",))  # fmt: skip
 
 
+def _stress(key: Key, point: PointTable, model: Any) -> Iterator[Fault]:
+    """Stress is known at the surface of beams and frames, at points that stay and have a direction."""
+    if not isinstance(model, ElementBeam | ElementFrame):
+        yield Fault(key, f"a stress of a model {model.type}", "a model beam or frame",
+                    "leave it out; a case of one solid body has probes with stress")  # fmt: skip
+    elif point.about is not None or point.speed is not None:
+        found = "a rotation" if point.about is not None else "a point that moves"
+        yield Fault(key, f"a stress of {found}", "a point with a direction that stays", "add a point for the stress")
+
+
 def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Iterator[Fault]:
     yield from _known_structure((*key, "structure"), point.structure, by_name)
     if point.structure not in by_name:
@@ -201,6 +211,8 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
     if point.about is not None and not isinstance(model, ElementFrame):
         yield Fault((*key, "about"), f"a rotation of a model {model.type}", "a model frame",
                     'dof = "12.5" is a rotation of matrices')  # fmt: skip
+    if point.stress:
+        yield from _stress((*key, "stress"), point, model)
     if isinstance(model, ModesOfFile | LumpedMass):
         has = "the columns of its file" if isinstance(model, ModesOfFile) else f'"{point.structure}.at"'
         yield Fault(key, f"a point of a model {model.type}", f"no point: its points are {has}", "leave it out")

@@ -190,7 +190,7 @@ def describe_scene(read: ReadScene) -> SceneDescription:
             "structures": tuple(_body(one) for one in scene.structures)
             + tuple((name, what, f"source: {source}") for name, what, source in read.sources),
             "points": tuple(
-                (f"{one.name}.{name}", f"{len(point.rows)} motion{'s' * (len(point.rows) > 1)}", "")
+                (f"{one.name}.{name}", counted(len(point.rows), "motion"), "stress" if name in one.gauges else "")
                 for one in scene.structures
                 for name, point in one.points.items()
             ),

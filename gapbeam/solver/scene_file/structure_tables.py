@@ -14,7 +14,18 @@ from gapbeam.solver.scene.mesh_structure import mesh_model
 from gapbeam.solver.scene.solid_material import OrthotropicMaterial, orthotropic
 from gapbeam.solver.scene.structure_files import ImportedModel
 from gapbeam.solver.scene.structure_geometry import Pose
-from gapbeam.solver.schema.table import OF_TYPE, Name, NonNegative, Number, PointName, Positive, Table, Whole, named
+from gapbeam.solver.schema.table import (
+    OF_TYPE,
+    Name,
+    NonNegative,
+    Number,
+    PointName,
+    Positive,
+    Switch,
+    Table,
+    Whole,
+    named,
+)
 from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
 
 Direction = tuple[Number, Number, Number]
@@ -373,6 +384,11 @@ class PointTable(Table):
         description="axis of its rotation, rad, of a frame, in place of direction: pairs have an angular play, forces "
         "are moments, N m",
         examples=[[0.0, 1.0, 0.0]],
+    )
+    stress: Switch = Field(
+        default=False,
+        description="record axial and von Mises stress at the surface of a beam, or of a frame of round section, on "
+        "the side of its direction",
     )
     speed: Number | None = Field(
         default=None,

@@ -333,7 +333,7 @@ def test_an_argument_too_many_or_too_few_is_one_error() -> None:
 
 
 @pytest.mark.parametrize("bad", [-1.0, 0.0, nan, "1"])
-@pytest.mark.parametrize("name", [*gb.CrossSection._fields, "torsion_constant", "lateral_shear_area"])
+@pytest.mark.parametrize("name", ["area", "second_moment", "shear_area", "torsion_constant", "lateral_shear_area"])
 def test_no_beam_has_a_section_that_none_can_have(name: str, bad: Any) -> None:
     """A second moment of 0 made a mechanism, and a negative shear area softened the beam."""
     steel = gb.material(2e11, 7850.0)
@@ -345,6 +345,22 @@ def test_no_beam_has_a_section_that_none_can_have(name: str, bad: Any) -> None:
         for model in ("beam", "rigid"):
             with pytest.raises(gb.UserError, match=rf"section: {name}: .*expected"):
                 gb.beam(1.0, plane, steel, {}, model=model)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("bad", [-1.0, nan, "1"])
+@pytest.mark.parametrize("name", ["surface", "mean_radius", "wall", "diameter"])
+def test_sizes_that_a_section_may_leave_out_are_from_zero_on(name: str, bad: Any) -> None:
+    """A negative diameter turned the sign of stresses."""
+    steel = gb.material(2e11, 7850.0)
+
+    def made() -> gb.Structure:
+        if name == "surface":
+            return gb.beam(1.0, gb.CrossSection(1e-4, 1e-9, surface=bad), steel, {})
+        whole = gb.SpaceSection(1e-4, 1e-9, 1e-9, 2e-9)._replace(**{name: bad})
+        return gb.frame([[0, 0, 0], [1, 0, 0]], whole, steel, {}, clamped=[0.0], elements=4)
+
+    with pytest.raises(gb.UserError, match=rf"section: {name}: .*expected"):
+        made()
 
 
 def functions(f: Any) -> dict[str, Callable[[], Any]]:

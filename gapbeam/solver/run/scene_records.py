@@ -28,6 +28,7 @@ from gapbeam.solver.scene.recorded_places import components_of, gauges_of, turni
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
 from gapbeam.solver.scene.step_kernel import DAMPED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
+from gapbeam.solver.scene.surface_stress import TENSOR, von_mises
 from gapbeam.solver.schema.record_table import HISTORY, TURNING
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.slip_modes import closed_part
@@ -357,7 +358,7 @@ class SceneRecords:
         unknown = {"contact_moment", "contact_area", "iterations"} | ({ABSOLUTE} if self.frame is None else set())
         self.variables = {record.name for record in HISTORY} - unknown
         self.time = marcher.t
-        self.seen = scene.watched + 2 * len(self.gauges)
+        self.seen = scene.watched + TENSOR * len(self.gauges)
         self.speed: Array = marcher.linear.watch[: scene.watched] @ marcher.v[:, 0]
 
     def _forces(self) -> Iterator[tuple[Feedback, slice]]:
@@ -476,8 +477,8 @@ class SceneRecords:
                 found[ABSOLUTE] = (relative + self._of_frame(times, spans)).reshape(shape)
             self.speed = speeds[-1].copy()
         if self.gauges:
-            axial, shear = seen[:, self.scene.watched :].reshape(len(times), -1, 2).transpose(2, 0, 1)
-            found |= {"axial_stress": axial, "von_mises_stress": np.sqrt(axial**2 + 3.0 * shear**2)}
+            stress = seen[:, self.scene.watched :].reshape(len(times), -1, TENSOR)
+            found |= {"axial_stress": stress[:, :, 0], "von_mises_stress": von_mises(stress)}
         self.time = float(times[-1])
         return found
 

@@ -267,15 +267,18 @@ def check_section(section: Any, where: str) -> None:
     """Refuse figures of a cross-section that none can have.
 
     Args:
-        section: Area and moments, which are finite, and shear areas, which may be infinite.
+        section: Area and moments, which are finite, shear areas, which may be infinite, and figures whose default is 0.
         where: Owner of the section in the message.
 
     Raises:
-        UserError: A figure is not above 0.
+        UserError: A figure is not above 0, or from 0 on where 0 is the default.
     """
     for name, value in section._asdict().items():
-        if not np.all(reals(value, f"{where}: section: {name}") > 0.0) and section._field_defaults.get(name) != 0.0:
-            raise UserError(f"{where}: section: {name}: found {value}, expected a number above 0")
+        number, zero = reals(value, f"{where}: section: {name}"), section._field_defaults.get(name) == 0.0
+        if not np.all(number >= 0.0 if zero else number > 0.0):
+            raise UserError(
+                f"{where}: section: {name}: found {value}, expected a number {'from 0 on' if zero else 'above 0'}"
+            )
         if "shear" not in name:
             finite(value, f"{where}: section: {name}")
 

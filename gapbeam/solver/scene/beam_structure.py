@@ -20,7 +20,7 @@ from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, heave_and_pitc
 from gapbeam.solver.scene.argument_checks import ArgumentError, check_section, checked, finite, positive
 from gapbeam.solver.scene.imported_points import has_negative_direction
 from gapbeam.solver.scene.structure import LARGE, Structure
-from gapbeam.solver.scene.surface_stress import check_gauges, end_forces, mean_of_sides, refuse_beside
+from gapbeam.solver.scene.surface_stress import check_gauges, end_forces, mean_of_sides, refuse_beside, surface_tensor
 from gapbeam.solver.schema.table import faults_in
 from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.system.operators import Array
@@ -230,7 +230,7 @@ def beam(
 def _stress(
     uniform: TimoshenkoBeam, x: Array, node: int, section: CrossSection, clamped: bool, where: str, argument: str
 ) -> Array:
-    """Return the rows of the stress at a node, (2, DOFs of all nodes); nothing twists.
+    """Return the rows of the stress at a node, (6, DOFs of all nodes); nothing twists.
 
     Raises:
         ArgumentError: The section's surface is not known, or the stress jumps.
@@ -246,7 +246,7 @@ def _stress(
         K = replace(uniform, length=float(x[b] - x[a]), elements=1).element_matrices()[1]
         moments.append(end_forces(K, node, (a, b), 2 * len(x))[1])
     axial = -mean_of_sides(moments, where, argument, clamped) * section.surface / section.second_moment
-    return np.array([axial, np.zeros_like(axial)])
+    return np.array(surface_tensor(axial, np.zeros_like(axial)))
 
 
 def refuse_buckling(K: Any, tension: float, where: str, argument: str = "tension") -> None:

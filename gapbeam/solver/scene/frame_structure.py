@@ -267,7 +267,7 @@ def _stress(
     members: Sequence[Member], axes: FrameAxes, stations: Sequence[Array], nodes: Sequence[Array], x: Array,
     along: tuple[int, float], directions: Array, clamps: Sequence[tuple[int, float]], where: str, key: str,
 ) -> Array:  # fmt: skip
-    """Return the rows of the stress at a point, (2 directions, DOFs of all nodes and hinges)."""
+    """Return the rows of the stress at a point, (6 directions, DOFs of all nodes and hinges)."""
     k, named = along[0], f"{where}: point {key}"
     s, some, member = stations[k], nodes[k], members[k]
     i, section = int(np.abs(s - along[1]).argmin()), member.section

@@ -307,14 +307,14 @@ class Rows:
             raise ArgumentError(f"point {key}: found no rows for the nodes of set {value!r} in the matrices", argument)
         return found
 
+    def nodes_of(self, given: Mapping[str, Any]) -> list[str]:
+        """Return the nodes of a point."""
+        return next(self._nodes("", where, given[where]) for where in WHERE if given.get(where) is not None)
+
     def placed(self, given: PointGiven) -> tuple[Array | None, Array | None]:
         """Return the place of a point, m, and the directions of its motions, (motions, 3), as far as they are known."""
         if isinstance(given, Mapping):
-            where = next(one for one in WHERE if given.get(one) is not None)
-            nodes, axes = (
-                self._nodes("", where, given[where]),
-                np.atleast_2d(np.asarray(given["direction"], dtype=float)),
-            )
+            nodes, axes = self.nodes_of(given), np.atleast_2d(np.asarray(given["direction"], dtype=float))
             place = None
             if self.nodes is not None:
                 place = self.place.in_space(np.mean([self.meter * self.nodes.places[node] for node in nodes], axis=0))

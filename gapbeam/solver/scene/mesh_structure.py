@@ -15,10 +15,11 @@ from gapbeam.solver.scene.argument_checks import ArgumentError, checked, positiv
 from gapbeam.solver.scene.imported_points import Label, PointGiven, Rows
 from gapbeam.solver.scene.mesh_files import SolidMesh, read_mesh
 from gapbeam.solver.scene.solid_cells import KINDS, Indices
-from gapbeam.solver.scene.solid_material import OrthotropicMaterial, Plane, moduli
+from gapbeam.solver.scene.solid_material import OrthotropicMaterial, Plane, moduli, stress_moduli
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.scene.structure_files import ImportedModel, MeshSurface
 from gapbeam.solver.scene.structure_geometry import Pose
+from gapbeam.solver.system.operators import Array
 
 LOG = logging.getLogger("gapbeam")
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
@@ -40,6 +41,7 @@ def from_mesh(
     frame: Sequence[float] | None = None,
     place: Pose | None = None,
     name: str = "",
+    gauges: Sequence[str] = (),
 ) -> Structure:
     """Return a structure of linear elastic solids from a mesh file.
 
@@ -60,13 +62,15 @@ def from_mesh(
         frame: As in `read_structure`.
         place: Place of the structure in space.
         name: Name of the structure.
+        gauges: Points whose stress is recorded: normal stress along each of their directions and von Mises stress, the
+            mean of the cells that meet there.
 
     Raises:
         UserError: The file cannot be read, has shells, beams, several kinds of cells, inverted cells or several pieces;
             a group is unknown, a cell has no material or two; a unit or a label is unknown.
     """
     model = mesh_model(file, materials, units=units, plane=plane, thickness=thickness, place=place, name=name)
-    return model.structure(points or {}, clamped, frame)[0]
+    return model.structure(points or {}, clamped, frame, gauges=gauges)[0]
 
 
 def mesh_model(
@@ -102,7 +106,21 @@ def mesh_model(
     )  # fmt: skip
     if KINDS[mesh.kind].order == 1:
         LOG.info("%s: cells of order 1 are too stiff in bending unless many lie across; order 2 needs fewer", where)
-    return ImportedModel(K, M, None, rows, name, is_placed=True, surface=MeshSurface(*mesh.surface()))
+    stresses = np.array([stress_moduli(one, plane) for one in kinds])
+
+    def stress_at(nodes: Sequence[str], where: str, argument: str) -> Array:
+        number = {label: k for k, label in enumerate(mesh.labels)}
+        met = list(cells.at_nodes([number[node] for node in nodes]))
+        if len({int(of_cell[cell]) for cell, _ in met}) > 1:
+            raise ArgumentError(
+                f"{where}: found a stress where several materials meet, expected a node within one: it jumps there",
+                argument,
+            )
+        return np.asarray(np.mean([stresses[of_cell[cell]] @ B for cell, B in met], axis=0))
+
+    return ImportedModel(
+        K, M, None, rows, name, is_placed=True, surface=MeshSurface(*mesh.surface()), stress_at=stress_at
+    )
 
 
 def _of_cells(mesh: SolidMesh, materials: Materials, where: str) -> tuple[list[SolidMaterial], Indices]:

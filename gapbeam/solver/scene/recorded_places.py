@@ -12,6 +12,7 @@ from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import Load
+from gapbeam.solver.scene.surface_stress import TENSOR
 from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
 
@@ -43,13 +44,13 @@ def turning_places(scene: Scene) -> tuple[str, ...]:
 
 
 def gauges_of(scene: Scene) -> dict[str, Array]:
-    """Return the rows of axial stress and of shear by twist, (2, n), Pa, of each motion of the points with gauges."""
+    """Return the rows of the stress, (6, n), Pa, of each motion of the points with gauges."""
     found = dict[str, Array]()
     for name, point in scene.point_names.items():
         rows = point.structure.gauges.get(point.name, np.zeros((0, point.structure.size)))
-        for number, own in enumerate(np.split(rows, len(rows) // 2 or 1), 1):
+        for number, own in enumerate(np.split(rows, len(rows) // TENSOR or 1), 1):
             if len(own):
-                found[f"{name} {number}" if len(rows) > 2 else name] = scene.rows_of(point.structure, own)
+                found[f"{name} {number}" if len(rows) > TENSOR else name] = scene.rows_of(point.structure, own)
     return found
 
 

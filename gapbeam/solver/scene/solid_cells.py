@@ -8,7 +8,7 @@ conical product: stiffness and mass of straight cells are exact.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache, cached_property
 from itertools import product
 from typing import Any, NamedTuple
@@ -226,6 +226,23 @@ class Cells:
         K, M = (sp.csr_matrix((np.concatenate(one), place), shape) for one in (stiff, heavy))
         M.eliminate_zeros()
         return K, M
+
+    def at_nodes(self, nodes: Sequence[int]) -> Iterator[tuple[int, Array]]:
+        """Yield each cell that meets at nodes with its strains there, (components, motions), (cell, B).
+
+        B is in the motions of all nodes, component after component at each.
+        """
+        d = self.kind.dimension
+        corners = np.array(self.kind.corners)
+        reference = np.vstack([corners, *(corners[list(one)].mean(axis=0) for one in self.kind.between)])
+        slopes = shapes_at(self.name, reference)[1]
+        for node in nodes:
+            for cell, place in zip(*np.nonzero(self.nodes == node), strict=True):
+                jacobian = slopes[place] @ self.places[self.nodes[cell]]
+                own = self._strains(np.linalg.solve(jacobian, slopes[place])[None, None])[0, 0]
+                B = np.zeros((len(own), d * len(self.places)))
+                B[:, (d * self.nodes[cell][:, None] + np.arange(d)).ravel()] = own
+                yield int(cell), B
 
     def _strains(self, slopes: Array) -> Array:
         """Return B, (cells, points, components, motions), from the slopes in space."""

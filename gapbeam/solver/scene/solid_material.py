@@ -102,6 +102,17 @@ def moduli(material: Material | OrthotropicMaterial, plane: Plane | None) -> Arr
     return 0.5 * (C + C.T)
 
 
+def stress_moduli(material: Material | OrthotropicMaterial, plane: Plane | None) -> Array:
+    """Return the stresses xx, yy, zz, yz, xz, xy of unit strains in space, (6, 6), or in a plane, (6, 3), Pa."""
+    if plane is None:
+        return moduli(material, None)
+    found: Array = np.zeros((6, len(PLANE)))
+    found[list(PLANE)] = moduli(material, plane)
+    if plane == "strain":
+        found = moduli(material, None)[:, PLANE]
+    return found
+
+
 def _strains_in(Q: Array) -> Array:
     """Return T, (6, 6): strains of Voigt's notation in the axes of the columns of Q."""
     T = np.zeros((6, 6))

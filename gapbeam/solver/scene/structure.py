@@ -108,8 +108,8 @@ class Structure:
         geometry: Nodes in space and how they move, for pictures and contacts of faces.
 
     Attributes:
-        gauges: Rows of axial stress and shear by twist at the surface for each motion of a point, (2 motions, DOFs),
-            Pa, by the name of the point.
+        gauges: Rows of the stress for each motion of a point, (6 motions, DOFs), Pa, by the name of the point; see
+            `gapbeam.solver.scene.surface_stress`.
 
     Raises:
         UserError: Shapes do not fit, an entry is not finite, M is not positive definite, M or K is not symmetric, or a

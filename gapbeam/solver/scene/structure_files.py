@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -22,7 +22,8 @@ from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, 
 from gapbeam.solver.scene.matrix_digits import MORE_DIGITS, PrintedDigits, frequency_doubt
 from gapbeam.solver.scene.matrix_files import FIRST_LETTERS, aligned, dmig_text, read_matrix, refuse_half
 from gapbeam.solver.scene.structure import MOST_RIGID, SYMMETRY, Structure
-from gapbeam.solver.scene.structure_geometry import Pose, StructureGeometry
+from gapbeam.solver.scene.structure_geometry import Pose, StructureGeometry, directions_across
+from gapbeam.solver.scene.surface_stress import check_gauges, refuse_beside, turned_stress
 from gapbeam.solver.system.operators import Array
 
 
@@ -101,6 +102,7 @@ class ImportedModel:
         is_placed: Whether a place was given.
         surface: Lines and facets of a mesh, whose nodes are those of the rows in their order.
         digits: Digits of K and M, where their files have few.
+        stress_at: Function of the names of nodes that returns rows of their mean stress, (6, DOFs), Pa; None: matrices.
     """
 
     K: Any
@@ -111,6 +113,7 @@ class ImportedModel:
     is_placed: bool
     surface: MeshSurface | None = None
     digits: tuple[PrintedDigits | None, PrintedDigits | None] = (None, None)
+    stress_at: Callable[[Sequence[str], str, str], Array] | None = None
 
     @property
     def places(self) -> dict[str, Array]:
@@ -127,8 +130,10 @@ class ImportedModel:
         clamped: Sequence[Label],
         frame: Sequence[float] | None,
         driven: Mapping[str, Sequence[Label]] = MappingProxyType({}),
+        gauges: Sequence[str] = (),
     ) -> tuple[Structure, dict[str, PlacedPoint]]:
         """Return the structure, and where its points are; see `read_structure`, and `beam` for `driven`."""
+        check_gauges(gauges, points, f"structure {self.name or '?'}")
         rows_of, size = self.rows, self.M.shape[0]
         fixed = {i for one in clamped for i in rows_of.clamped(str(one))}
         free = np.array([i for i in range(size) if i not in fixed])
@@ -162,6 +167,11 @@ class ImportedModel:
         places = {key: PlacedPoint(*rows_of.placed(given)) for key, given in points.items()}
         geometry = self.geometry(free, places)
         made = Structure(M, K, C, rows, motions, self.name, inertia, moved or None, geometry)
+        for key in gauges:
+            where, argument = f"structure {self.name or '?'}: point {key}", f"points.{key}"
+            stress = self._stress(points[key], where, argument)
+            refuse_beside(stress, shoved, where, argument)
+            made.gauges[key] = stress[:, free]
         if (doubt := frequency_doubt(made, free, *self.digits, rigid)) is not None:
             most = max(one.most for one in self.digits if one is not None)
             made.doubt = doubt._replace(
@@ -169,6 +179,20 @@ class ImportedModel:
             )
             logging.getLogger("gapbeam").warning("%s; expected more digits; %s", made.doubt.words, MORE_DIGITS)
         return made, places
+
+    def _stress(self, given: PointGiven, where: str, argument: str) -> Array:
+        """Return the rows of the stress at a point for each of its directions, (6 directions, DOFs)."""
+        if self.stress_at is None or not isinstance(given, Mapping):
+            raise ArgumentError(
+                f"{where}: found a stress of {'matrices' if self.stress_at is None else 'single DOFs'}, expected a "
+                "mesh, and its node, set or nearest with a direction",
+                argument,
+            )
+        nodes, (_, ways) = self.rows.nodes_of(given), self.rows.placed(given)
+        own = self.stress_at(nodes, where, argument)
+        assert ways is not None
+        axes = [np.vstack([way, directions_across(way)]) @ self.rows.place.turn for way in ways]
+        return np.vstack([turned_stress(Q) @ own for Q in axes])
 
     def geometry(self, free: Array, places: Mapping[str, PlacedPoint]) -> StructureGeometry | None:
         """Return the nodes in space of a structure with some of the rows; None where files do not say where they are.

@@ -1,4 +1,4 @@
-"""Stress at the surface of beams and frames, as rows of their DOFs, from the forces at the ends of elements.
+"""Stress at points as rows of DOFs: at the surface of beams and frames, from the forces at the ends of elements.
 
 Forces K_e u at the end of an element are those that the section carries there: N along the axis, M_y and M_z across, T
 about it. At a place (y, z) of the surface of a round section of diameter D, with axes of the section,
@@ -17,10 +17,39 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.scene.argument_checks import ArgumentError
+from gapbeam.solver.scene.solid_cells import COMPONENTS
 from gapbeam.solver.system.operators import Array
 
 ACROSS = 0.5
 """Least sine of the angle between a direction of stress and the axis."""
+
+
+TENSOR = 6
+"""Components xx, yy, zz, yz, xz, xy of a stress; x is along the axis of a beam, or the direction of a gauge."""
+
+
+def von_mises(stress: Array) -> Array:
+    """Return the von Mises stress, (...,), of stresses, (..., 6)."""
+    xx, yy, zz, yz, xz, xy = np.moveaxis(stress, -1, 0)
+    spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    return np.asarray(np.sqrt(0.5 * spread + 3.0 * (yz**2 + xz**2 + xy**2)))
+
+
+def turned_stress(axes: Array) -> Array:
+    """Return the matrix, (6, 6), from the components of a stress to those in other axes, rows of (3, 3)."""
+    found = np.zeros((TENSOR, TENSOR))
+    for k, (i, j) in enumerate(COMPONENTS):
+        unit = np.zeros((3, 3))
+        unit[i, j] = unit[j, i] = 1.0
+        turned = axes @ unit @ axes.T
+        found[:, k] = [turned[a, b] for a, b in COMPONENTS]
+    return found
+
+
+def surface_tensor(axial: Any, shear: Any) -> list[Any]:
+    """Return the rows of a stress at a surface: along the axis, and by twist; each (DOFs,)."""
+    none = np.zeros_like(axial)
+    return [axial, none, none, none, none, shear]
 
 
 def check_gauges(gauges: Iterable[str], points: Mapping[str, object], where: str) -> None:
@@ -73,7 +102,7 @@ def mean_of_sides(sides: Sequence[Array], where: str, argument: str, breaks: boo
 def surface_rows(
     forces: Array, axes: Array, directions: Iterable[Array], section: Any, where: str, argument: str
 ) -> Array:
-    """Return the rows of axial stress and of shear by twist at the surface of a round section, (2 directions, DOFs).
+    """Return the rows of axial stress and of shear by twist at the surface of a round section, (6 directions, DOFs).
 
     Args:
         forces: Rows of forces and moments along x, y and z of space, (6, DOFs).
@@ -105,7 +134,7 @@ def surface_rows(
             )
         y, z = (0.5 * section.diameter * one / across for one in (y, z))
         axial = n / section.area + m_y * z / section.second_moment - m_z * y / section.lateral_moment
-        found += [axial, 0.5 * section.diameter / section.torsion_constant * t]
+        found += surface_tensor(axial, 0.5 * section.diameter / section.torsion_constant * t)
     return np.array(found)
 
 
@@ -113,7 +142,7 @@ def refuse_beside(rows: Array, driven: Mapping[str, Array], where: str, argument
     """Refuse a stress in an element whose other end a support moves: the rows miss what that motion adds.
 
     Args:
-        rows: Rows of the stress, (2 directions, DOFs of all nodes).
+        rows: Rows of the stress, (6 directions, DOFs of all nodes).
         driven: Motions of all DOFs with a support, (DOFs, motions), by its name.
         where: Name of the place in messages.
         argument: Argument that gives the place.

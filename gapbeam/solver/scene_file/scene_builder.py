@@ -215,7 +215,7 @@ def _body(site: Site, table: BodyTable) -> Structure:
         named = _named(site, table) if model.file.lower().endswith(UNIVERSAL) else ()
         return read_modes(model.file, table.name, named)
     elif isinstance(model, NODAL):
-        one, at = _imported(site, table, points, held, driven), {}
+        one, at = _imported(site, table, points, held, driven, gauges), {}
     elif isinstance(model, ElementFrame):
         given = stations_of(points, nearest, extent)
         given |= {name: (x, direction_of(point)) for point, way in _ways(site, table) for name, x in way.items()}
@@ -366,8 +366,9 @@ def _feedback(site: Site, number: int, table: AnyFeedback) -> Feedback | None:
 
 
 def _imported(
-    site: Site, table: BodyTable, points: list[PointTable], held: list[Any], driven: dict[str, Any]
-) -> Structure:
+    site: Site, table: BodyTable, points: list[PointTable], held: list[Any], driven: dict[str, Any],
+    gauges: list[str],
+) -> Structure:  # fmt: skip
     given: dict[str, Any] = dict(site.nearest.get(table.name, {}))
     for point in points:
         if point.dof is not None:
@@ -377,7 +378,7 @@ def _imported(
             given[point.name] = {key: value for key, value in keys.items() if value is not None}
     clamped = [one for joint in held for one in joint.labels]
     moved = {clamp: joint.labels for clamp, joint in driven.items()}
-    structure, places = site.models[table.name].structure(given, clamped, table.frame, moved)
+    structure, places = site.models[table.name].structure(given, clamped, table.frame, moved, gauges)
     site.places |= {f"{table.name}.{key}": place for key, place in places.items()}
     return structure
 

@@ -188,10 +188,9 @@ def _exists(
 
 
 def _stress(key: Key, point: PointTable, model: Any) -> Iterator[Fault]:
-    """Stress is known at the surface of beams and frames, at points that stay and have a direction."""
-    if not isinstance(model, ElementBeam | ElementFrame):
-        yield Fault(key, f"a stress of a model {model.type}", "a model beam or frame",
-                    "leave it out; a case of one solid body has probes with stress")  # fmt: skip
+    """Stress is known in meshes and at the surface of beams and frames, at points that stay and have a direction."""
+    if not isinstance(model, ElementBeam | ElementFrame | MeshFile):
+        yield Fault(key, f"a stress of a model {model.type}", "a model beam, frame or mesh", "leave it out")
     elif point.about is not None or point.speed is not None:
         found = "a rotation" if point.about is not None else "a point that moves"
         yield Fault(key, f"a stress of {found}", "a point with a direction that stays", "add a point for the stress")

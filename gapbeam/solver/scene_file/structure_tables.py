@@ -387,8 +387,8 @@ class PointTable(Table):
     )
     stress: Switch = Field(
         default=False,
-        description="record axial and von Mises stress at the surface of a beam, or of a frame of round section, on "
-        "the side of its direction",
+        description="record axial and von Mises stress: at the surface of a beam or a round frame, on the side of its "
+        "direction, or in a mesh along its direction",
     )
     speed: Number | None = Field(
         default=None,

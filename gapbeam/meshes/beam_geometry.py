@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sections.section_patches import SectionPatches
@@ -53,6 +53,8 @@ class BeamStep(NamedTuple):
     section: SectionPatches | None = None
     filled: tuple[bool, ...] = ()
 
+
+Part = TypeVar("Part", ContactSpan, BeamStep)
 
 SNAP = 1.0e-9
 """Coordinates this close to each other, relative to the thickness, are taken to be the same."""
@@ -117,7 +119,7 @@ class BeamGeometry:
         else:
             spans = tuple(self._snapped(span, planes[0]) for span in self.spans)
         object.__setattr__(self, "spans", spans)
-        object.__setattr__(self, "steps", tuple(self._snapped_step(step, planes[0]) for step in self.steps))
+        object.__setattr__(self, "steps", tuple(self._snapped(step, planes[0]) for step in self.steps))
         breaks = []
         for place in self.breaks:
             breaks.append(self._same(place, planes[0]))
@@ -194,21 +196,13 @@ class BeamGeometry:
                 )
         return tuple(ordered)
 
-    def _snapped(self, span: ContactSpan, known: list[float]) -> ContactSpan:
-        """A span whose ends are known coordinates where they are the same up to rounding."""
-        ends = []
-        for place in (span.start, span.end):
-            ends.append(self._same(place, known))
-            known.append(ends[-1])
-        return span._replace(start=ends[0], end=ends[1])
-
-    def _snapped_step(self, step: BeamStep, known: list[float]) -> BeamStep:
+    def _snapped(self, part: Part, known: list[float]) -> Part:
         """A part whose ends are known coordinates where they are the same up to rounding."""
         ends = []
-        for place in (step.start, step.end):
+        for place in (part.start, part.end):
             ends.append(self._same(place, known))
             known.append(ends[-1])
-        return step._replace(start=ends[0], end=ends[1])
+        return part._replace(start=ends[0], end=ends[1])
 
     def _levels(self, axis: int) -> tuple[float, ...]:
         """Heights of the surfaces of thinner parts across a slice."""

@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.models.reduction.span_basis import SpanBasis, cut_nodes, free_motions, span_basis
-from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
+from gapbeam.solver.models.timoshenko_beam import SteppedBeam, TimoshenkoBeam, of_elements
 from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array
 
@@ -17,7 +17,7 @@ IN_BAY, BAY, TOP = 20, 0.4, 2.0e3  # elements, m, Hz
 
 def bays(count: int) -> tuple[SparseOperators, csr_matrix, Array, SpanBasis]:
     """Return a tube that is pressed at two places in each of some bays, by its weight and at one end, and its basis."""
-    beam = TimoshenkoBeam(BAY * count, IN_BAY * count, 2.0e3, 3.0e6, 0.5, 2.0e-5)
+    beam = SteppedBeam((TimoshenkoBeam(BAY * count, IN_BAY * count, 2.0e3, 3.0e6, 0.5, 2.0e-5),), (0.0,))
     operators = beam.operators()
     places = (np.arange(count)[:, None] + np.array([0.48, 0.52])).reshape(-1) * BAY
     rows, _ = beam.rows(places)
@@ -57,7 +57,7 @@ def test_columns_and_their_entries_grow_with_the_spans() -> None:
 
 def test_two_holds_of_one_motion_are_one() -> None:
     """The second says nothing new: one DOF follows from the others, and the motion is 0."""
-    operators = TimoshenkoBeam(1.0, 8, 2.0e3, 3.0e6, 0.5, 2.0e-5).operators()
+    operators = of_elements([TimoshenkoBeam(1.0, 8, 2.0e3, 3.0e6, 0.5, 2.0e-5)])
     hold = np.zeros((2, operators.size))
     hold[:, 6], hold[:, 7] = 1.0, 0.3
     free = free_motions(hold, operators, 1.0e4)
@@ -70,7 +70,7 @@ def test_a_basis_has_all_modes_below_a_frequency_that_is_not_the_one_asked_for(
     asked: float, kept: int, root: float
 ) -> None:
     """The first that it leaves out of two clamped bays is that of textbooks: (beta L)^2 sqrt(E I / rho A) / L^2."""
-    elements = TimoshenkoBeam(2 * BAY, 2 * IN_BAY, 2.0e3, 1.0e10, 0.5, 0.0).operators()
+    elements = of_elements([TimoshenkoBeam(2 * BAY, 2 * IN_BAY, 2.0e3, 1.0e10, 0.5, 0.0)])
     free = slice(2, elements.size - 2)
     held = SparseOperators(*(csr_matrix(csr_matrix(one)[free, free]) for one in (elements.mass, elements.stiffness)))
     cuts = np.array([2 * IN_BAY, 2 * IN_BAY + 1]) - 2

@@ -7,13 +7,21 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.models.timoshenko_beam import SteppedBeam, TimoshenkoBeam, of_elements
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.semi_discrete import VALUE
 from tests.shared.models import BEAM, GRAVITY, beam_case, beam_model, bending_frequencies, face_forces, seat_of
 from tests.verification.test_reduction import LOADS, PROBES, apart, tip_motion
 
-STOCKY = TimoshenkoBeam.of_case(beam_case({"beam": {**BEAM["beam"], "length": 0.1}, "support": {"length": 0.02}}), 80)
+
+def prismatic(case: Case, elements: int) -> TimoshenkoBeam:
+    """Return the beam of a case without segments."""
+    (part,) = SteppedBeam.of_case(case, elements).parts
+    return part
+
+
+STOCKY = prismatic(beam_case({"beam": {**BEAM["beam"], "length": 0.1}, "support": {"length": 0.02}}), 80)
 
 
 def frequencies(operators: DenseOperators, held: int = 0) -> np.ndarray:
@@ -48,8 +56,8 @@ def free_free(beam: TimoshenkoBeam, guess: float) -> float:
 
 
 def test_a_cantilever_bends_exactly() -> None:
-    operators = STOCKY.operators().dense
-    force = np.zeros(STOCKY.size)
+    operators = of_elements([STOCKY]).dense
+    force = np.zeros(operators.size)
     force[-2] = 1.0
     moved = np.linalg.solve(operators.stiffness[2:, 2:], force[2:])
     length = STOCKY.length
@@ -58,7 +66,7 @@ def test_a_cantilever_bends_exactly() -> None:
 
 
 def test_rigid_motions_cost_no_energy_and_have_the_mass_of_the_beam() -> None:
-    operators, x = STOCKY.operators().dense, np.linspace(0.0, STOCKY.length, STOCKY.elements + 1)
+    operators, x = of_elements([STOCKY]).dense, np.linspace(0.0, STOCKY.length, STOCKY.elements + 1)
     shift, turn = np.tile([1.0, 0.0], len(x)), np.stack([x, np.ones_like(x)], axis=1).reshape(-1)
     for motion in (shift, turn):
         assert np.abs(operators.stiffness @ motion).max() < 1e-9 * np.abs(operators.stiffness).max()
@@ -68,7 +76,7 @@ def test_rigid_motions_cost_no_energy_and_have_the_mass_of_the_beam() -> None:
 
 
 def test_free_frequencies_are_those_of_the_timoshenko_equation() -> None:
-    found = frequencies(STOCKY.operators().dense)
+    found = frequencies(of_elements([STOCKY]).dense)
     assert found[0] == pytest.approx(free_free(STOCKY, found[0]), rel=2e-5)
     assert found[2] == pytest.approx(free_free(STOCKY, found[2]), rel=4e-4)
     slender = 4.7300407448627**2 / (2.0 * np.pi * STOCKY.length**2) * np.sqrt(STOCKY.bending / STOCKY.mass)
@@ -76,16 +84,16 @@ def test_free_frequencies_are_those_of_the_timoshenko_equation() -> None:
 
 
 def test_a_slender_cantilever_has_the_frequencies_of_euler_and_bernoulli() -> None:
-    thin = TimoshenkoBeam.of_case(beam_case({"beam": {**BEAM["beam"], "thickness": 0.001}}), 60)
+    thin = prismatic(beam_case({"beam": {**BEAM["beam"], "thickness": 0.001}}), 60)
     roots = np.array([1.8751040687, 4.6940911330, 7.8547574382])
     wanted = roots**2 / (2.0 * np.pi * thin.length**2) * np.sqrt(thin.bending / thin.mass)
-    assert frequencies(thin.operators().dense, held=2)[:3] == pytest.approx(wanted, rel=2e-4)
+    assert frequencies(of_elements([thin]).dense, held=2)[:3] == pytest.approx(wanted, rel=2e-4)
 
 
 def test_frequencies_are_those_of_plane_stress() -> None:
     plane = bending_frequencies(beam_model({"mesh": {**BEAM["mesh"], "size": 0.01}}), 3)
-    beam = TimoshenkoBeam.of_case(beam_case(), 102)
-    assert frequencies(beam.operators().dense)[:3] == pytest.approx(plane, rel=5e-4)
+    beam = prismatic(beam_case(), 102)
+    assert frequencies(of_elements([beam]).dense)[:3] == pytest.approx(plane, rel=5e-4)
 
 
 def test_the_seat_carries_the_weight_at_its_edges() -> None:
@@ -113,5 +121,5 @@ def test_beam_elements_rattle_like_plane_elements() -> None:
 
 
 def test_plane_strain_stiffens_the_beam() -> None:
-    strain = TimoshenkoBeam.of_case(beam_case({"mesh": {**BEAM["mesh"], "plane": "strain"}}), 4)
-    assert strain.bending == pytest.approx(TimoshenkoBeam.of_case(beam_case(), 4).bending / (1.0 - 0.3**2))
+    strain = prismatic(beam_case({"mesh": {**BEAM["mesh"], "plane": "strain"}}), 4)
+    assert strain.bending == pytest.approx(prismatic(beam_case(), 4).bending / (1.0 - 0.3**2))

@@ -182,11 +182,6 @@ class PointFinder:
         return (0.0 if away <= IN_CELL and not self.curved else away), found
 
 
-def point_row(space: Any, point: Array, name: str) -> PointRow:
-    """Find the basis functions at a point, as `PointFinder.row` does. Collective."""
-    return PointFinder(space).row(point, name)
-
-
 CENTERED = 1.0e-9  # of the radius of gyration: a centroid this near to the axis lies on it
 
 
@@ -306,7 +301,9 @@ def row_at(sections: SectionRows, point: float | tuple[float, ...], name: str) -
     Collective.
     """
     place = axis_point(point)
-    return point_row(sections.space, place, name) if np.any(place[1:]) else sections.of_axis(float(place[0]), name)
+    if np.any(place[1:]):
+        return PointFinder(sections.space).row(place, name)
+    return sections.of_axis(float(place[0]), name)
 
 
 def load_patterns(case: Case, sections: SectionRows, operators: Operators) -> tuple[Array, ...]:

@@ -180,11 +180,6 @@ def _joint_contact(accounts: Accounts, state: State, forces: Array, across: Arra
 NEAR = 1.0e-9  # of the length of the beam: supports at one place
 
 
-def supports_move(case: Case) -> bool:
-    """Return whether a load moves a support, beyond the change of a clearance."""
-    return any(isinstance(load.place, SupportWalls) and not load.place.opens for load in case.load)
-
-
 def support_line(case: Case, places: Sequence[float]) -> Array:
     """Return L, by how much a unit of each motion of walls moves the line at places along the beam, (k, places, d).
 
@@ -246,9 +241,10 @@ class Recorder:
         """Names along the labeled dimensions of the history; tangents are there with friction only."""
         model = self.model
         rubs = model.law.friction is not None
+        shifted = any(isinstance(one.place, SupportWalls) and not one.place.opens for one in model.case.load)
         return {
             "probe": tuple(model.probes),
-            "moved_probe": tuple(model.probes) if supports_move(model.case) else (),
+            "moved_probe": tuple(model.probes) if shifted else (),
             "turned_probe": tuple(model.turned_probes),
             "component": COMPONENTS[model.case.mesh.dimension],
             "face": model.system.contact.face_names,

@@ -352,12 +352,8 @@ def figures_of_lists(lists: Sequence[ImpactList], seconds: float) -> dict[str, A
     found: dict[str, Any] = {"count": count, "rate": count / seconds if seconds > 0.0 else 0.0}
     found["kept_one_in"] = max(every)
     for number, name in enumerate(COLUMNS[1:], start=1):
-        values = rows[:, number]
-        found[name] = _distribution(values) if len(values) else None
+        found[name], values = None, rows[:, number]
+        if len(values):
+            shares = {f"percentile_{p}": float(np.percentile(values, p)) for p in PERCENTILES}
+            found[name] = {"mean": float(values.mean()), **shares, HIGHEST: float(values.max())}
     return found
-
-
-def _distribution(values: np.ndarray) -> dict[str, float]:
-    """Return mean, percentiles and largest value."""
-    shares = {f"percentile_{p}": float(np.percentile(values, p)) for p in PERCENTILES}
-    return {"mean": float(values.mean()), **shares, HIGHEST: float(values.max())}

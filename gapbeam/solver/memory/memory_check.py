@@ -18,7 +18,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.periodic_checks import factor_needed
 from gapbeam.solver.case.model_choice import chosen_case
 from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
-from gapbeam.solver.memory.memory_estimate import beam_needs, free_memory, memory_needs
+from gapbeam.solver.memory.memory_estimate import COPIES, SHAPES, free_memory, memory_needs
 from gapbeam.solver.messages.errors import CaseError, OutOfMemory, UserError
 
 if TYPE_CHECKING:
@@ -74,7 +74,8 @@ def memory_of(case: Case, dofs: float) -> dict[str, float]:
     needs = memory_needs(dofs, case.mesh.dimension)
     parts = {"mesh": UNASSEMBLED * needs.matrices}
     if isinstance(case.model, BeamModel):
-        parts["beam"] = beam_needs(simple_dofs(case))
+        own = simple_dofs(case)  # the shapes of a basis, of at most as many columns
+        parts["beam"] = 8.0 * COPIES * own * min(own, SHAPES)
         return parts
     parts["matrices"] = needs.matrices - parts["mesh"]
     if isinstance(case.model, RigidModel):

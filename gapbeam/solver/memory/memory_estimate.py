@@ -42,11 +42,6 @@ class MemoryNeeds:
     preconditioner: float
 
 
-def beam_needs(dofs: float) -> float:
-    """Return the memory of beam elements of so many DOFs, bytes: the shapes of a basis, of at most as many columns."""
-    return 8.0 * COPIES * dofs * min(dofs, SHAPES)
-
-
 def memory_needs(dofs: float, dimension: int) -> MemoryNeeds:
     """Return the memory that a model of so many DOFs needs, 2D or 3D."""
     factor = FACTOR_OF_MILLION * (dofs / 1.0e6) ** GROWTH if dimension == 3 else FACTOR_2D * dofs * log2(dofs + 1.0)

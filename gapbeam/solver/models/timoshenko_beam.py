@@ -64,15 +64,10 @@ class TimoshenkoBeam:
     tension: float = 0.0
 
     @classmethod
-    def of_case(cls, case: Case, elements: int, lateral: bool = False) -> TimoshenkoBeam:
-        """Return a beam that is all along as the one of a case is at x = 0: in its bending plane or, in 3D, across."""
-        return cls.of_piece(case, case.profile.pieces[0], case.beam.length, elements, lateral)
-
-    @classmethod
     def of_piece(
         cls, case: Case, piece: BeamPiece, length: float, elements: int, lateral: bool = False
     ) -> TimoshenkoBeam:
-        """Return a beam of some length with cross-section and material of a piece of the beam of a case."""
+        """Return a beam of some length like a piece of the beam of a case: in its bending plane or, in 3D, across."""
         beam, material = piece.beam, piece.material
         area, second = beam.area, beam.lateral_moment if lateral else beam.second_moment
         young, poisson = material.young_modulus, material.poisson_ratio
@@ -88,18 +83,9 @@ class TimoshenkoBeam:
         )
 
     @property
-    def size(self) -> int:
-        """Number of DOFs."""
-        return 2 * (self.elements + 1)
-
-    @property
     def places(self) -> Array:
         """Places of the nodes, (elements + 1,), m."""
         return np.asarray(np.linspace(0.0, self.length, self.elements + 1))
-
-    def rows(self, x: Array) -> tuple[csr_matrix, csr_matrix]:
-        """Return the matrices of w and theta at places, (k, n) each."""
-        return as_rows(*self.shapes_at(x), self.size)
 
     def shapes_at(self, x: Array) -> tuple[Array, Array, Array]:
         """Return the shapes of w and theta at places, and the DOFs that they belong to, (k, 4) each."""
@@ -107,14 +93,6 @@ class TimoshenkoBeam:
         which = np.clip(np.floor(x / element).astype(int), 0, self.elements - 1)
         w, theta, _, _ = self._shapes(x / element - which)
         return w, theta, 2 * which[:, None] + np.arange(4)
-
-    def heave_and_pitch(self) -> Array:
-        """Return both rigid motions, (2, n): w = 1, and w = x with theta = 1."""
-        return heave_and_pitch_at(self.places)
-
-    def operators(self) -> SparseOperators:
-        """Return M and K."""
-        return of_elements([self])
 
     def element_matrices(self) -> tuple[Array, Array]:
         """Return M and K of one element, (4, 4) each."""

@@ -150,7 +150,7 @@ class HarmonicBalance:
         speeds = series.omega * np.arange(series.harmonics + 1)
         factors = np.array([[load.factor(time) for load in modal.system.loads] for time in series.times])
         loads = series.analyze(factors.reshape(series.samples, len(modal.loads)) @ modal.loads)
-        damping = modal.damping_matrix
+        damping = np.diag(modal.damping) + modal.dashpots.matrix
         inverses = np.empty((series.harmonics + 1, len(modal.squares), len(modal.squares)), dtype=complex)
         for k, speed in enumerate(speeds):
             dynamic = np.diag(modal.squares - speed**2) + 1j * speed * damping

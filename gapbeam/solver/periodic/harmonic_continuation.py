@@ -145,7 +145,7 @@ def _solve(
     solved: HarmonicSolution | None = None
     failures: list[NotConverged] = []
     for share in _shares(len(guesses)):
-        softer = replace(balance, law=softened_law(balance.law, share.value))
+        softer = replace(balance, law=balance.law if share.value == 1.0 else balance.law.softened(share.value))
         first = guesses[share.guess] if solved is None else solved.traces
         try:
             latest = softer.solve(first, tolerance, max_iterations)
@@ -190,11 +190,6 @@ def _shares(guesses: int) -> Iterator[_Share]:
         share = _Share(min(factor * solved, 1.0))
         yield share
         solved, factor = (solved, factor**0.5) if share.failed else (share.value, factor)
-
-
-def softened_law(law: ContactLaw, share: float) -> ContactLaw:
-    """Return a law with a share of its stiffness and, where that is in proportion to it, of its damping."""
-    return law if share == 1.0 else law.softened(share)
 
 
 def _change(found: list[HarmonicSolution]) -> float | None:

@@ -18,7 +18,7 @@ from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.integrators.scheme_choice import USUAL
 from gapbeam.solver.integrators.time_scheme import TimeScheme
-from gapbeam.solver.loads.load_choice import Load, forcing_frequencies
+from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_compiled
 from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.march.stepwise_march import March, march
@@ -138,7 +138,8 @@ def varied(start: SteadyModel, key: str, value: float) -> SteadyModel:
     table, _, rest = key.partition(".")
     if table == "load":
         name, field = rest.split(".")
-        meant = {load.name for load in case.load if _varies(load, name, field)}
+        own = [load.name for load in case.load if field in load.curve_units]
+        meant = {one for one in own if field == "frequency" or one == name}  # a frequency is that of all loads
         loads = tuple(load.model_copy(update={field: value}) if load.name in meant else load for load in case.load)
         case = case.model_copy(update={"load": loads})
     elif table == "support":
@@ -148,11 +149,6 @@ def varied(start: SteadyModel, key: str, value: float) -> SteadyModel:
     period = start.periods / forcing_frequencies(case.load)[0]
     timed = case.time.model_copy(update={"end": period, "step": period / start.steps})
     return replace(start, model=model_of(case.model_copy(update={"time": timed}), start.model.body))
-
-
-def _varies(load: Load, name: str, field: str) -> bool:
-    """Return whether a key of the load with a name means this load too: a frequency is that of all loads."""
-    return field in load.curve_units and (field == "frequency" or load.name == name)
 
 
 def _timed(model: Model, step: float) -> Model:

@@ -20,7 +20,7 @@ Source: Swift and Wiesenfeld, Phys. Rev. Lett. 52 (1984) 705, for half-wave symm
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -155,7 +155,8 @@ def follow_branches(
     for low, high in search.gaps():
         search.from_march(0.5 * (low + high), start_at)
     missing = [(low, high, search.reason(low, high, failed)) for low, high in search.gaps()]
-    stable = [_span(pair) for curve in search.curves for pair in _stable_pairs(curve.points)]
+    pairs = (pair for curve in search.curves for pair in pairwise(curve.points))  # of neighbors on a branch
+    stable = [_span(pair) for pair in pairs if any(point.stability.stable is not False for point in pair)]
     unstable = _gaps([*stable, *((low, high) for low, high, _ in missing)], settings)
     return Branches(tuple(search.curves), tuple(missing), tuple(unstable))
 
@@ -307,13 +308,6 @@ class _Search:
 def _span(points: Sequence[CurvePoint]) -> tuple[float, float]:
     values = [point.value for point in points]
     return min(values), max(values)
-
-
-def _stable_pairs(points: Sequence[CurvePoint]) -> Iterator[tuple[CurvePoint, CurvePoint]]:
-    """Yield the pairs of neighbors on a branch of which one at least is not known to be unstable."""
-    for pair in pairwise(points):
-        if any(point.stability.stable is not False for point in pair):
-            yield pair
 
 
 def _gaps(spans: Sequence[tuple[float, float]], settings: CurveSettings) -> list[tuple[float, float]]:

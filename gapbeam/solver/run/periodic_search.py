@@ -16,7 +16,7 @@ from gapbeam.solver.case.checks.periodic_checks import value_of
 from gapbeam.solver.messages.errors import Interrupted
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.periodic.continuation import CurvePoint, CurveSettings, ResponseCurve
+from gapbeam.solver.periodic.continuation import CurveSettings
 from gapbeam.solver.periodic.period_map import ModalMap
 from gapbeam.solver.periodic.periodic_response import PeriodicResponse, SteadyModel, end_of_march, find_response, varied
 from gapbeam.solver.periodic.response_branches import follow_branches
@@ -168,7 +168,10 @@ def _follow_curve(
         "seconds": time.perf_counter() - started,
     }
     for curve in branches.curves:
-        _log_curve(asked.key, unit, curve)
+        ends = [f"{curve.points[at].value:.6g} ({why})" for at, why in zip((0, -1), curve.endings, strict=True)]
+        LOG.info("curve in %s: %d points from %s to %s", asked.key, len(curve.points), *ends)
+        for point in curve.events:
+            LOG.info("%s at %s = %.6g %s", point.event, asked.key, point.value, unit)
     for low, high in branches.unstable:
         LOG.info(
             "no stable response of %d forcing periods from %.6g to %.6g %s: a march settles on another motion there",
@@ -177,17 +180,3 @@ def _follow_curve(
             high,
             unit,
         )
-
-
-def _log_curve(key: str, unit: str, curve: ResponseCurve) -> None:
-    LOG.info("curve in %s: %d points from %s to %s", key, len(curve.points), *map(_end, _ends(curve), curve.endings))
-    for point in curve.events:
-        LOG.info("%s at %s = %.6g %s", point.event, key, point.value, unit)
-
-
-def _ends(curve: ResponseCurve) -> tuple[CurvePoint, CurvePoint]:
-    return curve.points[0], curve.points[-1]
-
-
-def _end(point: CurvePoint, why: str) -> str:
-    return f"{point.value:.6g} ({why})"

@@ -223,7 +223,9 @@ def _run_case(
 def _write_opening(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:
     def write() -> None:
         with written(folder / CASE_FILE):
-            write_beside(folder / CASE_FILE, _case_text(model.case, summary["versions"]))
+            made = ", ".join(f"{name} {version}" for name, version in summary["versions"].items())
+            text = f"{AS_RUN}, with every default, by {made}.\n{case_to_toml(model.case)}"
+            write_beside(folder / CASE_FILE, text)
             write_summary(folder, summary)
 
     on_rank_zero(comm, write)
@@ -372,8 +374,3 @@ def _forcing(case: Case) -> dict[str, float | None]:
     frequencies = forcing_frequencies(case.load)
     frequency = frequencies[0] if len(frequencies) == 1 else None
     return {"frequency": frequency, "period": 1.0 / frequency if frequency else None}
-
-
-def _case_text(case: Case, used: dict[str, str]) -> str:
-    made = ", ".join(f"{name} {version}" for name, version in used.items())
-    return f"{AS_RUN}, with every default, by {made}.\n{case_to_toml(case)}"

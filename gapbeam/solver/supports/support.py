@@ -163,7 +163,9 @@ class Support:
     @property
     def stiffness_per_area(self) -> float:
         """K of the contact per area of a face, also where contact acts at points, Pa/m^n."""
-        return self.per_face_area(self._known_stiffness())
+        if self.face_stiffness is None:
+            raise ValueError("the stiffness of the support is known once its contact law is made")
+        return self.per_face_area(self.face_stiffness)
 
     def per_face_area(self, stiffness: float) -> float:
         """Return a stiffness of all contact points of a face together as one per area of the face."""
@@ -206,11 +208,6 @@ class Support:
     def with_stiffness(self, face_stiffness: float) -> Support:
         """Return the supports with K of all contact points of a face together, N/m^n."""
         return replace(self, face_stiffness=face_stiffness)
-
-    def _known_stiffness(self) -> float:
-        if self.face_stiffness is None:
-            raise ValueError("the stiffness of the support is known once its contact law is made")
-        return self.face_stiffness
 
 
 class SupportBody(Table):

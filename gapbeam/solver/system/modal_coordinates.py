@@ -49,11 +49,6 @@ class ModalSystem:
         rayleigh = self.system.mass_damping + self.system.stiffness_damping * self.squares
         return np.asarray(rayleigh + self.modal_damping)
 
-    @property
-    def damping_matrix(self) -> Array:
-        """C, (n, n), 1/s."""
-        return np.asarray(np.diag(self.damping) + self.dashpots.matrix)
-
     @cached_property
     def tangents(self) -> Array:
         """T X, the motion of the contact points along the faces, (m, k, n); for operators with tangents."""

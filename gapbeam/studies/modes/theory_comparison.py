@@ -146,7 +146,7 @@ def beams_of(case: Case, section: Section | None = None) -> dict[str, SpringBeam
         case: The case.
         section: Section of its mesh; None: the section of the case.
     """
-    beam = TimoshenkoBeam.of_case(case, 1)
+    beam = TimoshenkoBeam.of_piece(case, case.profile.pieces[0], case.beam.length, 1)
     if section is not None:
         share = section.second_moment / case.beam.second_moment
         beam = replace(beam, bending=share * beam.bending, mass=section.area / case.beam.area * beam.mass)

@@ -254,6 +254,7 @@ def in_words(found: Mapping[str, Any]) -> str:
 def _described(one: StatisticFigure, burn: float) -> dict[str, Any]:
     relative, needed = one.interval.relative, one.needed
     known = one.verdict != "no event" and np.isfinite(relative)
+    deviations = quantile(CONFIDENCE, BATCHES)  # in the half-width; the record must be long compared with T
     return {
         "name": one.name,
         "unit": one.unit,
@@ -264,7 +265,7 @@ def _described(one: StatisticFigure, burn: float) -> dict[str, Any]:
         "effective_samples": one.samples,
         "relaxation_time": one.relaxation,
         "verdict": one.verdict,
-        "relative_variance_times_time": one.variance_times_time if known else None,
+        "relative_variance_times_time": (relative / deviations) ** 2 * one.seconds if known else None,
         f"time_for_{100 * ASKED:g}_percent": burn + needed if known and needed is not None else None,
     }
 

@@ -25,7 +25,6 @@ from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.statistics.batch_interval import (
     BATCHES,
-    CONFIDENCE,
     FEWEST,
     MOST_MISSED,
     STOPPING_RELAXATIONS,
@@ -35,7 +34,6 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import (
     correlation_time,
     interval_of_mean,
     interval_of_percentile,
-    quantile,
     stopping_interval,
     varies,
     verdict_on,
@@ -221,11 +219,6 @@ class StatisticFigure:
             return replace(self, interval=Interval(0.0, 0.0, 0.0), verdict="no event")
         doubt = doubts.on(self.name, self.interval.relative) if self.verdict == "good" else None
         return self if doubt is None else replace(self, verdict=doubt)
-
-    @property
-    def variance_times_time(self) -> float:
-        """Relative variance of the figure over a time T, times T, s; the record must be long compared with it."""
-        return (self.interval.relative / quantile(CONFIDENCE, BATCHES)) ** 2 * self.seconds
 
     @property
     def needed(self) -> float | None:

@@ -412,7 +412,8 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     case, operators = body.case, body.operators
     assert isinstance(operators, PetscOperators)
     shift = (2.0 * pi * overhang_frequency(case)) ** 2
-    contact = _kept_contact(body, settings)
+    rings = settings.rings
+    contact = DeformableSections(body, settings) if rings is None else RigidSections.of_body(body, rings)
     acting = acting_rows(case, body.patterns)
 
     def find() -> FoundBasis:
@@ -471,10 +472,3 @@ def _images(operators: PetscOperators) -> Iterator[Array]:
     for x in draw.standard_normal((2, operators.size)):
         yield operators.apply_mass(x)
         yield operators.apply_stiffness(x)
-
-
-def _kept_contact(body: Body, settings: ReducedModel) -> KeptContact:
-    """Return the contact of a body that the basis keeps. Collective."""
-    if settings.rings is None:
-        return DeformableSections(body, settings)
-    return RigidSections.of_body(body, settings.rings)

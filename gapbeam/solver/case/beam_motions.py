@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import inf, pi
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
@@ -37,7 +37,6 @@ from gapbeam.solver.loads.attachments import (
     IN_PLANE,
     OUT_OF_PLANE,
     SIDEWAYS,
-    Attached,
     Joint,
     MotionName,
     PointMass,
@@ -103,17 +102,6 @@ SECTION_MOTIONS: Mapping[BeamMotion, tuple[MotionName, ...]] = {
     "torsion": ("twist",),
 }
 """The motions of a cross-section by each motion of a beam."""
-
-
-class Fixture(Protocol):
-    """A joint or a mass."""
-
-    @property
-    def name(self) -> str:
-        """The name."""
-
-    def attached(self) -> Iterator[Attached]:
-        """Yield its contributions to the motions of its cross-section."""
 
 
 Reasons = dict[BeamMotion, str]
@@ -190,7 +178,7 @@ def needed_motions(
         analysis: Table [analysis] of the case.
     """
     dimension, rubs = mesh.dimension, acting_friction(contact, layout) is not None
-    fixtures: list[Fixture] = [*joints, *masses]
+    fixtures: list[Joint | PointMass] = [*joints, *masses]
     found: Reasons = {"bending": "every beam bends"}
     along = [*_along(loads), *_attached(fixtures, "axial"), *(["friction acts along the beam"] if rubs else [])]
     if "axial" in analysis.moves_aside:
@@ -237,7 +225,7 @@ def _beside(loads: Sequence[Load]) -> Iterator[str]:
             yield f"the force of the load {load.name} passes beside the axis"
 
 
-def _attached(fixtures: Sequence[Fixture], motion: MotionName) -> Iterator[str]:
+def _attached(fixtures: Sequence[Joint | PointMass], motion: MotionName) -> Iterator[str]:
     """Yield the springs, dampers and rotary inertias on a motion; a mass alone moves along with any."""
     words = "twist" if motion == "twist" else "motion along the beam"
     for entry in fixtures:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import sqrt
-from typing import Annotated, ClassVar, Protocol
+from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field
 
@@ -22,6 +22,7 @@ from gapbeam.solver.messages.wording import apart
 from gapbeam.solver.schema.table import AlongBeam, Name, Number, Positive, Table, named, placed_along
 from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
 from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.supports.support_tables import BaseAndGland
 
 
 class Beam(Table):
@@ -203,23 +204,9 @@ PlacedSegment = placed_along(
 ROUNDING = 1.0e-12  # of the length of the beam
 
 
-class Reach(Protocol):
-    """A part of the beam."""
-
-    @property
-    def start(self) -> float:
-        """Start along the beam, m."""
-
-    @property
-    def end(self) -> float:
-        """End along the beam, m."""
-
-    @property
-    def length(self) -> float:
-        """The difference, m."""
-
-
-def span_lies_on_the_beam(key: Key, one: Reach, beam: Beam, what: str, needs: str) -> Iterator[Fault]:
+def span_lies_on_the_beam(
+    key: Key, one: AlongBeam | BaseAndGland, beam: Beam, what: str, needs: str
+) -> Iterator[Fault]:
     """Yield the fault of a span that has no length, or ends beyond the beam.
 
     Args:

@@ -7,7 +7,7 @@ from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
 from types import MappingProxyType
-from typing import Protocol
+from typing import Any
 
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
 from gapbeam.solver.case.beam_profile import Segment, beam_at
@@ -229,15 +229,7 @@ def figures_are_recorded(
             yield Fault(("probe", number, "rotation"), "true, at a point off the axis", "a point on the axis, x alone")
 
 
-class Named(Protocol):
-    """An entry of an array of tables with a name."""
-
-    @property
-    def name(self) -> str:
-        """The name."""
-
-
-def namesakes(array: str, entries: Mapping[int, Named]) -> list[Fault]:
+def namesakes(array: str, entries: Mapping[int, Any]) -> list[Fault]:
     """Return the faults of names that earlier entries of the same array have."""
     taken: dict[str, int] = {}
     firsts = {number: taken.setdefault(entry.name, number) for number, entry in entries.items()}

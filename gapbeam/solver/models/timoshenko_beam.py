@@ -355,16 +355,9 @@ class BendingPart:
 
 
 @dataclass(frozen=True)
-class AxialPart:
-    """Tension and compression.
-
-    Attributes:
-        rod: The rod.
-        dimension: Dimension of displacements, 2 or 3.
-    """
-
+class _RodPart:
     rod: ElasticRod
-    dimension: int
+    motion: ClassVar[MotionName]
     nodal: ClassVar[int] = 1
 
     @property
@@ -375,6 +368,27 @@ class AxialPart:
     def operators(self) -> SparseOperators:
         """Return M and K."""
         return self.rod.operators()
+
+    def section_motion(self, x: float, name: MotionName) -> Array | None:
+        """Return the row of u or a at a place, (size,)."""
+        return self.rod.rows(np.array([x])).toarray()[0] if name == self.motion else None
+
+    def rigid_motions(self) -> dict[MotionName, Array]:
+        """Return u or a = 1, (size,)."""
+        return {self.motion: np.ones(self.size)}
+
+
+@dataclass(frozen=True)
+class AxialPart(_RodPart):
+    """Tension and compression.
+
+    Attributes:
+        rod: The rod.
+        dimension: Dimension of displacements, 2 or 3.
+    """
+
+    dimension: int
+    motion: ClassVar[MotionName] = "axial"
 
     def along(self, places: Array, directions: Array) -> csr_matrix:
         """Return u e_x, (k, size)."""
@@ -384,38 +398,19 @@ class AxialPart:
         """Return the displacement of points, (k dimension, size)."""
         return in_components(self.rod.rows(places[:, 0]), {0: np.ones(len(places))}, self.dimension)
 
-    def section_motion(self, x: float, name: MotionName) -> Array | None:
-        """Return the row of u at a place, (size,)."""
-        return self.rod.rows(np.array([x])).toarray()[0] if name == "axial" else None
-
     def uniform(self, direction: Array) -> Array:
         """Return u of all nodes, (size,)."""
         return np.full(self.size, float(direction[0]))
 
-    def rigid_motions(self) -> dict[MotionName, Array]:
-        """Return u = 1, (size,)."""
-        return {"axial": np.ones(self.size)}
 
-
-@dataclass(frozen=True)
-class TorsionPart:
+class TorsionPart(_RodPart):
     """Twist about the axis, in 3D.
 
     Attributes:
         rod: The shaft.
     """
 
-    rod: ElasticRod
-    nodal: ClassVar[int] = 1
-
-    @property
-    def size(self) -> int:
-        """Number of DOFs."""
-        return self.rod.size
-
-    def operators(self) -> SparseOperators:
-        """Return M and K."""
-        return self.rod.operators()
+    motion: ClassVar[MotionName] = "twist"
 
     def along(self, places: Array, directions: Array) -> csr_matrix:
         """Return a (y e_z - z e_y), (k, size)."""
@@ -428,17 +423,9 @@ class TorsionPart:
         """Return the displacement of points, (3 k, size)."""
         return in_components(self.rod.rows(places[:, 0]), {1: -places[:, 2], 2: places[:, 1]}, 3)
 
-    def section_motion(self, x: float, name: MotionName) -> Array | None:
-        """Return the row of a at a place, (size,)."""
-        return self.rod.rows(np.array([x])).toarray()[0] if name == "twist" else None
-
     def uniform(self, direction: Array) -> Array:  # noqa: ARG002
         """Return zeros: a section that moves as a whole does not turn."""
         return np.zeros(self.size)
-
-    def rigid_motions(self) -> dict[MotionName, Array]:
-        """Return a = 1, (size,)."""
-        return {"twist": np.ones(self.size)}
 
 
 def in_components(rows: csr_matrix, factors: dict[int, Array], dimension: int) -> csr_matrix:

@@ -30,7 +30,7 @@ import numpy as np
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, step_slopes
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.messages.errors import NotConverged, UserError
-from gapbeam.solver.periodic.shooting import Fourier, no_pause
+from gapbeam.solver.periodic.shooting import Fourier, Iterated, no_pause
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, Stage, State, Step, imaged
@@ -41,7 +41,7 @@ SHORTEST_UPDATE = 2.0**-8
 
 
 @dataclass(frozen=True)
-class HarmonicSolution:
+class HarmonicSolution(Iterated):
     """A solution of the balance.
 
     Attributes:
@@ -57,11 +57,6 @@ class HarmonicSolution:
     coordinates: Array
     residuals: tuple[float, ...]
     truncated: float
-
-    @property
-    def residual(self) -> float:
-        """Residual of the balance, relative."""
-        return self.residuals[-1]
 
     def motion(self, times: Array) -> tuple[Array, Array, Array]:
         """Return q, q', q'' at any instants, (times, n) each."""

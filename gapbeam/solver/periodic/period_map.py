@@ -31,7 +31,7 @@ from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.tangent_kernel import monodromy_along
 from gapbeam.solver.march.stepwise_march import REFRESH_INTERVAL, EffectiveOperators, March, march
 from gapbeam.solver.periodic.floquet import Stability, leading_multipliers, solve_identity_minus, stability_of
-from gapbeam.solver.periodic.shooting import SLACK, no_orbit
+from gapbeam.solver.periodic.shooting import SLACK, Iterated, no_orbit
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State, Step, imaged
@@ -148,7 +148,7 @@ FLOOR = 1.0e-30
 
 
 @dataclass(frozen=True)
-class MarchedOrbit:
+class MarchedOrbit(Iterated):
     """A periodic response.
 
     Attributes:
@@ -164,16 +164,6 @@ class MarchedOrbit:
     multiplier_error: float
     residuals: tuple[float, ...]
     products: int
-
-    @property
-    def residual(self) -> float:
-        """Change of the state over a period, relative."""
-        return self.residuals[-1]
-
-    @property
-    def iterations(self) -> int:
-        """Newton iterations."""
-        return len(self.residuals) - 1
 
 
 def shoot_marched(

@@ -55,8 +55,28 @@ class PeriodMap(Protocol):
         """Return the flow over the first of `count` equal parts of the period; None where these have no whole steps."""
 
 
+class Iterated:
+    """A solution by Newton's method.
+
+    Attributes:
+        residuals: Relative residual of every iteration, such as the change of the state over a period.
+    """
+
+    residuals: tuple[float, ...]
+
+    @property
+    def residual(self) -> float:
+        """The last one."""
+        return self.residuals[-1]
+
+    @property
+    def iterations(self) -> int:
+        """Newton iterations."""
+        return len(self.residuals) - 1
+
+
 @dataclass(frozen=True)
-class Orbit:
+class Orbit(Iterated):
     """A periodic response, by its state at the start of a period.
 
     Attributes:
@@ -70,16 +90,6 @@ class Orbit:
     monodromy: Array
     stability: Stability
     residuals: tuple[float, ...]
-
-    @property
-    def residual(self) -> float:
-        """Change of the state over a period, relative."""
-        return self.residuals[-1]
-
-    @property
-    def iterations(self) -> int:
-        """Newton iterations."""
-        return len(self.residuals) - 1
 
 
 def no_pause() -> None:

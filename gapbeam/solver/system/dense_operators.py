@@ -206,7 +206,35 @@ class DenseFactor:
         """Return None: all columns are at hand."""
 
 
-class DenseOperators:
+class _Products:
+    """Products with matrices on one rank, dense or sparse."""
+
+    mass: Any
+    stiffness: Any
+    restraint: Any
+
+    def apply_mass(self, x: Array) -> Array:
+        """Return M x."""
+        return np.asarray(self.mass @ x)
+
+    def apply_stiffness(self, x: Array) -> Array:
+        """Return K x."""
+        return np.asarray(self.stiffness @ x)
+
+    def stiffness_round_off(self, x: Array) -> Array:
+        """Return about how far the entries of K x are off by round-off."""
+        return np.asarray(np.finfo(float).eps * self.stiffness.diagonal() * np.abs(x))
+
+    def apply_restraint(self, x: Array) -> Array:
+        """Return the part of K x that the restraint adds."""
+        return np.asarray(self.restraint @ x)
+
+    def sum(self, local: Array) -> Array:
+        """Return the array: there is one rank."""
+        return local
+
+
+class DenseOperators(_Products):
     """M and K as dense symmetric arrays on one rank.
 
     Args:
@@ -252,22 +280,6 @@ class DenseOperators:
         order = np.argsort(squares, kind="stable")
         return squares[order], shapes[:, order]
 
-    def apply_mass(self, x: Array) -> Array:
-        """Return M x."""
-        return np.asarray(self.mass @ x)
-
-    def apply_stiffness(self, x: Array) -> Array:
-        """Return K x."""
-        return np.asarray(self.stiffness @ x)
-
-    def stiffness_round_off(self, x: Array) -> Array:
-        """Return about how far the entries of K x are off by round-off."""
-        return np.asarray(np.finfo(float).eps * np.diagonal(self.stiffness) * np.abs(x))
-
-    def apply_restraint(self, x: Array) -> Array:
-        """Return the part of K x that the restraint adds."""
-        return np.asarray(self.restraint @ x)
-
     def factor(
         self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
     ) -> Factor:
@@ -292,10 +304,6 @@ class DenseOperators:
                 "round-off hides what holds the beam beside the largest stiffness: an operator is not positive "
                 f"definite ({error}); try a stiffer restraint.axial, and restraint.lateral in 3D"
             ) from error
-
-    def sum(self, local: Array) -> Array:
-        """Return the array: there is one rank."""
-        return local
 
 
 class MassesBeside(DenseOperators):
@@ -365,7 +373,7 @@ class SparseFactor:
         """Return None: all columns are at hand."""
 
 
-class SparseOperators:
+class SparseOperators(_Products):
     """M and K as sparse symmetric matrices on one rank.
 
     Args:
@@ -388,22 +396,6 @@ class SparseOperators:
         restraint = None if self.restraint.nnz == 0 else self.restraint.toarray()
         return DenseOperators(self.mass.toarray(), self.elastic.toarray(), restraint)
 
-    def apply_mass(self, x: Array) -> Array:
-        """Return M x."""
-        return np.asarray(self.mass @ x)
-
-    def apply_stiffness(self, x: Array) -> Array:
-        """Return K x."""
-        return np.asarray(self.stiffness @ x)
-
-    def stiffness_round_off(self, x: Array) -> Array:
-        """Return about how far the entries of K x are off by round-off."""
-        return np.asarray(np.finfo(float).eps * self.stiffness.diagonal() * np.abs(x))
-
-    def apply_restraint(self, x: Array) -> Array:
-        """Return the part of K x that the restraint adds."""
-        return np.asarray(self.restraint @ x)
-
     def factor(
         self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
     ) -> SparseFactor:
@@ -415,10 +407,6 @@ class SparseOperators:
         assert springs is None
         assert added is None
         return SparseFactor(csc_matrix(mass * self.mass + stiffness * self.stiffness))
-
-    def sum(self, local: Array) -> Array:
-        """Return the array: there is one rank."""
-        return local
 
     def lowest_modes(self, shift: float, count: int, factor: SparseFactor) -> tuple[Array, Array]:
         """Return squares of the lowest angular frequencies, ascending, (k,), and shapes with x^T M x = 1, (n, k).

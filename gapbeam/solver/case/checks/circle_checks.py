@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 from typing import NamedTuple
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
@@ -38,6 +39,12 @@ def _circles(support: AnySupports) -> Iterator[_Circle]:
             yield _Circle(key, chosen, one, both if whole else POINTS)
 
 
+def _beside_a_circle(support: AnySupports, key: Key, found: str, expected: str, advice: str) -> Iterator[Fault]:
+    """Yield the fault of a value that does not go with holes that are met as circles, with the first of them."""
+    for _, circle, _, points in islice(_circles(support), 1):
+        yield Fault(key, f"{found}, with a hole that is met as a circle", expected, f"{advice}, or {points}", (circle,))
+
+
 def circles_are_round(support: AnySupports, model: ModelTable) -> Iterator[Fault]:
     """A circle stays one where the section keeps its shape; with the stiffness of the whole, its mean motion is met."""
     for _, key, one, points in _circles(support):
@@ -70,24 +77,14 @@ def circles_leave_play(support: AnySupports) -> Iterator[Fault]:
 
 def circles_have_a_midpoint_rule(support: AnySupports, time: Time, contact: Contact) -> Iterator[Fault]:
     """The directions of a step are those between its ends, which its law takes as they are."""
-    for _, key, _, points in _circles(support):
-        if not time.scheme.has_period_map:
-            yield Fault(
-                ("time", "scheme"),
-                f"{time.scheme.type}, with a hole that is met as a circle",
-                "discrete-gradient or implicit-midpoint: a step with one direction of contact",
-                f'scheme = "{advised_scheme(contact)}", or {points}',
-                (key,),
-            )
-        if contact.formulation.type != "penalty":
-            yield Fault(
-                ("contact", "formulation"),
-                f"{contact.formulation.type}, with a hole that is met as a circle",
-                "penalty",
-                f'formulation = "penalty", or {points}',
-                (key,),
-            )
-        return
+    scheme, formulation = time.scheme, contact.formulation.type
+    if not scheme.has_period_map:
+        expected = "discrete-gradient or implicit-midpoint: a step with one direction of contact"
+        advice = f'scheme = "{advised_scheme(contact)}"'
+        yield from _beside_a_circle(support, ("time", "scheme"), scheme.type, expected, advice)
+    if formulation != "penalty":
+        key = ("contact", "formulation")
+        yield from _beside_a_circle(support, key, formulation, "penalty", 'formulation = "penalty"')
 
 
 def circles_do_not_yield(support: AnySupports, contact: Contact) -> Iterator[Fault]:
@@ -152,27 +149,13 @@ def circles_stay_open(support: AnySupports, load: Loads) -> Iterator[Fault]:
 
 def circles_wear_evenly(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:
     """Wear by points needs points around the section."""
-    for _, key, _, points in _circles(support):
-        if wear is not None and wear.growth == "local":
-            yield Fault(
-                ("wear", "growth"),
-                "local, with a hole that is met as a circle",
-                "even: a circle has no points around it whose depths could differ",
-                f'growth = "even", or {points}',
-                (key,),
-            )
-        return
+    if wear is not None and wear.growth == "local":
+        expected = "even: a circle has no points around it whose depths could differ"
+        yield from _beside_a_circle(support, ("wear", "growth"), "local", expected, 'growth = "even"')
 
 
 def circles_are_shot_at(support: AnySupports, analysis: Analysis) -> Iterator[Fault]:
     """Harmonics balance the forces of points whose directions stay."""
-    for _, key, _, points in _circles(support):
-        if isinstance(analysis, Periodic) and analysis.method == "harmonic-balance":
-            yield Fault(
-                ("analysis", "method"),
-                "harmonic-balance, with a hole that is met as a circle",
-                "shooting",
-                f'method = "shooting", or {points}',
-                (key,),
-            )
-        return
+    if isinstance(analysis, Periodic) and analysis.method == "harmonic-balance":
+        key = ("analysis", "method")
+        yield from _beside_a_circle(support, key, analysis.method, "shooting", 'method = "shooting"')

@@ -55,14 +55,15 @@ def own_contact_fits_the_case(support: AnySupports, contact: Contact) -> Iterato
     formulation = contact.formulation
     for key, one in keyed(support):
         law, own = law_at(contact, one), own_law(one) is not None
-        if one.stiffness is not None and not formulation.follows_the_law:
-            yield Fault(
-                (*key, "stiffness"),
-                f"{one.stiffness:g} {contact.unit_with(law)}, with the formulation {formulation.type}",
-                "no stiffness: this formulation is for rigid supports",
-                'formulation = "penalty" in [contact], or leave stiffness out',
-                (("contact", "formulation"),),
-            )
+        for name, unit in (("stiffness", contact.unit_with(law)), ("support_stiffness", whole_unit(law))):
+            if (stiffness := getattr(one, name)) is not None and not formulation.follows_the_law:
+                yield Fault(
+                    (*key, name),
+                    f"{stiffness:g} {unit}, with the formulation {formulation.type}",
+                    "no stiffness: this formulation is for rigid supports",
+                    f'formulation = "penalty" in [contact], or leave {name} out',
+                    (("contact", "formulation"),),
+                )
         name, unit = ("support_damping", "N s/m") if one.damping is None else ("damping", contact.damping_unit)
         damping = getattr(one, name)
         if damping is not None and not (formulation.follows_the_law and law.takes_damping):
@@ -213,20 +214,6 @@ def figures_are_of_one_kind(support: AnySupports) -> Iterator[Fault]:
                 f"{one.support_damping:g} N s/m, without support_stiffness",
                 "both for the whole support, or stiffness and damping per area",
                 "support_stiffness = 1e6, N/m",
-            )
-
-
-def whole_supports_follow_the_law(support: AnySupports, contact: Contact) -> Iterator[Fault]:
-    """The stiffness of a whole support is that of a law of the penetration."""
-    for key, one in keyed(support):
-        if one.support_stiffness is not None and not contact.formulation.follows_the_law:
-            yield Fault(
-                (*key, "support_stiffness"),
-                f"{one.support_stiffness:g} {whole_unit(law_at(contact, one))}, with the formulation "
-                f"{contact.formulation.type}",
-                "no stiffness: this formulation is for rigid supports",
-                'formulation = "penalty" in [contact], or leave support_stiffness out',
-                (("contact", "formulation"),),
             )
 
 

@@ -158,7 +158,7 @@ def _refusals(model: Model) -> Iterator[str]:
     system, contact, law, case = model.system, model.system.contact, model.law, model.case
     if not case.time.scheme.conserves_energy:
         yield (
-            f"the scheme {case.time.scheme.type}: a scene has none, and marches by that which `march` is given; choose "
+            f"the scheme {case.time.scheme.type}: scenes have their scheme from `march`; choose "
             'time.scheme = {type = "discrete-gradient"}'
         )
     if case.time.adaptive:

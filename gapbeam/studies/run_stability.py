@@ -101,7 +101,7 @@ def run_stability(
 
 
 def usual_axes(case: Path, axes: Sequence[Axis], fixed: Sequence[str] = ()) -> list[Axis]:
-    """Return the axes of contact stiffness and step that a study leaves out: multiples of those of the case.
+    """Return the axes of contact stiffness and step that a study leaves out: multiples of the case's own.
 
     A stiffness that acts at no support has no axis. Arguments as of `run_stability`.
 

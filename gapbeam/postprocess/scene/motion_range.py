@@ -223,7 +223,7 @@ class CarryingSection:
 def carrying_section(points: np.ndarray, x: float) -> CarryingSection:
     """Return the motion of the cross-section of mesh points that is nearest to x.
 
-    What the points do not show, such as a twist of those of a line, is none.
+    The points of a line show no twist: it is 0.
 
     Args:
         points: Points of the mesh, m, (n, 3).

@@ -220,7 +220,7 @@ def _scaled(
 def _corrected(
     a: np.ndarray, h: float, f: np.ndarray, wanted: np.ndarray, damping: float, shape: np.ndarray, enough: float
 ) -> np.ndarray:
-    """Return the best record on the way: each change puts peaks of responses at the spectrum."""
+    """Return the best record of all passes; each pass moves the peaks of responses onto the spectrum."""
     n, struck = len(a), np.zeros(len(a))
     struck[0] = 1.0
     back = _seen(struck, h, f, damping)[:, ::-1] / wanted[:, None]

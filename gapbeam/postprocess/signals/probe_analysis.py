@@ -167,7 +167,7 @@ def analyze(results: Results, options: Options | None = None, history: xr.Datase
     Args:
         results: Results of a run, finished or not.
         options: See `Options`.
-        history: Records to take in place of those of the results, such as those of a period that is repeated.
+        history: Records to take in place of the results, such as a period that is repeated.
 
     Raises:
         ResultsError: The results cannot be read.

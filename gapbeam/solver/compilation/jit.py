@@ -264,7 +264,7 @@ def twin(function: Any, name: str, **others: Any) -> Any:
     Args:
         function: The entry.
         name: Name of the twin.
-        others: Functions that it calls instead of those of these names.
+        others: Functions that it calls in place of its own of the same names.
     """
     source = function.py_func
     code = source.__code__.replace(co_name=name, co_qualname=name)

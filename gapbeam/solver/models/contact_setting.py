@@ -246,7 +246,7 @@ def _own(case: Case, support: OneSupport, damping: Default | None) -> Iterator[D
 
 
 def _stands_alone(support: OneSupport) -> bool:
-    """Return whether the damping at a support is not that which a restitution in [contact] asks for elsewhere."""
+    """Return whether a support has another damping than a restitution in [contact] asks for."""
     return support.brings_stiffness or support.body is not None or own_law(support) is not None
 
 

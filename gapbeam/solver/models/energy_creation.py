@@ -81,7 +81,7 @@ def _softest_of_stiffest(model: Model, slope: float) -> str:
 
 
 def _damped_by_touch(model: Model) -> Fault | None:
-    """Return the fault of explicit steps on contact with mass that is damped by the speed at touch, or None.
+    """Return the fault of explicit steps where mass meets contact that is damped by the speed at touch, or None.
 
     The stable step does not count such damping: it would be too short for all but the slowest touch.
     """

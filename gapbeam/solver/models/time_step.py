@@ -116,7 +116,7 @@ def frequency_of_interest(case: Case) -> tuple[float, str]:
 
 
 def _highest_with(case: Case, candidates: list[tuple[float, str]]) -> tuple[float, str]:
-    """Return the highest of some frequencies and of those of loads and bodies of supports, Hz; 0 without any."""
+    """Return the highest of the given frequencies, of loads and of support bodies, Hz; 0 without any."""
     if case.time.frequency is not None:
         return case.time.frequency, "time.frequency"
     found = [*candidates, (0.0, "")]

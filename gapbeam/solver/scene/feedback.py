@@ -180,9 +180,15 @@ class Joint(Feedback):
 
 
 class MotionBlocks(NamedTuple):
-    """A matrix that is 0 except for blocks, whose columns follow each other in `value` from `at` on.
+    """A matrix that is 0 except for blocks.
 
-    The others are of (blocks,): row and column of the first entry, and the numbers of rows and columns.
+    Attributes:
+        value: Entries of all blocks, column after column.
+        row: Row of the first entry of each block, (blocks,); likewise the other attributes.
+        column: Column of the first entry.
+        rows: Number of rows.
+        columns: Number of columns.
+        at: Place of the first entry in `value`.
     """
 
     value: Array
@@ -201,7 +207,7 @@ def extents(rows: Array) -> Array:
 
 
 def blocks(rows: Array, answers: Array) -> tuple[MotionBlocks, int]:
-    """Return a matrix and the transpose of another one as blocks, and the number of those of the first.
+    """Return a matrix and the transpose of another one as blocks, and how many blocks the first has.
 
     Neighbors that begin and end at the same column are a block; of the first matrix, where they are FEW or more.
     """
@@ -236,7 +242,7 @@ class Diagonals(NamedTuple):
 
 
 def diagonals(*matrices: Array) -> tuple[Diagonals, int]:
-    """Return matrices one after the other as diagonals, and the number of those of the first matrix."""
+    """Return matrices one after the other as diagonals, and how many diagonals the first has."""
     parts: list[Array] = [np.zeros(0)]
     ends, counts = list[tuple[int, int]](), list[int]()
     for A in matrices:

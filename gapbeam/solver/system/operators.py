@@ -130,7 +130,7 @@ class Interface:
     Attributes:
         size: Number of interface DOFs, over all ranks.
         owned: Position in the owned vector of those that this rank owns.
-        slots: Their numbers 0 ... size-1.
+        slots: Numbers of the DOFs, 0 ... size-1.
     """
 
     size: int

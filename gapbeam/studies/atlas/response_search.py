@@ -99,8 +99,8 @@ class ShotOrbit:
 
     Attributes:
         x: The state, (2 n + states,).
-        multipliers: Multipliers over all periods of the orbit, complex; of two frequencies: of the exponent over a
-            period.
+        multipliers: Multipliers over all periods of the orbit, complex; of motions with two frequencies the growth by
+            the exponent over a period.
     """
 
     x: Array

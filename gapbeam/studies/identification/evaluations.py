@@ -273,7 +273,7 @@ class Evaluations:
 
         Args:
             values: Values of the unknowns.
-            experiments: Their numbers.
+            experiments: Numbers of the experiments.
             places: Places below and above the values on the scales, for each unknown, (2, n).
         """
         pieces = [Piece(values, number) for number in experiments]

@@ -245,7 +245,7 @@ def _case_faults(file: Identification, base: Case, path: Path) -> Iterator[Fault
         hint = '"analysis.type" = "transient" in [set]'
         yield Fault((), 'analysis.type = "periodic"', '"transient": responses are marched to', hint, where=where)
     if marched and base.time.step == "auto":
-        hint = '"time.step" in [set], a number: that which gapbeam check gives for the case'
+        hint = '"time.step" in [set], the number that gapbeam check gives for the case'
         yield Fault((), 'time.step = "auto"', "a step in s: one that changes with the unknowns makes the misfit jump",
                     hint, where=where)  # fmt: skip
 

@@ -103,7 +103,7 @@ class Profiles:
 
 
 def of_faces(worn: Worn, owners: Array) -> Worn:
-    """Return a march of points as one of faces, each as its deepest point; of points as deep, that which wears fastest.
+    """Return the wear of faces from that of their points: each face as its deepest point, the fastest of equals.
 
     Args:
         worn: Wear of points.

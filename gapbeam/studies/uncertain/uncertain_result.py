@@ -53,7 +53,7 @@ class Convergence:
     """Probabilities of exceeding limits from a part of the members.
 
     Attributes:
-        members: Their numbers.
+        members: Number of members in each part.
         exceeded: Estimated probabilities by figure.
     """
 

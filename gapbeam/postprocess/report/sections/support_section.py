@@ -283,12 +283,12 @@ ZOOM = 3  # forcing periods
 
 
 def end_words(frequency: float | None) -> str:
-    """Return the name of that part in captions, under a forcing of a frequency in Hz, or under none."""
+    """Return words for the part that charts zoom in on, with a forcing of a frequency in Hz or none."""
     return f"the last {ZOOM} forcing periods" if frequency is not None else "the tenth of the record where most happens"
 
 
 def is_long(time: np.ndarray, frequency: float | None) -> bool:
-    """Return whether that part is less than the whole record.
+    """Return whether the record is longer than the part that charts zoom in on.
 
     Args:
         time: (n,), s.

@@ -264,7 +264,7 @@ def _unit_of_another(table: Any, data: dict[str, Any], root: type[BaseModel]) ->
 
 
 def size_of(place: Key, data: dict[str, Any], units: str) -> float | None:
-    """Return the size in SI of one of the unit of a key.
+    """Return the size of a key's unit in SI.
 
     Args:
         place: The way to the key.

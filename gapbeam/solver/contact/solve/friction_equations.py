@@ -191,7 +191,7 @@ class Missed(NamedTuple):
 
 @compiled
 def made_of(friction: Rubbing, row: int, motions: Array) -> float:
-    """Return a motion of a listed point, from those of the rows of B, (b,)."""
+    """Return a motion of a listed point from the motions of the rows of B, (b,)."""
     total = 0.0
     for term in range(friction.table.terms):
         total += friction.share[row, term] * motions[friction.parts[row, term]]

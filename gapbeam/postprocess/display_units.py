@@ -128,3 +128,9 @@ def in_percent(fraction: float) -> str:
 def finite_or_none(value: float | None) -> float | None:
     """Return a number as JSON can hold it: None where it is not finite."""
     return value if value is not None and isfinite(value) else None
+
+
+def rounded_down(limit: float, steps: Sequence[float] = (1.0, 2.0, 5.0, 10.0)) -> float:
+    """Return the largest of some steps times a power of ten that does not exceed a limit above 0."""
+    decade = 10.0 ** np.floor(np.log10(limit))
+    return float(max(step for step in steps if step * decade <= limit * (1.0 + 1e-9)) * decade)

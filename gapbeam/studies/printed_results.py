@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from rich.console import Console, RenderableType
+from rich.table import Table
 
 WIDTH = 180  # columns
 
@@ -27,6 +29,15 @@ class PrintedResult:
     def _repr_html_(self) -> str:
         """Return the HTML for a notebook."""
         return as_html([self.headline(), *self.tables()])
+
+
+def table_of(heads: Iterable[Any], rows: Iterable[Iterable[Any]], digits: int = 4, caption: str | None = None) -> Table:
+    """Return a table: floating-point numbers with so many significant digits, None as an empty cell."""
+    table = Table(*map(str, heads), caption=caption, caption_justify="left")
+    for row in rows:
+        words = ("" if cell is None else f"{cell:.{digits}g}" if isinstance(cell, float) else str(cell) for cell in row)
+        table.add_row(*words)
+    return table
 
 
 def as_html(parts: Sequence[RenderableType]) -> str:

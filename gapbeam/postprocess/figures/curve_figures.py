@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
-from gapbeam.postprocess.display_units import shown_along, shown_by
+from gapbeam.postprocess.display_units import rounded_down, shown_along, shown_by
 from gapbeam.postprocess.figures.figure_style import (
     BLACK,
     BLUE,
@@ -284,7 +284,7 @@ def draw_shapes(shapes: Mapping[str, Any]) -> Figure:
     every = np.vstack([places for places, _, _ in bodies])
     size = float(np.linalg.norm(np.ptp(every, axis=0))) or 1.0
     most = max((float(np.linalg.norm(u, axis=1).max()) for _, _, found in bodies for u in found.values()), default=0.0)
-    factor = _round(SHARE * size / most) if most > 0.0 else 1.0
+    factor = rounded_down(SHARE * size / most) if most > 0.0 else 1.0
     figure = Figure(figsize=(DOUBLE, 0.72 * DOUBLE))
     with rc_context({"grid.linewidth": 0.3, "grid.color": "#CCCCCC"}):
         axes = figure.add_subplot(projection="3d")
@@ -344,9 +344,3 @@ def _support(axes: Axes3D, one: Mapping[str, Any], factor: float, half: float) -
         outline = place + factor * np.vstack([walls, walls[:1]]) @ ways
         axes.plot(*outline.T, color=BLACK, linewidth=1.0)
     axes.text(*(place + 1.2 * half), one["name"], fontsize=7.0)
-
-
-def _round(x: float) -> float:
-    """Return the largest of 1, 2, 5, 10, ... that is not above a number."""
-    power = 10.0 ** np.floor(np.log10(x))
-    return float(power * max(one for one in (1.0, 2.0, 5.0) if one * power <= x * (1.0 + 1e-9)))

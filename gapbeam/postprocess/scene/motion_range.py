@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gapbeam.postprocess.display_units import rounded_down
 from gapbeam.postprocess.results.field_reader import Fields, Frame
 from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
@@ -90,7 +91,7 @@ def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
 
 Span = tuple[float, float]
 
-_ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
+ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
 _GAP_SHOWN = 0.45
 _MOTION_SHOWN = 1.2
 
@@ -123,7 +124,7 @@ def scale_of_whole(motion: MotionRange, support: SupportBoxes, size: tuple[int, 
     """
     height = (support.end - support.start) * size[1] / size[0] - 2.0 * support.thickness
     moved = motion.highest - motion.lowest
-    return rounded_down(max(height, 2.0 * support.thickness) / moved) if moved > 0.0 else 1.0
+    return rounded_down(max(height, 2.0 * support.thickness) / moved, ROUND) if moved > 0.0 else 1.0
 
 
 def scale_of_support(motion: MotionRange, support: SupportBoxes) -> float:
@@ -140,7 +141,7 @@ def scale_of_support(motion: MotionRange, support: SupportBoxes) -> float:
         limits.append(_GAP_SHOWN * thickness / abs(support.clearance))
     if motion.largest_near > 0.0:
         limits.append(_MOTION_SHOWN * thickness / motion.largest_near)
-    return rounded_down(min(limits)) if limits else 1.0
+    return rounded_down(min(limits), ROUND) if limits else 1.0
 
 
 def window_of_whole(
@@ -184,12 +185,6 @@ def _fitted(x: Span, height: Span, size: tuple[int, int], room_x: float, room_he
         (middle_x - 0.5 * width, middle_x + 0.5 * width),
         (middle_height - 0.5 * width / aspect, middle_height + 0.5 * width / aspect),
     )
-
-
-def rounded_down(limit: float) -> float:
-    """The largest round number that does not exceed a limit."""
-    decade = 10.0 ** np.floor(np.log10(limit))
-    return float(max(step for step in _ROUND if step * decade <= limit * (1.0 + 1e-9)) * decade)
 
 
 _BESIDE = 1.0e-6  # of the length of the beam: points so near to each other along it are of one cross-section

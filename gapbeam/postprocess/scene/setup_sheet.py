@@ -12,12 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from gapbeam.postprocess.display_units import size_words
+from gapbeam.postprocess.display_units import rounded_down, size_words
 from gapbeam.postprocess.figures.figure_style import SKY
 from gapbeam.postprocess.results.columns_of_run import RunSupport
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.scene.film import rows_of
-from gapbeam.postprocess.scene.motion_range import MotionRange, Window, rounded_down, window_of_support, window_of_whole
+from gapbeam.postprocess.scene.motion_range import ROUND, MotionRange, Window, window_of_support, window_of_whole
 from gapbeam.postprocess.scene.plane_view import PictureView, Shot, views_of
 from gapbeam.postprocess.scene.set_up import LoadArrow, SectionMask, SetUp
 from gapbeam.postprocess.scene.sheet import Place, pixels, style_of
@@ -139,7 +139,7 @@ def factor_of(supports: tuple[RunSupport, ...], thickness: float) -> float:
         for met in one.faces:
             recess = max((abs(value) for value in met.recesses), default=0.0)
             widest = max(widest, abs(met.gap) + recess + max(abs(met.offset), abs(met.lateral)))
-    return rounded_down(max(1.0, _GAP_SHOWN * thinnest / widest)) if widest else 1.0
+    return rounded_down(max(1.0, _GAP_SHOWN * thinnest / widest), ROUND) if widest else 1.0
 
 
 class _Sheet:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +19,7 @@ from gapbeam.postprocess.study_figures.study_axis import Units, is_logarithmic, 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.run.output.results_folder import finite, write_beside
+from gapbeam.solver.run.output.results_folder import finite
 from gapbeam.solver.scene.ensemble_members import response_figure_faults
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.recorded_places import turning_places
@@ -32,8 +31,8 @@ from gapbeam.studies.atlas.cycle_search import cycle_atlas, draw_cycles
 from gapbeam.studies.atlas.followed_responses import FollowedResponse, Shaken, follow_responses
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, atlas, drawn_starts
 from gapbeam.studies.engine.study_journal import StudyJournal
-from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_table
+from gapbeam.studies.printed_results import PrintedResult, table_of
+from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_json, write_table
 from gapbeam.studies.trials.axes import Axis, points_of
 
 LOG = logging.getLogger("gapbeam")
@@ -111,16 +110,8 @@ class AtlasResult(PrintedResult):
 
     def tables(self) -> list[Table]:
         """Return one line for each response, and one for each that was followed."""
-        found = [_shown(*shown_responses(self.records))]
-        return [*found, _shown(*branch_rows(self.branches))] if self.branches else found
-
-
-def _shown(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> Table:
-    table = Table(*heads)
-    for row in rows:
-        words = ("" if cell is None else cell for cell in row)
-        table.add_row(*(f"{word:.4g}" if isinstance(word, float) else str(word) for word in words))
-    return table
+        found = [table_of(*shown_responses(self.records))]
+        return [*found, table_of(*branch_rows(self.branches))] if self.branches else found
 
 
 def branch_rows(branches: Sequence[FollowedResponse]) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
@@ -224,8 +215,7 @@ def run_atlas(
         known = {**(units or {}), **{figure.name: figure.unit_in(turning) for figure in one.figures}}
         records = [finite(_record(point) | turning | {"units": known}) for point in whole.points]
         paths = [folder / ATLAS_FILE, folder / "atlas.csv", folder / ATLAS_PICTURE]
-        with study_written(paths[0]):
-            write_beside(paths[0], json.dumps(records, indent=1) + "\n")
+        write_json(paths[0], records)
         write_table(paths[1], *responses_of(records))
         with study_written(paths[2]):
             picture = draw_cycles(whole.points, over, whole.turning) if cycles else _picture(whole, scene)

@@ -60,13 +60,11 @@ class ParameterFinding:
         word: "identifiable", "only in combination", or "not identifiable".
         sentence: The finding in one sentence.
         half_width: Half-width of its interval, all other unknowns free, on the scale; infinite where nothing holds it.
-        alone: Half-width with all others fixed.
     """
 
     word: str
     sentence: str
     half_width: float
-    alone: float
 
 
 @dataclass(frozen=True)
@@ -159,8 +157,8 @@ def identifiability(jacobian: FloatArray, spread: Spread, names: list[str]) -> I
             f"the model misses the measurements by {spread.missed:.3g} given standard errors: the value is only the "
             "nearest miss, and the interval does not hold"
         )
-        halves = zip(spread.quantile * deviations, alone, strict=True)
-        missed = tuple(ParameterFinding("not identifiable", why, float(half), float(one)) for half, one in halves)
+        halves = spread.quantile * deviations
+        missed = tuple(ParameterFinding("not identifiable", why, float(half)) for half in halves)
         return Identifiability(spread, singular, directions, widths, covariance, correlation, missed)
     findings = tuple(
         _finding(number, names, spread.quantile * float(deviations[number]), float(alone[number]), directions, widths)
@@ -174,22 +172,20 @@ def _finding(
 ) -> ParameterFinding:
     if alone >= WIDE:
         reason = "no fitted figure determines it, even with all others fixed"
-        return ParameterFinding("not identifiable", reason, half_width, alone)
+        return ParameterFinding("not identifiable", reason, half_width)
     if half_width < WIDE:
         return ParameterFinding(
-            "identifiable", "its interval spans less than half of the way between its bounds", half_width, alone
+            "identifiable", "its interval spans less than half of the way between its bounds", half_width
         )
     weak = [direction for direction, width in zip(directions, widths, strict=True)
             if width >= WIDE and abs(direction[number]) > SHARE]  # fmt: skip
     partners = {other for direction in weak for other in np.flatnonzero(np.abs(direction) > SHARE)} - {number}
     if not partners:
         return ParameterFinding(
-            "not identifiable", "its interval spans half of the way between its bounds or more", half_width, alone
+            "not identifiable", "its interval spans half of the way between its bounds or more", half_width
         )
     sentence = ", ".join(names[other] for other in sorted(partners))
-    return ParameterFinding(
-        "only in combination", f"identifiable only in combination with {sentence}", half_width, alone
-    )
+    return ParameterFinding("only in combination", f"identifiable only in combination with {sentence}", half_width)
 
 
 def combination_words(direction: FloatArray, powers: FloatArray, names: list[str]) -> str:

@@ -18,7 +18,7 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.studies.library.calibrated_regression import CONFIDENCE, OUTSIDE
 from gapbeam.studies.library.recording import Recording
 from gapbeam.studies.library.recording_library import Library
-from gapbeam.studies.printed_results import PrintedResult
+from gapbeam.studies.printed_results import PrintedResult, table_of
 from gapbeam.studies.uncertain.probability import IntervalEstimate
 
 DOUBTFUL = 5
@@ -185,11 +185,7 @@ class Series(PrintedResult):
 
     def tables(self) -> list[Table]:
         """Return all estimates."""
-        heads, rows = self.rows()
-        table = Table(*heads)
-        for row in rows:
-            table.add_row(*(f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row))
-        return [table]
+        return [table_of(*self.rows())]
 
 
 @checked

@@ -50,12 +50,8 @@ class LibraryStudy(SceneStudy):
     recorded: RecordingTable = Field(description="the recordings")
 
 
-def contradictions(tables: Mapping[str, Any]) -> list[Fault]:
-    """Return the faults between the tables that are intact, arrays of tables as {number: entry}."""
-    return list(_faults(tables))
-
-
-def _faults(tables: Mapping[str, Any]) -> Iterator[Fault]:
+def contradictions(tables: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield the faults between the tables that are intact, arrays of tables as {number: entry}."""
     yield from variable_faults(tables.get("variable", {}))
     members = tables.get("members")
     if members is not None and members & (members - 1):
@@ -69,7 +65,7 @@ def _faults(tables: Mapping[str, Any]) -> Iterator[Fault]:
 
 def read_library_study(path: Path) -> LibraryStudy:
     """Read the file of a library; errors as in `read_scene_study`."""
-    return read_scene_study(path, LibraryStudy, contradictions)
+    return read_scene_study(path, LibraryStudy, lambda tables: list(contradictions(tables)))
 
 
 def run_library(

@@ -21,7 +21,7 @@ from gapbeam.studies.library.calibrated_regression import CONFIDENCE, NEAR, OUTS
 from gapbeam.studies.library.estimate import features_of
 from gapbeam.studies.library.recording import Recording
 from gapbeam.studies.library.recording_library import Library
-from gapbeam.studies.printed_results import PrintedResult
+from gapbeam.studies.printed_results import PrintedResult, table_of
 
 QUANTILES = (0.025, 0.25, 0.5, 0.75, 0.975)
 MEMBERS = 2048
@@ -155,10 +155,8 @@ class Posterior(PrintedResult):
 
     def tables(self) -> list[Table]:
         """Return the quantiles."""
-        table = Table("recording", "value", "unit", *(f"{100 * q:g} %" for q in QUANTILES))
-        for path, row in self.quantiles.items():
-            table.add_row(self.name, path, self.units.get(path, ""), *(f"{one:.4g}" for one in row))
-        return [table]
+        heads = ("recording", "value", "unit", *(f"{100 * q:g} %" for q in QUANTILES))
+        return [table_of(heads, ((self.name, path, self.units.get(path), *q) for path, q in self.quantiles.items()))]
 
 
 def sample_rows(found: Sequence[Posterior]) -> tuple[list[str], list[tuple[Any, ...]]]:

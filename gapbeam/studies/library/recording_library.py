@@ -29,9 +29,9 @@ from gapbeam.solver.scene.touch_kernel import WIDTH
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.library.calibrated_regression import Regression, regression
 from gapbeam.studies.library.recording import QUANTITIES, FeatureKind, Quantity, lines_of
-from gapbeam.studies.printed_results import PrintedResult
+from gapbeam.studies.printed_results import PrintedResult, table_of
 from gapbeam.studies.study_folder import study_written
-from gapbeam.studies.uncertain.member_responses import START, Answers, KeptAnswers, members_of_block
+from gapbeam.studies.uncertain.member_responses import START, Answers, KeptAnswers, lanes_of, members_of_block
 from gapbeam.studies.uncertain.probability import NEVER_ONE, inputs_of
 
 NOISE, KEPT_WORD, FAILED_WORD, OWN, CHANGE = "noise", "kept", "failed", "figure/", "change"
@@ -114,10 +114,8 @@ class Library(PrintedResult):
 
     def tables(self) -> list[Table]:
         """Return the tables of the errors of members held out."""
-        table = Table("value", "unit", "from", "to", "median relative error", "19 of 20 below")
-        for path, *numbers in self.rows():
-            table.add_row(path, self.units.get(path, ""), *(f"{one:.4g}" for one in numbers))
-        return [table]
+        heads = ("value", "unit", "from", "to", "median relative error", "19 of 20 below")
+        return [table_of(heads, ((path, self.units.get(path), *numbers) for path, *numbers in self.rows()))]
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,8 +154,7 @@ class _Members:
         T, n, kind, t0 = self.period, self.steps, self.kind, self.starts.t
         start, count = self.starts, len(values[NOISE])
         if START in values:
-            which, whole = values[START].astype(int), start.spread(start.q.shape[1])
-            start = SceneState(t0, *(one[:, which] for one in (whole.q, whole.v, whole.z, whole.F)))
+            start = lanes_of(start, values[START].astype(int))
         many = ensemble(
             self.scene, differ, step=T / n, end=t0 + (self.settle + kind.periods) * T, settle=t0 + self.settle * T,
             start=start, members=count, threads=self.threads, scheme=self.scheme,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +16,6 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.run.output.field_files import write_mode_fields
-from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.run.output.run_summary import describe_model
 from gapbeam.solver.schema.record_table import FIELDS_FILE
 from gapbeam.solver.seat.contact_modes import SEATED, held_modes
@@ -33,7 +31,7 @@ from gapbeam.studies.modes.theory_comparison import (
     spring_table,
 )
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import StudyPlan, study_folder
+from gapbeam.studies.study_folder import StudyPlan, study_folder, write_json
 from gapbeam.studies.trials.scene_subject import CaseSubject
 from gapbeam.studies.trials.subject import shared_inputs
 
@@ -130,7 +128,7 @@ def find_modes(
         def compared() -> ModesResult:
             found = compare_modes(model.case, states, count, measured or {}, accuracy, section)
             data = {"title": model.case.title, "versions": versions(), "model": described} | as_data(found)
-            write_beside(folder / "modes.json", json.dumps(finite(data), indent=1, allow_nan=False) + "\n")
+            write_json(folder / "modes.json", data)
             picture = draw_mode_shapes(as_data(found), folder / "modes.png")
             moving = moving_along(model.case)
             carried = (

@@ -26,7 +26,7 @@ from gapbeam.solver.scene.scene_march import history
 from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.schema.table import Number, Positive, Table, Whole
 from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of
-from gapbeam.studies.printed_results import PrintedResult
+from gapbeam.studies.printed_results import PrintedResult, table_of
 from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_json, write_table
 
 DOUBTFUL = 5
@@ -80,12 +80,8 @@ class OptimumStudy(Table):
         return {one.figure: one.value for one in self.limit}
 
 
-def contradictions(tables: Mapping[str, Any]) -> list[Fault]:
-    """Return the faults between the tables that are intact, arrays of tables as {number: entry}."""
-    return list(_faults(tables))
-
-
-def _faults(tables: Mapping[str, Any]) -> Iterator[Fault]:
+def contradictions(tables: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield the faults between the tables that are intact, arrays of tables as {number: entry}."""
     free: Mapping[int, FreeValue] = tables.get("free", {})
     for number, one in free.items():
         key = ("free", number)
@@ -108,7 +104,7 @@ def read_optimum_study(path: Path) -> OptimumStudy:
     Raises:
         CaseError: The file cannot be read, or has faults: all of them.
     """
-    study = read_tables(path, OptimumStudy, contradictions)
+    study = read_tables(path, OptimumStudy, lambda tables: list(contradictions(tables)))
     if not study.free:
         words = "at least one, with path, lower and upper"
         raise CaseError(str(path), [Fault((), "no [[free]]", words, where=f"{path}: free")])
@@ -142,13 +138,7 @@ class OptimumResult(PrintedResult):
 
     def tables(self) -> list[RichTable]:
         """Return values, and figures with their derivatives."""
-        tables = []
-        for _, heads, rows in optimum_tables(self.record):
-            table = RichTable(*heads)
-            for row in rows:
-                table.add_row(*("" if x is None else f"{x:.5g}" if isinstance(x, float) else str(x) for x in row))
-            tables.append(table)
-        return tables
+        return [table_of(heads, rows, 5) for _, heads, rows in optimum_tables(self.record)]
 
 
 def run_optimum(study: OptimumStudy, one: PeriodicScene, folder: Path, plan: StudyPlan) -> OptimumResult:

@@ -7,7 +7,6 @@ A trade-off is a table, plain data that `gapbeam run --tolerance` reads again, a
 
 from __future__ import annotations
 
-import json
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -28,9 +27,9 @@ from gapbeam.solver.case.checks.run_checks import whole_interval
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.outcome import Outcome
-from gapbeam.solver.run.output.results_folder import write_beside, write_summary
+from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.studies.printed_results import PrintedResult
-from gapbeam.studies.study_folder import StudyPlan, study_folder
+from gapbeam.studies.study_folder import StudyPlan, study_folder, write_json
 from gapbeam.studies.tradeoff.level_errors import (
     GROUPS,
     WHOLE,
@@ -66,7 +65,7 @@ def write_study(folder: Path, study: TradeoffStudy, key: Mapping[str, Any]) -> l
         The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    write_beside(folder / DATA_FILE, json.dumps(as_data(study, key), indent=1, allow_nan=False) + "\n")
+    write_json(folder / DATA_FILE, as_data(study, key))
     places = [
         Place(one.level.name, one.seconds, one.error, one in study.front, one is study.chosen)
         for one in study.levels

@@ -56,9 +56,7 @@ class TradeoffStudy:
     """A trade-off.
 
     Attributes:
-        case: The case.
         plan: Levels that were run.
-        found: Measurements of the reference family, by name.
         levels: The fidelity levels and their errors.
         reference: The reference, compared with itself, and the check of it by full finite elements.
         full_check: Differences of the reduced and the full model on the mesh of the case; None where the full one was
@@ -72,9 +70,7 @@ class TradeoffStudy:
         notes: Notes before the study.
     """
 
-    case: Case
     plan: LevelPlan
-    found: dict[str, MeasuredLevel]
     levels: tuple[Judged, ...]
     reference: Judged
     full_check: dict[str, float] | None
@@ -196,7 +192,7 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
     check = _full_check(own, full, periods)
     grounds = Grounds(read.time.end, uncertainty(plan, found, periods), chaotic, cut)
     return TradeoffStudy(
-        read, plan, found, tuple(levels), judged(finest, truth, truth, periods, read.time.end), check, grounds, periods,
+        plan, tuple(levels), judged(finest, truth, truth, periods, read.time.end), check, grounds, periods,
         tolerance, choice(levels, tolerance, grounds), tuple(skipped), time.perf_counter() - started, tuple(notes),
     )  # fmt: skip
 

@@ -104,7 +104,7 @@ class SceneModel:
                 "the scene does, such as scipy.stats.truncnorm"
             ) from fault
         which = values[START].astype(int) if START in values else np.zeros(count, dtype=int)
-        lanes = SceneState(self.starts.t, *(one[:, which] for one in self._start_lanes()))
+        lanes = lanes_of(self.starts, which)
         every = [{path: float(value[i]) for path, value in own.items()} for i in range(count)]
         T = finite([self.period(one) if callable(self.period) else self.period for one in every], "uncertain: period")
         strobe = repeating(self.scene, own, T, lanes, self.steps, self.scheme, self.threads)
@@ -123,10 +123,6 @@ class SceneModel:
                         raise UserError(
                             f"{path!r}: found {value.min():.6g}, {before:.6g} in the scene; expected its sign"
                         )
-
-    def _start_lanes(self) -> tuple[Array, ...]:
-        whole = self.starts.spread(self.starts.q.shape[1])
-        return whole.q, whole.v, whole.z, whole.F
 
     def _measured(self, search: ResponseSearch) -> Answers:
         """March each kind of members over whole orbits, periodic ones from their orbit."""
@@ -252,6 +248,12 @@ WORK = 1.0e10
 """Products of a block, some 20 s of one core: progress is seen, and an interruption loses no more."""
 OTHER_WORK = 30
 """Work of a step beside the products of modes and contact motions."""
+
+
+def lanes_of(starts: SceneState, which: Array) -> SceneState:
+    """Return the starts with these numbers, one a lane."""
+    whole = starts.spread(starts.q.shape[1])
+    return SceneState(starts.t, *(one[:, which] for one in (whole.q, whole.v, whole.z, whole.F)))
 
 
 def members_of_block(scene: Scene, steps: int) -> int:

@@ -18,7 +18,7 @@ from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, UN
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.printed_results import PrintedResult
+from gapbeam.studies.printed_results import PrintedResult, table_of
 from gapbeam.studies.study_folder import study_written, write_json, write_table
 from gapbeam.studies.uncertain.probability import Indices, IntervalEstimate, RareProbability
 
@@ -196,10 +196,7 @@ class Uncertain(PrintedResult):
         for heads, rows in (self.probability_rows(), narrow, self.index_rows()):
             if rows:
                 more = f"{left} in distributions.csv" if rows is narrow[1] and not left.startswith("0 ") else None
-                table = Table(*map(str, heads), caption=more, caption_justify="left")
-                for row in rows:
-                    table.add_row(*(f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row))
-                found.append(table)
+                found.append(table_of(heads, rows, caption=more))
         return found
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.display_units import size_words
+from gapbeam.postprocess.display_units import rounded_down, size_words
 from gapbeam.postprocess.report.blocks import number
 from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, SceneBeam, SceneWall
 from gapbeam.postprocess.report.station_motion import (
@@ -34,7 +34,6 @@ SMOOTH = 12  # frames in a forcing period, that a motion looks as it is
 _SHARE = 0.8  # of the thickness: the largest motion as it is drawn
 _GAP = 0.25  # of the thickness: the largest gap as it is drawn, where the motion allows that
 _SWING = 0.1  # of the length: the largest motion as it is drawn for that
-_ROUND = (1.0, 2.0, 5.0, 10.0)
 
 
 def scene_of(
@@ -125,8 +124,7 @@ def magnification_of(beam: SceneBeam, gaps: Sequence[float] = ()) -> float:
     if beam.farthest and gap > 0.0:
         length = float(np.ptp(beam.stations))
         wished = max(wished, min(_GAP * beam.thickness / gap, _SWING * length / beam.farthest))
-    decade = 10.0 ** np.floor(np.log10(wished))
-    return max(1.0, float(max(one for one in _ROUND if one * decade <= wished * (1.0 + 1e-9)) * decade))
+    return max(1.0, rounded_down(wished))
 
 
 def walls_of(

@@ -37,7 +37,7 @@ def drawn(path: Path, points: list[dict[str, str]], monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(Figure, "savefig", kept)
     record = {"figures": FIGURES, "direction": "", "start": "seat", "verdict": "passed"}
-    entries = [SweepPoint(one, (Branch(one, "period 1", (record,)),), (), UNITS) for one in points]
+    entries = [SweepPoint(one, (Branch("period 1", (record,)),), (), UNITS) for one in points]
     draw_branches(entries, path)
     figures[0].draw_without_rendering()  # at the resolution of the window, in which extents are given
     return figures[0]

@@ -45,27 +45,21 @@ class Spectrum:
 
     Attributes:
         frequency: (k,), Hz, from 0 to half the sampling rate.
-        amplitude: (k,), >= 0, in `unit`; at 0 Hz the absolute mean.
+        amplitude: (k,), >= 0, in the unit of the signal; at 0 Hz the absolute mean.
         phase: (k,), rad, of x = A sin(2 pi f t + phase), t as in the record.
-        mean: Mean over the span, in `unit`.
-        unit: Unit of the amplitudes.
         window: Window that weighted the span.
         periods: Whole forcing periods in the span; None where the forcing has no period.
         start: s, where the span starts.
         end: s, where it ends.
-        warnings: Warnings.
     """
 
     frequency: FloatArray
     amplitude: FloatArray
     phase: FloatArray
-    mean: float
-    unit: str
     window: str
     periods: int | None
     start: float
     end: float
-    warnings: tuple[str, ...] = ()
 
     @property
     def resolution(self) -> float:
@@ -96,7 +90,7 @@ def spectrum(
 
     Warns:
         SignalWarning: Too short for subharmonics, periods that are no whole number of intervals, content near
-            half the sampling rate. The same texts are in `Spectrum.warnings`.
+            half the sampling rate.
 
     Source: Harris (1978), Proc. IEEE 66, 51, for the windows and their coherent gain.
     """
@@ -126,13 +120,10 @@ def spectrum(
         frequency=frequency,
         amplitude=amplitude,
         phase=phase,
-        mean=mean,
-        unit=signal.unit,
         window=name,
         periods=count,
         start=float(span.time[-1]) + 0.5 * interval - size * interval,
         end=float(span.time[-1]) + 0.5 * interval,
-        warnings=tuple(notes),
     )
 
 

@@ -69,12 +69,10 @@ class Branch:
     """One of the responses at a point.
 
     Attributes:
-        values: Values of the keys of the sweep, as typed.
         word: "period 1", "no cycle", "random", "not settled", ...
         members: The records that found it.
     """
 
-    values: dict[str, str]
     word: str
     members: tuple[Record, ...]
 
@@ -163,7 +161,7 @@ def census(records: Sequence[Record], tolerance: float) -> list[SweepPoint]:
                 (max(near, key=len) if near else creeping).append(record)
         groups += _grouped(creeping, tolerance)
         groups.sort(key=len, reverse=True)
-        branches = tuple(Branch(dict(values), _word(group, tolerance), tuple(group)) for group in groups)
+        branches = tuple(Branch(_word(group, tolerance), tuple(group)) for group in groups)
         failures = tuple(record for record in there if record not in good)
         points.append(SweepPoint(dict(values), branches, failures, units))
     return points

@@ -65,7 +65,7 @@ def contradictions(tables: Mapping[str, Any]) -> Iterator[Fault]:
 
 def read_library_study(path: Path) -> LibraryStudy:
     """Read the file of a library; errors as in `read_scene_study`."""
-    return read_scene_study(path, LibraryStudy, lambda tables: list(contradictions(tables)))
+    return read_scene_study(path, LibraryStudy, contradictions)
 
 
 def run_library(

@@ -16,8 +16,7 @@ from rich.table import Table as RichTable
 
 from gapbeam.postprocess.figures.figure_style import COLORS, GRAY, journal_style, panels, write_figure
 from gapbeam.postprocess.report.sections.atlas_section import OPTIMUM_FILE, OPTIMUM_PICTURE, optimum_tables
-from gapbeam.solver.case.reading.case_reader import read_tables
-from gapbeam.solver.messages.errors import CaseError, Fault, NotConverged, UserError
+from gapbeam.solver.messages.errors import Fault, NotConverged, UserError
 from gapbeam.solver.scene.least_figure import Optimum, optimize
 from gapbeam.solver.scene.limit_cycle import periodic
 from gapbeam.solver.scene.recorded_places import turning_places, units_of_values
@@ -28,6 +27,7 @@ from gapbeam.solver.schema.table import Number, Positive, Table, Whole
 from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of
 from gapbeam.studies.printed_results import PrintedResult, table_of
 from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_json, write_table
+from gapbeam.studies.uncertain.uncertain_file import read_scene_study
 
 DOUBTFUL = 5
 SEARCH = "search.csv"
@@ -99,16 +99,8 @@ def contradictions(tables: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def read_optimum_study(path: Path) -> OptimumStudy:
-    """Read the file of a search.
-
-    Raises:
-        CaseError: The file cannot be read, or has faults: all of them.
-    """
-    study = read_tables(path, OptimumStudy, lambda tables: list(contradictions(tables)))
-    if not study.free:
-        words = "at least one, with path, lower and upper"
-        raise CaseError(str(path), [Fault((), "no [[free]]", words, where=f"{path}: free")])
-    return study
+    """Read the file of a search; errors as in `read_scene_study`."""
+    return read_scene_study(path, OptimumStudy, contradictions, "free", "path, lower and upper")
 
 
 @dataclass(frozen=True, repr=False)

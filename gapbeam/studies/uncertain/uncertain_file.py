@@ -164,22 +164,20 @@ class UncertainStudy(SceneStudy):
         return None if self.rare else self.members + causes
 
 
-def contradictions(tables: Mapping[str, Any]) -> list[Fault]:
-    """Return the faults between the tables that are intact, arrays of tables as {number: entry}."""
+def contradictions(tables: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield the faults between the tables that are intact, arrays of tables as {number: entry}."""
     variables: Mapping[int, Variable] = tables.get("variable", {})
-    faults = [*variable_faults(variables), *_correlations(tables.get("correlation", {}), variables)]
+    yield from variable_faults(variables)
+    yield from _correlations(tables.get("correlation", {}), variables)
     limits: Mapping[int, Limit] = tables.get("limit", {})
     for number, one in limits.items():
         if any(other.figure == one.figure for place, other in limits.items() if place < number):
-            faults.append(Fault(("limit", number, "figure"), f'"{one.figure}" twice', "one limit for each figure"))
+            yield Fault(("limit", number, "figure"), f'"{one.figure}" twice', "one limit for each figure")
     if tables.get("rare") is not None and not limits:
-        faults.append(Fault(("rare",), "[rare] without a limit", "a [[limit]] that is exceeded rarely"))
+        yield Fault(("rare",), "[rare] without a limit", "a [[limit]] that is exceeded rarely")
     if tables.get("sensitivity") is not None and tables.get("correlation"):
-        faults.append(
-            Fault(("sensitivity",), "[sensitivity] and [[correlation]]", "one of the two",
-                  "leave one out: Sobol indices share out the variance of independent inputs")
-        )  # fmt: skip
-    return faults
+        yield Fault(("sensitivity",), "[sensitivity] and [[correlation]]", "one of the two",
+                    "leave one out: Sobol indices share out the variance of independent inputs")  # fmt: skip
 
 
 def variable_faults(variables: Mapping[int, Variable]) -> Iterator[Fault]:
@@ -227,23 +225,28 @@ def _correlations(correlations: Mapping[int, Correlation], variables: Mapping[in
             yield Fault(key, f'"{one.paths[0]}" and "{one.paths[1]}" twice', "each pair once")
 
 
-Study = TypeVar("Study", bound=SceneStudy)
+Study = TypeVar("Study", bound=Table)
 
 
-def read_scene_study(path: Path, kind: type[Study], faults: Callable[[Mapping[str, Any]], list[Fault]]) -> Study:
+def read_scene_study(
+    path: Path, kind: type[Study], faults: Callable[[Mapping[str, Any]], Iterator[Fault]], array: str = "variable",
+    keys: str = "path and distribution",
+) -> Study:  # fmt: skip
     """Read the file of a study over values of a scene.
 
     Args:
         path: Path of the file.
         kind: Tables of the study.
-        faults: Returns contradictions between its tables.
+        faults: Yields contradictions between its tables.
+        array: Array of tables that it must have.
+        keys: Keys of each of these.
 
     Raises:
         CaseError: The file cannot be read, or has faults: all of them.
     """
-    study = read_tables(path, kind, faults)
-    if not study.variable:
-        fault = Fault((), "no [[variable]]", "at least one, with path and distribution", where=f"{path}: variable")
+    study = read_tables(path, kind, lambda tables: list(faults(tables)))
+    if not getattr(study, array):
+        fault = Fault((), f"no [[{array}]]", f"at least one, with {keys}", where=f"{path}: {array}")
         raise CaseError(str(path), [fault])
     return study
 

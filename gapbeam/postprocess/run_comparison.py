@@ -8,7 +8,6 @@ means over windows of 12 periods, with their scatter. A cycle against another on
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import dataclass, field
 from math import inf, lcm
 from typing import Any
@@ -19,11 +18,19 @@ import xarray as xr
 from gapbeam.postprocess.display_units import in_percent
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.run_watch import motion_of
-from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.signals.periodicity import NOT_SETTLED, last_periods
-from gapbeam.postprocess.signals.signal import Signal, SignalError, names_along, probe_signal
-from gapbeam.postprocess.signals.spectra import smooth_over, whole_periods, window_of
-from gapbeam.postprocess.signals.steady_figures import FEWEST, HARMONICS, Steady, WindowFigure, steady
+from gapbeam.postprocess.signals.signal import Signal, SignalError, names_along
+from gapbeam.postprocess.signals.spectra import whole_periods
+from gapbeam.postprocess.signals.steady_figures import (
+    FEWEST,
+    HARMONICS,
+    RAW,
+    Steady,
+    WindowFigure,
+    motions_of,
+    scales_of,
+    steady,
+)
 from gapbeam.solver.messages.wording import counted
 
 LONGEST = 12.0  # forcing periods of a record that does not repeat
@@ -92,20 +99,15 @@ class Overlay:
         return float(np.max(np.abs(self.a - self.b)) / self.range) if self.range > 0.0 else 0.0
 
 
-def _signals(one: Run, probe: str, frequency: float) -> dict[str, Signal]:
-    raw = probe_signal(one.history, "acceleration_absolute", probe)
-    found = {"displacement": probe_signal(one.history, "displacement", probe)}
-    with contextlib.suppress(SignalError):  # recorded too seldom
-        found["smoothed acceleration"] = smooth_over(raw, window_of(one.history, frequency))
-    return found | {"acceleration": raw}
+MOTIONS = ("displacement", "smoothed acceleration", RAW)  # in the order in which they are shown
 
 
 def cycles_overlaid(a: Run, b: Run, probes: tuple[str, ...], frequency: float, cycle: int) -> tuple[Overlay, ...]:
     """Return the last cycle of both, A by the whole periods earlier that suit the first signal best."""
     found, shift = list[Overlay](), None
     for probe in probes:
-        of_a, of_b = _signals(a, probe, frequency), _signals(b, probe, frequency)
-        for name in (name for name in of_a if name in of_b):
+        of_a, of_b = (motions_of(one.history, probe, frequency, []) for one in (a, b))
+        for name in (name for name in MOTIONS if name in of_a and name in of_b):
             waves = []
             for one, signal in ((a, of_a[name]), (b, of_b[name])):
                 waves.append(_folded(signal, frequency, cycle, one.origin))
@@ -146,8 +148,8 @@ def times_overlaid(a: Run, b: Run, probes: tuple[str, ...], frequency: float) ->
     """Return the last 12 periods that both records hold, at the same times; nothing where they hold too few."""
     found = []
     for probe in probes:
-        of_a, of_b = _signals(a, probe, frequency), _signals(b, probe, frequency)
-        for name in (name for name in of_a if name in of_b):
+        of_a, of_b = (motions_of(one.history, probe, frequency, []) for one in (a, b))
+        for name in (name for name in MOTIONS if name in of_a and name in of_b):
             one, other = of_a[name], of_b[name]
             end = min(one.time[-1], other.time[-1])
             start = max(one.time[0], other.time[0], end - LONGEST / frequency)
@@ -260,7 +262,7 @@ def compare(a: Results, b: Results, tolerance: float = TOLERANCE, after: float |
         if one.status not in ("completed", "unknown")
     ]
     overlays: tuple[Overlay, ...] = ()
-    rows = _rows(both, probes)
+    rows = _rows(both)
     shared = _shared_cycle(both)
     if shared is not None:
         overlays = cycles_overlaid(*runs, probes, frequency, shared)
@@ -332,30 +334,21 @@ def _span(both: tuple[Steady, Steady]) -> int:
     return min(lcm(*known) if len(known) == 2 else int(LONGEST) // 2, *(one.periods * one.windows for one in both))
 
 
-def _rows(both: tuple[Steady, Steady], probes: tuple[str, ...]) -> tuple[ComparedFigure, ...]:
-    shared = [name for name in both[0].quantities if name in both[1].quantities]
-    rows = []
-    for name in shared:
-        one, other = (steady.quantities[name] for steady in both)
-        probe = next((probe for probe in probes if name.startswith(f"{probe} harmonic ")), None)
-        scale = max(abs(one.mean), abs(other.mean))
-        if probe is not None:
-            scale = max(s.quantities[f"{probe} harmonic {n}"].mean for s in both for n in range(1, HARMONICS + 1))
-        elif name.endswith((f" {LARGEST_FORCE}", " impulse")):
-            suffix = LARGEST_FORCE if name.endswith(LARGEST_FORCE) else "impulse"
-            scale = max(s.quantities[key].mean for s in both for key in s.quantities if key.endswith(suffix))
-        rows.append(_row(name, one, other, scale))
-    return tuple(rows)
+def _rows(both: tuple[Steady, Steady]) -> tuple[ComparedFigure, ...]:
+    one, other = (run.quantities for run in both)
+    scales = scales_of({
+        name: max(known[name].mean for known in (one, other) if name in known) for name in {**one, **other}
+    })  # fmt: skip
+    return tuple(_row(name, one[name], other[name], scales[name]) for name in one if name in other)
 
 
 def _row(name: str, one: WindowFigure, other: WindowFigure, scale: float) -> ComparedFigure:
     """Return a figure of both; differences are relative to a scale."""
     errors = float(np.hypot(one.uncertainty, other.uncertainty))
-    relative = abs(one.mean - other.mean) / scale if scale > 0.0 else 0.0
-    allowed = CONFIDENCE * errors / scale if scale > 0.0 else 0.0
     return ComparedFigure(
-        name, one.unit, one.mean, other.mean, (one.scatter, other.scatter), relative, allowed, not is_raw(name)
-    )
+        name, one.unit, one.mean, other.mean, (one.scatter, other.scatter), abs(one.mean - other.mean) / scale,
+        CONFIDENCE * errors / scale, not is_raw(name),
+    )  # fmt: skip
 
 
 def _angles(one: Steady, probe: str) -> FloatArray:

@@ -8,14 +8,14 @@ to peak over the whole record, and the largest forces.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gapbeam.postprocess.signals.figure_names import ACCELERATION, DISPLACEMENT, LARGEST_FORCE, SMOOTHED_ACCELERATION
+from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.signals.periodicity import TOLERANCE, Periodicity, last_periods, left_to_change, periodicity
 from gapbeam.postprocess.signals.signal import Signal, SignalError, face_signal, names_along, probe_signal, probes_of
 from gapbeam.postprocess.signals.spectra import CYCLE, smooth_over, whole_periods, window_of
@@ -264,38 +264,59 @@ def steady(
     cycle, windows, notes = settled_windows(history, frequency, after, tolerance)
     quantities, amplitudes, faults = figures_over(history, frequency, windows.periods, windows.count)
     if cycle.period is not None:
-        for name, signal in _amplitude_signals(history, frequency, quantities):
-            left = left_to_change(signal, frequency, cycle.period)
-            quantities[name] = replace(quantities[name], unsettled=left)
+        for probe in names_along(history, "probe"):
+            for name, motion in motions_of(history, probe, frequency, []).items():
+                if name != RAW:
+                    figure, left = f"{probe} peak-to-peak {name}", left_to_change(motion, frequency, cycle.period)
+                    quantities[figure] = replace(quantities[figure], unsettled=left)
     return Steady(
         frequency, cycle, windows.periods, windows.count, windows.start, windows.end, quantities, amplitudes,
         tuple(dict.fromkeys([*notes, *faults])),
     )  # fmt: skip
 
 
-def _amplitude_signals(history: xr.Dataset, frequency: float, names: Iterable[str]) -> Iterator[tuple[str, Signal]]:
-    """Yield displacement and smoothed acceleration of every probe, each with the name of its figure."""
-    window = window_of(history, frequency)
-    for probe in (str(name) for name in history["probe"].values):
-        yield f"{probe} {DISPLACEMENT}", probe_signal(history, "displacement", probe)
-        if f"{probe} {SMOOTHED_ACCELERATION}" in names:
-            yield (
-                f"{probe} {SMOOTHED_ACCELERATION}",
-                smooth_over(probe_signal(history, "acceleration_absolute", probe), window),
-            )
+RAW = "acceleration"
+"""The motion that depends on the interval of the records."""
 
 
-def _accelerations(history: xr.Dataset, probe: str, window: float, notes: list[str]) -> Iterator[tuple[str, Signal]]:
-    """Yield the absolute acceleration of a probe as recorded and smoothed, where it is known, by name of its figure."""
+def motions_of(history: xr.Dataset, probe: str, frequency: float | None, notes: list[str]) -> dict[str, Signal]:
+    """Return the motions of a probe whose range is a figure, by name.
+
+    These are the displacement and, where it is known, the absolute acceleration, as recorded and smoothed.
+
+    Args:
+        history: The records of a run.
+        probe: Name of the probe.
+        frequency: Frequency of the forcing, Hz; None: it has none.
+        notes: Takes the reasons for which one is not known.
+
+    Raises:
+        SignalError: No such probe, or values that are not finite.
+    """
+    found = {"displacement": probe_signal(history, "displacement", probe)}
     if "acceleration_absolute" not in history:
         notes.append("no figures of accelerations: the motion of the points with the frame is not known")
-        return
-    acceleration = probe_signal(history, "acceleration_absolute", probe)
-    yield f"{probe} {ACCELERATION}", acceleration
+        return found
+    found[RAW] = probe_signal(history, "acceleration_absolute", probe)
     try:
-        yield f"{probe} {SMOOTHED_ACCELERATION}", smooth_over(acceleration, window)
-    except SignalError as fault:
+        found["smoothed acceleration"] = smooth_over(found[RAW], window_of(history, frequency))
+    except SignalError as fault:  # recorded too seldom
         notes.append(f"not smoothed: {fault}")
+    return found
+
+
+def scales_of(figures: Mapping[str, float]) -> dict[str, float]:
+    """Return the scales of differences: themselves; harmonics, forces and impulses to the largest of them."""
+    scales = {name: abs(value) for name, value in figures.items()}
+    for name in figures:
+        if " harmonic " in name:
+            probe = name.split(" harmonic ")[0]
+            scales[name] = max(figures[f"{probe} harmonic {order}"] for order in range(1, HARMONICS + 1))
+        else:
+            ending = next((ending for ending in (" impulse", f" {LARGEST_FORCE}") if name.endswith(ending)), None)
+            if ending is not None:
+                scales[name] = max(value for key, value in figures.items() if key.endswith(ending))
+    return {name: scale or 1.0 for name, scale in scales.items()}
 
 
 def figures_over(
@@ -312,21 +333,18 @@ def figures_over(
     Raises:
         SignalError: A window without values, or fewer values in a forcing period than the harmonics need.
     """
-    probes = names_along(history, "probe")
-    window = window_of(history, frequency)
     quantities: dict[str, WindowFigure] = {}
     amplitudes: dict[str, FloatArray] = {}
     notes: list[str] = []
     span = Windows(frequency, periods, count, float(history["time"].values[-1]))
-    for probe in probes:
-        displacement = probe_signal(history, "displacement", probe)
-        quantities[f"{probe} {DISPLACEMENT}"] = WindowFigure(displacement.unit, span.ranges(displacement))
-        for name, acceleration in _accelerations(history, probe, window, notes):
-            quantities[name] = WindowFigure(acceleration.unit, span.ranges(acceleration))
-        amplitudes[probe] = span.harmonics(displacement, HARMONICS)
+    for probe in names_along(history, "probe"):
+        motions = motions_of(history, probe, frequency, notes)
+        for name, motion in motions.items():
+            quantities[f"{probe} peak-to-peak {name}"] = WindowFigure(motion.unit, span.ranges(motion))
+        amplitudes[probe] = span.harmonics(motions["displacement"], HARMONICS)
         for order in range(1, HARMONICS + 1):
             quantities[f"{probe} harmonic {order}"] = WindowFigure(
-                displacement.unit, np.abs(amplitudes[probe][:, order - 1])
+                motions["displacement"].unit, np.abs(amplitudes[probe][:, order - 1])
             )
     for face in names_along(history, "face"):
         force, pushed = (face_signal(history, name, face) for name in ("contact_force", "impulse"))
@@ -354,9 +372,8 @@ def figures_of_record(history: xr.Dataset, after: float | None = None) -> tuple[
     quantities: dict[str, WindowFigure] = {}
     notes: list[str] = []
     for probe in probes_of(history):
-        quantities[f"{probe} {DISPLACEMENT}"] = _range(probe_signal(history, "displacement", probe), after)
-        for name, acceleration in _accelerations(history, probe, window_of(history, None), notes):
-            quantities[name] = _range(acceleration, after)
+        for name, motion in motions_of(history, probe, None, notes).items():
+            quantities[f"{probe} peak-to-peak {name}"] = _range(motion, after)
     for face in names_along(history, "face"):
         force, pushed = (face_signal(history, name, face) for name in ("contact_force", "impulse"))
         impulse = _later(pushed, after)

@@ -18,7 +18,7 @@ from math import inf, isfinite, log
 import numpy as np
 
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
-from gapbeam.postprocess.signals.steady_figures import HARMONICS
+from gapbeam.postprocess.signals.steady_figures import scales_of
 from gapbeam.postprocess.study_figures.sweep_branches import CREEPING
 from gapbeam.studies.tradeoff.level_measurement import REFINEMENT, Level, LevelPlan, MeasuredLevel
 
@@ -93,7 +93,7 @@ def judged(level: Level, measured: MeasuredLevel, reference: MeasuredLevel, peri
 def differences(one: Figures, other: Figures) -> dict[str, float]:
     """Return the largest difference of every group of figures, relative to the other."""
     found: dict[str, float] = {}
-    scales = _scales(other)
+    scales = scales_of(other)
     for name in one.keys() & other.keys():
         group = group_of(name)
         if group is not None:
@@ -152,7 +152,7 @@ def _reference_errors(plan: LevelPlan, figures: Mapping[str, Figures]) -> dict[s
     """Return the uncertainty of the reference in one window, by group, from the figures of its family."""
     reference = figures[plan.reference.name]
     total: dict[str, float] = {}
-    scales = _scales(reference)
+    scales = scales_of(reference)
     triples = [(plan.meshes, REFINEMENT, ORDERS[1]), (plan.steps, 2.0, 2.0)]
     for name, finest in reference.items():
         group = group_of(name)
@@ -200,20 +200,6 @@ def _by_window(windows: Windows) -> list[dict[str, float]]:
     return [{name: float(values[place]) for name, values in windows.items()} for place in range(count)]
 
 
-def _scales(figures: Figures) -> dict[str, float]:
-    """Return the scales of differences: themselves; harmonics, forces and impulses to the largest of them."""
-    scales = {name: abs(value) for name, value in figures.items()}
-    for name in figures:
-        if " harmonic " in name:
-            probe = name.split(" harmonic ")[0]
-            scales[name] = max(figures[f"{probe} harmonic {order}"] for order in range(1, HARMONICS + 1))
-        else:
-            ending = next((ending for ending in (" impulse", f" {LARGEST_FORCE}") if name.endswith(ending)), None)
-            if ending is not None:
-                scales[name] = max(value for key, value in figures.items() if key.endswith(ending))
-    return {name: scale or 1.0 for name, scale in scales.items()}
-
-
 def _long_means(one: MeasuredLevel, other: MeasuredLevel) -> tuple[float | None, float | None]:
     """Return the difference of long means: less 2 standard errors, and plus 2 standard errors.
 
@@ -225,7 +211,7 @@ def _long_means(one: MeasuredLevel, other: MeasuredLevel) -> tuple[float | None,
     if cycles[0] and cycles[1] and not cycles[0] & cycles[1]:
         return inf, inf
     beyond, most = 0.0, 0.0
-    scales = _scales({name: quantity.mean for name, quantity in other.long.items()})
+    scales = scales_of({name: quantity.mean for name, quantity in other.long.items()})
     for name in one.long.keys() & other.long.keys():
         if group_of(name) is not None:
             a, b = one.long[name], other.long[name]

@@ -5,7 +5,6 @@ Levels are models, meshes, degrees, bases, steps and schemes of one and the same
 
 from __future__ import annotations
 
-import contextlib
 import resource
 import time
 from collections.abc import Mapping, Sequence
@@ -18,9 +17,9 @@ import numpy as np
 import xarray as xr
 
 from gapbeam.postprocess.results.columns_of_run import as_history
-from gapbeam.postprocess.signals.signal import Signal, SignalError, probe_signal
-from gapbeam.postprocess.signals.spectra import CYCLE, smooth_over, window_of
-from gapbeam.postprocess.signals.steady_figures import WindowFigure, figures_over, steady
+from gapbeam.postprocess.signals.signal import Signal, SignalError
+from gapbeam.postprocess.signals.spectra import CYCLE
+from gapbeam.postprocess.signals.steady_figures import RAW, WindowFigure, figures_over, motions_of, steady
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import smoothing_window
@@ -113,14 +112,11 @@ class MeasuredLevel:
 
     def waves(self, periods: int) -> dict[str, Signal]:
         """Displacement and smoothed acceleration of the probes over the first forcing periods."""
-        history, found = self._history(periods), dict[str, Signal]()
-        window = window_of(history, self.frequency)
-        for probe in self.labels["probe"]:
-            acceleration = probe_signal(history, "acceleration_absolute", probe)
-            found[f"{probe} displacement"] = probe_signal(history, "displacement", probe)
-            with contextlib.suppress(SignalError):  # recorded too seldom
-                found[f"{probe} smoothed acceleration"] = smooth_over(acceleration, window)
-        return found
+        history = self._history(periods)
+        motions = {probe: motions_of(history, probe, self.frequency, []) for probe in self.labels["probe"]}
+        return {
+            f"{probe} {name}": wave for probe, waves in motions.items() for name, wave in waves.items() if name != RAW
+        }
 
     def _history(self, periods: int) -> xr.Dataset:
         records = _up_to(self.records, periods / self.frequency, self.frequency)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from PIL import Image
@@ -87,6 +88,17 @@ def test_the_same_cycle_agrees_however_it_is_sampled_and_wherever_it_begins(tmp_
     assert found.agree, found.verdict
     assert "period 3" in found.verdict
     assert max(one.rms for one in found.overlays) < 1e-3
+
+
+def test_a_motion_whose_frame_is_not_known_is_compared_by_its_displacements(tmp_path: Path) -> None:
+    """Absolute accelerations are not in the records of such runs."""
+    folders = [write_results(tmp_path / name, *motion()) for name in "ab"]
+    with h5py.File(folders[0] / "history.h5", "a") as file:
+        del file["acceleration_absolute"]
+    found = compare(*map(open_results, folders))
+    assert found.agree, found.verdict
+    assert [one.name for one in found.overlays] == ["tip displacement"]
+    assert any("accelerations" in note for note in found.notes)
 
 
 def test_a_known_difference_is_found(tmp_path: Path) -> None:

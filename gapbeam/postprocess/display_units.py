@@ -121,8 +121,8 @@ def words_by_size(text: str) -> str:
 
 
 def in_percent(fraction: float) -> str:
-    """Return a fraction in percent, with two digits."""
-    return f"{100 * fraction:.2g} %"
+    """Return a fraction in percent, with two digits; large ones in whole percent."""
+    return f"{100.0 * fraction:.0f} %" if fraction > 0.995 else f"{100.0 * fraction:.2g} %"
 
 
 def finite_or_none(value: float | None) -> float | None:

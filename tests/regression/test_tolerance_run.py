@@ -9,8 +9,9 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
+from gapbeam.postprocess.display_units import in_percent
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.studies.tradeoff.level_errors import Grounds, Judged, percent, window_differences
+from gapbeam.studies.tradeoff.level_errors import Grounds, Judged, window_differences
 from gapbeam.studies.tradeoff.level_measurement import Level, LevelJob, MeasuredLevel, measure
 from gapbeam.studies.tradeoff.run_tradeoff import Taken, with_promise
 from tests.shared.command import DEMO, alone, called, settings
@@ -82,7 +83,7 @@ def test_a_run_compares_its_own_estimate_with_its_tolerance(tmp_path: Path, monk
     assert own["displacement"] > 1e-4
     assert kept.exit_status == 0
     (warning,) = [line for line in kept.summary["warnings"] if "error estimate of the run itself is larger" in line]
-    assert f"displacement {percent(own['displacement'])}" in warning
+    assert f"displacement {in_percent(own['displacement'])}" in warning
     again = with_promise(replace(kept, summary=gapbeam.open_results(tmp_path / "out").summary), taken, MPI.COMM_WORLD)
     assert again.summary["warnings"].count(warning) == 1
 

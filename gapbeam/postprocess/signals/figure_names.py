@@ -6,6 +6,7 @@ The closing table adds the width of a mean behind its name.
 from __future__ import annotations
 
 DISPLACEMENT = "peak-to-peak displacement"
+ACCELERATION = "peak-to-peak acceleration"
 SMOOTHED_ACCELERATION = "peak-to-peak smoothed acceleration"
 LARGEST_FORCE = "largest recorded force"
 MEAN_FORCE = "largest mean force"

@@ -17,6 +17,7 @@ from math import inf, isfinite, log
 
 import numpy as np
 
+from gapbeam.postprocess.display_units import in_percent
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.signals.steady_figures import scales_of
 from gapbeam.postprocess.study_figures.sweep_branches import CREEPING
@@ -276,9 +277,11 @@ def doubts(one: Judged, tolerance: float, grounds: Grounds) -> list[str]:
     worst = max(uncertain, key=lambda group: uncertain[group], default="")
     largest = max(sums, key=lambda group: sums[group], default="")
     if uncertain.get(worst, 0.0) > tolerance:
-        found.append(f"the reference itself is uncertain by {percent(uncertain[worst])} ({worst})")
+        found.append(f"the reference itself is uncertain by {in_percent(uncertain[worst])} ({worst})")
     elif one.inside(tolerance) and sums.get(largest, 0.0) > tolerance:
-        found.append(f"its error and the uncertainty of the reference add up to {percent(sums[largest])} ({largest})")
+        found.append(
+            f"its error and the uncertainty of the reference add up to {in_percent(sums[largest])} ({largest})"
+        )
     if one.covered < WHOLE * grounds.end:
         found += _span_doubts(one, tolerance, grounds)
     return found
@@ -292,7 +295,7 @@ def _span_doubts(one: Judged, tolerance: float, grounds: Grounds) -> list[str]:
     known = inf if one.means is None else one.means
     if known <= tolerance:
         return []
-    words = "are not known" if not isfinite(known) else f"are known to {percent(known)} only"
+    words = "are not known" if not isfinite(known) else f"are known to {in_percent(known)} only"
     return [f"the motion can be predicted for {one.covered:.3g} s only, and means beyond that {words}"]
 
 
@@ -306,9 +309,4 @@ def _off_words(one: Judged) -> str:
         return "is in another cycle than the reference"
     worst = max(one.errors, key=lambda group: one.errors[group], default="")
     where = worst if one.error >= (one.statistics or 0.0) else "means over windows"
-    return f"is {percent(_off(one))} off the reference ({where})"
-
-
-def percent(fraction: float) -> str:
-    """Return a fraction in percent, with two digits; large ones in whole percent."""
-    return f"{100.0 * fraction:.0f} %" if fraction > 0.995 else f"{100.0 * fraction:.2g} %"
+    return f"is {in_percent(_off(one))} off the reference ({where})"

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 
 from gapbeam.meshes.rank_zero import on_rank_zero
-from gapbeam.postprocess.display_units import finite_or_none
+from gapbeam.postprocess.display_units import finite_or_none, in_percent
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.shell_command import shell_command
@@ -39,7 +39,6 @@ from gapbeam.studies.tradeoff.level_errors import (
     doubts,
     group_of,
     nearest,
-    percent,
 )
 from gapbeam.studies.tradeoff.level_measurement import Level, MeasuredLevel
 from gapbeam.studies.tradeoff.tradeoff_study import TradeoffStudy, run_study
@@ -163,7 +162,7 @@ def verdict(study: TradeoffStudy) -> str:
     one = study.chosen
     return (
         f"the cheapest fidelity level within {asked} of the reference {grounds.span_words(one.covered)}: "
-        f"{one.level.name}, {percent(one.error)} off, {one.seconds:.3g} s for the case.{doubt}"
+        f"{one.level.name}, {in_percent(one.error)} off, {one.seconds:.3g} s for the case.{doubt}"
     )
 
 
@@ -191,7 +190,7 @@ def _means(one: Judged) -> str:
         return ""
     if not isfinite(one.statistics):
         return "another cycle"
-    return "agree" if one.statistics <= 0.0 else f"{100 * one.statistics:.2g} % beyond"
+    return "agree" if one.statistics <= 0.0 else f"{in_percent(one.statistics)} beyond"
 
 
 FREE = ("title", "model", "output", "gates")  # what may differ between a study and a run that uses it
@@ -478,12 +477,14 @@ def _written(outcome: Outcome, taken: Taken) -> dict[str, Any]:
         LOG.warning("%s", warning)
     else:
         worst = max(taken.errors.values(), default=0.0)
-        summary["message"] += f"; within the tolerance of {asked}: {percent(worst)} off the reference of the trade-off"
+        summary["message"] += (
+            f"; within the tolerance of {asked}: {in_percent(worst)} off the reference of the trade-off"
+        )
         larger = {group: error for group, error in own.items() if error > taken.tolerance}
         if larger:
             warning = (
                 f"the trade-off promises the tolerance of {asked}, and the error estimate of the run itself is larger: "
-                + ", ".join(f"{group} {percent(error)}" for group, error in larger.items())
+                + ", ".join(f"{group} {in_percent(error)}" for group, error in larger.items())
                 + "; an estimate is a bound, several times the error in most cases, and contains that of an automatic "
                 "contact.stiffness, which the trade-off does not vary"
             )

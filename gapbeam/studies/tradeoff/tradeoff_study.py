@@ -9,6 +9,7 @@ from math import ceil, inf
 from pathlib import Path
 from typing import Any
 
+from gapbeam.postprocess.display_units import in_percent
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.overrides import parse_value
@@ -26,7 +27,6 @@ from gapbeam.studies.tradeoff.level_errors import (
     front,
     judged,
     nearest,
-    percent,
     predictable_periods,
     uncertainty,
 )
@@ -307,4 +307,4 @@ def _words(one: Judged) -> str:
 
 
 def _percent(fraction: float) -> str:
-    return "another cycle" if fraction == inf else percent(fraction)
+    return "another cycle" if fraction == inf else in_percent(fraction)

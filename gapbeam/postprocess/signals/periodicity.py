@@ -27,6 +27,7 @@ import scipy
 from gapbeam.postprocess.display_units import in_percent
 from gapbeam.postprocess.signals.signal import Signal, SignalError
 from gapbeam.postprocess.signals.spectra import whole_periods
+from gapbeam.solver.diagnostics.statistics.batch_interval import batch_means, kendall
 from gapbeam.solver.messages.wording import counted
 
 BATCHES = 20  # with fewer, ringing of a few long beats passes for no order
@@ -50,17 +51,9 @@ def rest_of(waves: FloatArray) -> Rest:
     steps = np.diff(waves, axis=0)[-(len(waves) // 2) :]
     scale = np.maximum(np.ptp(waves, axis=(0, 1)), np.finfo(float).tiny)
     sizes = np.mean((steps / scale) ** 2, axis=(1, 2))
-    length = len(sizes) // BATCHES
-    if length == 0:
+    if len(sizes) < BATCHES:
         return Rest.SHORT
-    batches = sizes[-BATCHES * length :].reshape(BATCHES, length).mean(axis=1)
-    return Rest.CHANGING if abs(kendall(batches)) > TREND else Rest.STATIONARY
-
-
-def kendall(values: FloatArray) -> float:
-    """Return Kendall's rank correlation of values, (k,), with their order, -1 to 1."""
-    order = np.sign(values[None, :] - values[:, None])
-    return float(order[np.triu_indices(len(values), 1)].mean())
+    return Rest.CHANGING if abs(kendall(batch_means(sizes, BATCHES))) > TREND else Rest.STATIONARY
 
 
 FloatArray = np.ndarray

@@ -109,7 +109,7 @@ def _record(job: TrialJob, piece: Piece) -> Record:
         if marched:
             begin = kicked(model, piece.start, KICK_SEED) if piece.start else seated(model)
     except (CaseError, RunError) as error:
-        verdict = "refused" if isinstance(error, CaseError) else VERDICTS.get(type(error), "failed")
+        verdict = VERDICTS.get(type(error), "failed")
         return record | {"verdict": verdict, "exit_status": error.exit_status, "message": str(error)}
     set_up = time.perf_counter() - clock
     seconds = {"set_up": set_up, "march": 0.0}

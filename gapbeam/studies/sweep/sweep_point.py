@@ -160,7 +160,7 @@ def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, 
         subject = read_subject(sweep.case, sweep.overrides(task.values))
         begin = subject.start(task.start, sweep.seed) if before is None else subject.carried(*before)
     except (CaseError, RunError) as error:
-        verdict = "refused" if isinstance(error, CaseError) else VERDICTS.get(type(error), "failed")
+        verdict = VERDICTS.get(type(error), "failed")
         return record | {"verdict": verdict, "exit_status": error.exit_status, "message": str(error)}, None
     record["start"], record["notes"] = begin.word, list(begin.notes)
     record["units"] = {axis.key: subject.unit_of(axis.key) for axis in sweep.axes}

@@ -163,12 +163,8 @@ def _measure(job: LevelJob, kept: KeptBody) -> MeasuredLevel:
         _follow(job, model, seat, found)
         if job.cycles and found.verdict == "passed":
             _settle(job, model, seat, found)
-    except CaseError as error:
-        found.verdict, found.message = "refused", str(error)
-    except RunError as error:
+    except (CaseError, RunError, SignalError) as error:
         found.verdict, found.message = VERDICTS.get(type(error), "failed"), str(error)
-    except SignalError as error:
-        found.verdict, found.message = "failed", str(error)
     found.memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     return found
 

@@ -43,7 +43,8 @@ from gapbeam.studies.trials.axes import Axis, overrides_of, points_of
 if TYPE_CHECKING:
     from gapbeam.studies.engine.workers import Workers
 
-VERDICTS: dict[type[RunError], str] = {
+VERDICTS: dict[type[Exception], str] = {
+    CaseError: "refused",
     AssumptionBroken: "assumption broken",
     EnergyCreated: "energy created",
     EnergyLost: "energy lost",

@@ -248,3 +248,38 @@ def test_rows_in_their_order_are_taken(stem: str, right: str) -> None:
 def test_places_of_a_frame_that_do_not_fit_are_refused(change: Callable[[Any], Any]) -> None:
     with pytest.raises(gb.UserError, match="rotations have another sign or unit"):
         order_checked("rack", moved(change))
+
+
+DRIVES: dict[str, Callable[[Any, Any], Any]] = {
+    "sign": lambda K, _: -1e-5 * K,
+    "one direction": lambda K, M: 1e-5 * K - 3.0 * sp.diags(np.eye(M.shape[0])[2]) * M.diagonal()[2],
+    "far less than K": lambda K, M: 1e-9 * K - 1e-6 * M,
+}
+TAKES: dict[str, Callable[[Any, Any], Any]] = {
+    "Rayleigh": lambda K, M: 1e-5 * K + 2.0 * M,
+    "of strains alone": lambda K, _: 1e-5 * K,
+    "none": lambda K, _: 0.0 * K,
+    "gyroscopic": lambda K, _: sp.triu(K, 1) - sp.triu(K, 1).T,
+    "of one direction": lambda K, _: sp.diags(np.eye(K.shape[0])[4]),
+}
+
+
+@pytest.mark.parametrize("damping", [*DRIVES, *TAKES])
+@pytest.mark.parametrize("suffix", ["npz", "mtx", "npy"])
+def test_a_damping_that_drives_a_motion_is_refused(tmp_path: Path, damping: str, suffix: str) -> None:
+    """Such motions grow without a word; matrices that take energy, or none, are read."""
+    files = written(tmp_path)
+    plain = read(files)
+    C = sp.csr_matrix((DRIVES | TAKES)[damping](plain.K, plain.M))
+    path = tmp_path / f"C.{suffix}"
+    if suffix == "mtx":
+        scipy.io.mmwrite(path, C, symmetry="general")
+    elif suffix == "npz":
+        sp.save_npz(path, C)
+    else:
+        np.save(path, C.toarray())
+    if damping in TAKES:
+        assert abs(read(files, damping=path).C - C).max() <= 1e-12 * max(abs(C).max(), 1e-300)
+        return
+    with pytest.raises(gb.UserError, match="C that drives a motion"):
+        read(files, damping=path)

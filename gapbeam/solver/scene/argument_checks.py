@@ -239,6 +239,15 @@ def answered(function: Callable[..., Any], at: Any, shape: tuple[int, ...], wher
         raise UserError(f"{where} returned {printable(found)} of shape {found.shape}, expected {wanted}") from None
 
 
+def period_at(period: Any, values: Mapping[str, float], where: str) -> float:
+    """Return a period, s: a number, or the answer of a function of the values by path.
+
+    Raises:
+        UserError: The function fails, or returns no number.
+    """
+    return float(answered(period, values, (1,), f"{where}: period")[0]) if callable(period) else float(period)
+
+
 def for_each(value: Any, count: int, where: str) -> Array:
     """Return a number for each of so many DOFs, given as one for all of them or as an array, (count,).
 

@@ -379,19 +379,20 @@ HEAVIEST = 3e4
 LOG = logging.getLogger("gapbeam")
 
 
-def check_imported(K: Any, M: Any, rows: Rows, name: str = "", cut: float = 0.0) -> None:
+def check_imported(K: Any, M: Any, C: Any, rows: Rows, name: str = "", cut: float = 0.0) -> None:
     """Refuse matrices of which no model is made, and ask about units that make unusual waves or densities.
 
     Args:
         K: Stiffness of all rows, SI, sparse.
         M: Mass.
+        C: Damping, or None.
         rows: Their names and nodes.
         name: Name of the structure.
         cut: Relative error that the digits of K leave, at most.
 
     Raises:
-        ArgumentError: M is not positive definite, K has a negative direction, or rows are in another order than their
-            names.
+        ArgumentError: M is not positive definite, K has a negative direction, C drives a motion, or rows are in another
+            order than their names.
     """
     for A, key in ((M, "mass"), (K, "stiffness")):
         skew, most = abs(A - A.T).max(), abs(A).max()
@@ -422,6 +423,13 @@ def check_imported(K: Any, M: Any, rows: Rows, name: str = "", cut: float = 0.0)
             "found a K with a negative direction, expected none; look at how K was exported, and with how many "
             "digits (DMIG: fields of 16 characters), and give forces that soften as a feedback", "stiffness",
         )  # fmt: skip
+    if C is not None and abs(C).max() > 0.0:
+        drag = sp.csc_matrix(0.5 * scale @ (C + C.T) @ scale)
+        if has_negative_direction(drag + NEGATIVE * float(abs(scale @ C @ scale).max()) * unit):
+            raise ArgumentError(
+                "found a C that drives a motion, expected one that takes energy from each; look at its sign, and give "
+                "forces that drive as a feedback", "damping",
+            )  # fmt: skip
     if rows.rigid() is not None and rows.nodes is not None:
         check_order(K, rows.of_node, rows.meter * np.array([rows.nodes.places[one] for one in rows.of_node]), cut)
         for question in unit_questions(K, M, rows):

@@ -11,7 +11,7 @@ import scipy
 
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.scene.argument_checks import checked, finite
+from gapbeam.solver.scene.argument_checks import checked, finite, period_at
 from gapbeam.solver.scene.limit_cycle import periodic, state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.orbit_tangents import OrbitTangents, tangents
@@ -54,7 +54,7 @@ class _Followed:
 
     def __init__(self, make: Any, names: list[str], paths: list[str], period: Any, steps: int, scheme: Any) -> None:
         self.make, self.names, self.paths, self.steps, self.scheme = make, names, paths, steps, scheme
-        self.period: Callable[[dict[str, float]], float] = period if callable(period) else lambda _: period
+        self.period = period
         self.u: Any = None
         self.found: Any = None
         self.orbits: list[tuple[dict[str, float], dict[str, float]]] = []
@@ -95,7 +95,7 @@ class _Followed:
     def orbit(self, u: Array, start: SceneState) -> OrbitTangents:
         """Return the response at values near a start, with its tangents."""
         values = self.values(u)
-        period = self.period(values)
+        period = period_at(self.period, values, "optimize")
         found = periodic(self.make(values), period, self.steps, start, scheme=self.scheme)
         given = {"period": period, "steps": self.steps, "start": found.state, "scheme": self.scheme}
         orbit = tangents(self.make, self.names, values, **given)

@@ -30,6 +30,9 @@ from gapbeam.solver.system.operators import Array
 
 TOLERANCE = 1e-10
 SHIFT = 1e-6
+FEWEST = 3
+"""Steps in a period below which a load is not seen: two see its zeros alone."""
+REPEATS = 1e-6  # of the largest value of a load: what may differ a period later
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +59,24 @@ class PeriodicOrbit:
         return bool(np.abs(self.multipliers).max() < 1.0)
 
 
+def check_period(scene: Scene, t: float, period: float, steps: int) -> None:
+    """Refuse loads and walls that do not repeat from a time on, and steps that do not see them.
+
+    Raises:
+        UserError: The period is not above 0, has fewer than three steps, or a load or a wall does not repeat after it.
+    """
+    if not (np.isfinite(period) and period > 0.0) or steps < FEWEST:
+        raise UserError(f"found a period of {period:.6g} s in {steps} steps, expected one above 0 in {FEWEST} or more")
+    times = t + period * np.linspace(0.013, 0.987, 23)
+    for load in scene.loads:
+        here, later = load.table(times), load.table(times + period)
+        if np.abs(later - here).max() > REPEATS * np.abs(here).max():
+            raise UserError(f"load {load.name or '?'} does not repeat after {period:.6g} s; see the period")
+    here, later = scene.walls(times), scene.walls(times + period)
+    if np.abs(later - here).max(initial=0.0) > REPEATS * np.abs(here).max(initial=0.0):
+        raise UserError(f"the wall of a contact does not repeat after {period:.6g} s; see the period")
+
+
 @checked
 def periodic(
     scene: Scene, period: float, steps: int, start: SceneState | None = None, passes: int = 30,
@@ -77,14 +98,13 @@ def periodic(
         UserError: The period, steps or scheme cannot be.
         NotConverged: The state did not converge to 1e-10; a motion that slides or grazes may not be smooth enough.
     """
-    if not (np.isfinite(period) and period > 0.0) or steps < 1:
-        raise UserError(f"periodic: found period {period!r} s in {steps} steps, expected both above 0")
     scene.refuse_memory("periodic")
     if scheme.is_accelerated:
         raise UserError("periodic: the scheme has accelerations as states; take the midpoint rule or theta")
     begin = start or scene.state()
     if begin.q.shape[1] != 1:
         raise UserError("periodic: the start has several members; take one")
+    check_period(scene, begin.t, period, steps)
     return repeating_orbit(scene, begin.x[:, 0], begin.t, period / steps, steps, scheme, passes)[0]
 
 

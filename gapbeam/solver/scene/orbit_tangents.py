@@ -28,7 +28,7 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite
-from gapbeam.solver.scene.limit_cycle import change_of_orbit, state_of
+from gapbeam.solver.scene.limit_cycle import change_of_orbit, check_period, state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.orbit_figures import OrbitFigure, figure_of
@@ -103,13 +103,13 @@ def tangents(
     """
     values = {path: float(finite(value, f"tangents: {path}")) for path, value in over.items()}
     make: Scenes = scene.with_ if isinstance(scene, Scene) else scene
-    if not figures or not values or steps < 1 or not (np.isfinite(period) and period > 0.0):
+    if not figures or not values:
         raise UserError(
-            f"tangents: found {len(figures)} figures, {len(values)} parameters and {steps} steps in {period!r} s; "
-            "expected one or more of each, and a time above 0"
+            f"tangents: found {len(figures)} figures and {len(values)} parameters; expected one or more of each"
         )
     whole = make(values)
     _refuse(whole, start, scheme)
+    check_period(whole, start.t, period, steps)
     base = _Problem(whole, period / steps, steps, start.t, scheme)
     asked = [figure_of(whole, name) for name in figures]
     orbit = _converged(base, start.x[:, 0])

@@ -257,7 +257,7 @@ def read_model(
     lengths = np.array([meter if DIRECTIONS.get(one.partition(".")[2], 0) < 3 else 1.0 for one in rows_of.labels])
     printed = [PrintedDigits.of(A, kilogram * meter**2, 1.0 / lengths) for A in matrices[:2]]
     K, M, C = (None if A is None else _in_si(A, kilogram * meter**2, lengths) for A in matrices)
-    check_imported(K, M, rows_of, name, 2.0 * printed[0].relative if printed[0] else 0.0)
+    check_imported(K, M, C, rows_of, name, 2.0 * printed[0].relative if printed[0] else 0.0)
     return ImportedModel(K, M, C, rows_of, name, place is not None, digits=(printed[0], printed[1]))
 
 

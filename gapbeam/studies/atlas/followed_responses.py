@@ -21,7 +21,7 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import NotConverged, UserError
 from gapbeam.solver.periodic.floquet import FOLD, GRAZING, PERIOD_DOUBLING, STABLE, ordered
-from gapbeam.solver.scene.argument_checks import checked
+from gapbeam.solver.scene.argument_checks import checked, period_at
 from gapbeam.solver.scene.limit_cycle import after_steps, change_of_orbit, repeating_orbit
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.printed_values import result_words
@@ -189,8 +189,7 @@ def follow(
 
     def at(value: float) -> Shaken:
         values = {path: value}
-        span = period(values) if callable(period) else period
-        return Shaken(scene.with_(values), span, steps, found.starts.t)
+        return Shaken(scene.with_(values), period_at(period, values, "follow"), steps, found.starts.t)
 
     return follow_responses(found.points, at, scheme)
 

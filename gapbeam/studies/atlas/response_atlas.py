@@ -15,7 +15,7 @@ from scipy.stats import binomtest
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import checked, finite
+from gapbeam.solver.scene.argument_checks import checked, finite, period_at
 from gapbeam.solver.scene.ensemble_members import response_figure_faults
 from gapbeam.solver.scene.limit_cycle import state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
@@ -166,7 +166,7 @@ def atlas(
     values: dict[str, Array] = {path: one.ravel() for path, one in zip(axes, grid, strict=False)}
     count = grid[0].size
     every = [{path: float(value[i]) for path, value in values.items()} for i in range(count)]
-    periods = [period(one) if callable(period) else period for one in every]
+    periods = [period_at(period, one, "atlas") for one in every]
     strobe = repeating(scene, values, finite(periods, "atlas: period"), starts, steps, scheme, threads)
     each = starts.q.shape[1]
     X = np.vstack([np.tile(one, (1, count)) for one in (starts.q, starts.v, starts.spread(each).z)])

@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
-from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.lane_ensemble import ensemble
-from gapbeam.solver.scene.limit_cycle import change_of_orbit, state_of
+from gapbeam.solver.scene.limit_cycle import change_of_orbit, check_period, state_of
 from gapbeam.solver.scene.linear_scheme import RESOLVED, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
@@ -408,11 +407,9 @@ def repeating(
     Raises:
         UserError: A path or number cannot be, or loads do not repeat after the period.
     """
-    if not np.all(period > 0.0):
-        raise UserError(f"found a period of {period.min():.6g} s, expected one above 0")
     every = [{path: float(value[i]) for path, value in values.items()} for i in range(len(period))]
     for one, span in zip(every, period, strict=True):
-        _check_period(scene.with_(one), starts.t, float(span))
+        check_period(scene.with_(one), starts.t, float(span), steps)
     strobe = StrobeMap(scene, values, period, steps, scheme, starts.t, threads=threads)
     largest = float(strobe.size(np.vstack([starts.q, starts.v, starts.spread(starts.q.shape[1]).z])).max())
     return replace(strobe, floor=REST * (largest or 1e-6 * _pushed(scene, every, period, starts.t)))
@@ -427,15 +424,3 @@ def _pushed(scene: Scene, every: list[dict[str, float]], T: Array, t: float) -> 
             push = np.abs(load.table(t + span * np.linspace(0.0, 1.0, 24))).max()
             most = max(most, float(push * np.abs(column).max() * span))
     return most or 1.0
-
-
-def _check_period(scene: Scene, t: float, period: float) -> None:
-    """Refuse loads and walls that do not repeat."""
-    times = t + period * np.linspace(0.013, 0.987, 23)
-    for load in scene.loads:
-        here, later = load.table(times), load.table(times + period)
-        if np.abs(later - here).max() > 1e-6 * np.abs(here).max():
-            raise UserError(f"load {load.name or '?'} does not repeat after {period:.6g} s; see the period")
-    here, later = scene.walls(times), scene.walls(times + period)
-    if np.abs(later - here).max(initial=0.0) > 1e-6 * np.abs(here).max(initial=0.0):
-        raise UserError(f"the wall of a contact does not repeat after {period:.6g} s; see the period")

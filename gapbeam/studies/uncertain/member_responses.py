@@ -17,7 +17,7 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.scene.argument_checks import finite
+from gapbeam.solver.scene.argument_checks import finite, period_at, reals
 from gapbeam.solver.scene.ensemble_members import EnsembleFolder, Members
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.recorded_places import turning_places
@@ -106,7 +106,7 @@ class SceneModel:
         which = values[START].astype(int) if START in values else np.zeros(count, dtype=int)
         lanes = lanes_of(self.starts, which)
         every = [{path: float(value[i]) for path, value in own.items()} for i in range(count)]
-        T = finite([self.period(one) if callable(self.period) else self.period for one in every], "uncertain: period")
+        T = finite([period_at(self.period, one, "uncertain") for one in every], "uncertain: period")
         strobe = repeating(self.scene, own, T, lanes, self.steps, self.scheme, self.threads)
         search = ResponseSearch(strobe, 1, lanes.x, self.settle, self.rounds, self.orders, self.exponents)
         search.run()
@@ -162,12 +162,17 @@ class CalledModel:
             UserError: The function returns something else.
         """
         count = len(next(iter(values.values())))
-        figures = self.function(values)
+        try:
+            figures = self.function(values)
+        except UserError:
+            raise
+        except Exception as error:
+            raise UserError(f"uncertain: the function failed ({type(error).__name__}: {error})") from error
         if not isinstance(figures, Mapping) or not figures:
             raise UserError(f"uncertain: the function returned {type(figures).__name__}, expected figures by name")
         found = {}
         for name, value in figures.items():
-            found[name] = np.asarray(value, dtype=float)
+            found[name] = reals(value, f"uncertain: the function returned figure {name!r}")
             if found[name].shape != (count,):
                 raise UserError(
                     f"uncertain: the function returned figure {name!r} of shape {found[name].shape} for {count} "

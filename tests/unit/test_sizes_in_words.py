@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.postprocess.display_units import POWERS, words_by_size
+from gapbeam.postprocess.display_units import POWERS, in_percent, words_by_size
 
 
 @pytest.mark.parametrize("unit", ["m", "Hz"])
@@ -30,3 +30,8 @@ def test_values_keep_their_size_and_are_read_at_a_glance(unit: str, power: int, 
 def test_other_units_stay(text: str) -> None:
     """Units that begin with m are others."""
     assert words_by_size(text) == text
+
+
+def test_fractions_have_two_digits_and_large_ones_all_before_the_point() -> None:
+    """Not 1e+02 %, as the general format has it."""
+    assert [in_percent(one) for one in (0.01234, 0.994, 0.998, 2.141)] == ["1.2 %", "99 %", "100 %", "214 %"]

@@ -98,6 +98,8 @@ class Escape:
         if place is not None:
             down = self.length if there["vertical"] < here["vertical"] else 0.0
             return f"tips it about x = {place:.4g} m, with its end at x = {down:.4g} m down"
+        if all(end[:2] == (0.0, 0.0) and end[2] >= 0.0 for end in ends):
+            return "lifts it"
         first, last = (f"[{', '.join(f'{value:.3g}' for value in end)}]" for end in ends)
         return f"moves its ends at x = 0 and x = {self.length:.4g} m in the ratio {first} to {last}"
 

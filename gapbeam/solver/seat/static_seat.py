@@ -194,6 +194,7 @@ AFTER_NEWTON = 1.0e-6  # springs of open points over s
 STIFFER, STIFFEST = 100.0, 1.0e6  # likewise, where a contact problem is not solved
 MAX_RETRIES = 20
 TRIED = 20  # iterations of a contact problem, before softer laws lead to its solution
+ALIKE = 0.1  # difference of the factors of two updates over what they lack of 1: a geometric series
 OVERSHOT = 0.5  # slope of the potential at the end of an update over that at its start
 
 
@@ -252,7 +253,7 @@ class _Search:
         self._before = self._depth
         self._forces: Array = np.zeros(self._contact.size)
         self._condensed: Condensed | None = None
-        self._share, self._least = 1.0, SOFTEST
+        self._share, self._least, self._patience, self._failed = 1.0, SOFTEST, PATIENCE, 0
         self._held: NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self._updates, self._moves, self._hard = list[float](), list[float](), 0
 
@@ -272,7 +273,7 @@ class _Search:
                         f"no static seat was found: {error}; {self._unsettled(worst)}", error.residuals, worst
                     ) from error
                 self._share, self._condensed = min(STIFFER * self._share, STIFFEST), None
-                self._least = min(self._share, 1.0)
+                self._least, self._failed = min(self._share, 1.0), len(updates)
                 continue
             energy, change = system.dots([(self._u[VALUE], self._u[STIFFNESS]), (moved[VALUE], moved[STIFFNESS])])
             potential = 2.0 * float(contact.weights @ law.potential(self._depth))
@@ -299,7 +300,12 @@ class _Search:
                 if not looked and takes_newton(system):
                     self._take_newton()
                 looked = True
-                self._share, self._condensed = max(SOFTER * self._share, self._least), None
+                if len(updates) - self._failed >= self._patience:  # another pose may take softer springs
+                    self._least, self._patience = SOFTEST, 2 * self._patience
+                if self._share == self._least:
+                    self._leap(moved)
+                else:
+                    self._share, self._condensed = max(SOFTER * self._share, self._least), None
         self._refuse_escape(looked)
         worst = int(np.argmax(np.abs(self._depth - self._before)))
         raise NotConverged(
@@ -348,6 +354,15 @@ class _Search:
         if length < 1.0:
             self._forces = self._contact.weights * self._law.static(self._depth).pressure
         return moved
+
+    def _leap(self, moved: Imaged) -> None:
+        """Go where updates that shrink by the same factor lead: the springs cannot be softer. Collective."""
+        before, last, now = self._updates[-3:]
+        rate = now / last
+        if rate < 1.0 and abs(last / before - rate) <= ALIKE * (1.0 - rate):
+            self._u = self._u + rate / (1.0 - rate) * moved
+            values = self._contact.interface.trace(self._u[VALUE], self._operators)
+            self._depth = self._contact.depth(values)
 
     def _solved(self, condensed: Condensed, held_depth: Array) -> ContactSolution:
         """Return the solution of the contact problem of an iteration."""

@@ -93,6 +93,8 @@ def test_the_schema_accepts_the_shipped_cases_and_refuses_bad_ones() -> None:
     assert accepts(GOOD)
     assert all(accepts(path.read_text(encoding="utf-8")) for path in CASES)
     assert accepts(spoiled('"discrete-gradient"', '{ type = "newmark", beta = 0.3 }'))
+    assert accepts(GOOD + '[analysis]\nstart = "undeformed"\n')
+    assert not accepts(GOOD + '[analysis]\nmethod = "shooting"\n')
     assert not accepts(spoiled("width", "widht"))
     assert not accepts(spoiled("width = 0.020", 'width = "0.020"'))
     assert not accepts(spoiled('"discrete-gradient"', '"newmrk"'))

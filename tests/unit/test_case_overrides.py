@@ -113,7 +113,7 @@ def test_a_mesh_file_is_looked_for_beside_the_case_file(tmp_path: Path) -> None:
         ("time.step=nan", ["`overrides=` time.step", "a finite number"]),
         ("beam=3", ["`overrides=` beam", "a table [beam]"]),
         ("load=[]\nx=1", ["`overrides=` load", "[[load]]"]),
-        ("support.length=0.7", ["`overrides=` support.length", "less than the length of the beam"]),
+        ("support.length=0.7", ["`overrides=` support.length", "at most the length of the beam"]),
     ],
 )
 def test_a_bad_override_is_explained(tmp_path: Path, text: str, words: list[str]) -> None:

@@ -572,6 +572,15 @@ def test_a_scheme_may_be_given_by_its_name_alone(tmp_path: Path) -> None:
     assert short == long
 
 
+@pytest.mark.parametrize("keys", ["", 'start = "undeformed"', "[analysis.motion]\nlift = 1e-4", 'start = "seat"'])
+def test_an_analysis_without_a_type_is_transient(tmp_path: Path, keys: str) -> None:
+    """All keys are those of that type; with others the type is asked for."""
+    typed = read_case(written(tmp_path, f'{GOOD}\n[analysis]\ntype = "transient"\n{keys}\n'))
+    assert read_case(written(tmp_path, f"{GOOD}\n[analysis]\n{keys}\n")) == typed
+    (fault,) = faults_of(written(tmp_path, f'{GOOD}\n[analysis]\nmethod = "shooting"\n'))
+    assert_says(fault, ["[analysis] type", "the key is missing", 'add type = "periodic"'])
+
+
 def test_a_mesh_file_lies_beside_the_case_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir("/")
     (tmp_path / "meshes").mkdir()

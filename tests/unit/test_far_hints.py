@@ -11,9 +11,12 @@ from pydantic import TypeAdapter, ValidationError
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.figure_table import Figure
+from gapbeam.solver.case.reading.case_reader import read_case_tables
 from gapbeam.solver.case.reading.known_keys import meant, tables
+from gapbeam.solver.messages.errors import CaseError, Fault
 from gapbeam.solver.messages.wording import same
 from gapbeam.solver.scene_file.scene_case import SceneCase
+from tests.shared.case_texts import GOOD
 
 FAR = re.compile(r"did you mean `(?P<word>\w+)`, which belongs in (?P<places>.+)\?")
 
@@ -57,6 +60,9 @@ HINTS = [
     ("support", {"type": "hole"}, 'did you mean region = "hole"?'),
     ("support", {"shape": "stop"}, 'did you mean region = "stop"?'),
     ("support", {"sides": "below"}, ""),
+    ("support", {"length": 0.05}, "it ends at `to`: `from` plus the length"),
+    ("segment", {"length": 0.05}, "it ends at `to`: `from` plus the length"),
+    ("fluid", {"length": 0.05}, "it ends at `to`: `from` plus the length"),
     ("support", {"mass": 1.0}, "`mass` belongs in [support.body]"),
     ("support", {"direction": [0.0, 1.0]}, "`direction` belongs in [[load]]"),
     ("support", {"spring": 1e6}, "did you mean `stiffness`?"),
@@ -87,6 +93,27 @@ def test_words_of_other_programs(name: str, entry: dict[str, Any], words: str) -
     model = next(one.model for one in reversed(tables(Case)) if one.header.strip("[]") == name)
     found = meant(key, model, Case, value)
     assert found.startswith(words) if words else found == ""
+
+
+def test_tables_below_the_header_of_another_are_one_fault_each() -> None:
+    """A header in a file of lines takes all lines below it: no table is missing, and each is said to be one."""
+    case = tomllib.loads(GOOD)
+    for host in ("beam", "mesh", "output", "damping"):
+        for moved in {"material", "support", "time", "load", "probe", "model"} - {host}:
+            table = case.get(moved, [{"type": "gravity"}] if moved == "load" else {"type": "beam"})
+            nested = {name: value for name, value in case.items() if name != moved}
+            nested |= {host: {**case.get(host, {}), moved: table}}
+            (fault,) = read_faults(nested)
+            assert fault.key == (host, moved)
+            place = f"[[{moved}]]" if moved in ("load", "probe") else f"[{moved}]"
+            assert fault.hint.startswith(f"{place} is a table of its own"), fault
+
+
+def read_faults(tables: dict[str, Any]) -> list[Fault]:
+    """Return the faults of a case."""
+    with pytest.raises(CaseError) as caught:
+        read_case_tables(tables)
+    return list(caught.value.faults)
 
 
 def test_another_form_of_a_table_has_the_choice() -> None:

@@ -36,6 +36,8 @@ def schema() -> dict[str, Any]:
         properties = (document if table is Case else definitions[table.__name__])["properties"]
         for key in table.model_fields:
             properties[key] = _by_type(properties[key], definitions)
+            if table is Case:
+                _let_type_out(properties[key])
             if (table.__name__, key) in names:
                 said = {one: properties[key].pop(one) for one in KEPT if one in properties[key]}
                 by_name = {"enum": names[table.__name__, key]}
@@ -72,6 +74,14 @@ def _by_type(part: Any, definitions: dict[str, Any]) -> Any:
         for name, table in types.items()
     ]
     return {**found, "type": "object", "required": ["type"], "properties": keys, "allOf": conditions}
+
+
+def _let_type_out(part: dict[str, Any]) -> None:
+    """Check a table of a case without a type as one of its default type."""
+    kind = part.get("default", {}).get("type") if "allOf" in part else None
+    for condition in part.get("allOf", []):
+        if condition["if"]["properties"]["type"]["const"] == kind:
+            del part["required"], condition["if"]["required"]
 
 
 def _without_null(part: Any) -> Any:

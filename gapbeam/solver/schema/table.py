@@ -50,6 +50,8 @@ class Table(BaseModel):
 class AlongBeam(Table):
     """A table of something along the beam, from one place to another; "from" is no name for an attribute in Python."""
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"length": "it ends at `to`: `from` plus the length"}
+
     @property
     def start(self) -> float:
         """Start along the beam, m."""

@@ -252,14 +252,14 @@ def same_name(key: Key, name: str, related: tuple[Key, ...]) -> Fault:
 
 
 def support_is_part_of_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fault]:
-    """The support of [support] must be shorter than the beam."""
-    if isinstance(support, BaseAndGland) and not exceeds(beam.length, support.length):
+    """The support of [support] must not be longer than the beam."""
+    if isinstance(support, BaseAndGland) and exceeds(support.length, beam.length):
         found, limit = apart(support.length, beam.length)
         yield Fault(
             ("support", "length"),
             f"{found} m",
-            f"less than the length of the beam, {limit} m",
-            "both lengths are in m; a beam supported all along does not vibrate",
+            f"at most the length of the beam, {limit} m",
+            "both lengths are in m",
             related=(("beam", "length"),),
         )
 

@@ -28,6 +28,7 @@ from gapbeam.solver.case.reading.overrides import (
     looks_like_millimeters,
     override,
     slips,
+    take_default_type,
 )
 from gapbeam.solver.case.reading.toml_text import beyond_bounds, key_lines, line_of, parse, read_text
 from gapbeam.solver.messages.errors import CaseError, Fault, Key
@@ -166,6 +167,8 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
         _say_once(words)
     _refuse_endless(data, path)
     _find_files(data, path)
+    for name in data:
+        take_default_type(data, (name,), Case)
     imply(data)
     tables, wrong = check_types(data)
     wrong += unclear or looks_like_millimeters(data, tables)

@@ -148,6 +148,9 @@ def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case, value
     hints = getattr(model, "elsewhere", {})
     if hint := hints.get(same(name, list(hints)) or ""):
         return str(hint)
+    if model is not root and name in root.model_fields and name not in own and isinstance(value, Mapping | list):
+        place = header((name,), {}, root)
+        return f"{place} is a table of its own: its line goes above the first [table], or its keys below {place}"
     takes = [key for key in own if fits(model, key, value)]
     if word := same(name, takes) or same(name, own):
         return _own_key(word, model, root)
@@ -311,6 +314,8 @@ def _without_echoes(keys: list[Key], data: Mapping[str, Any], root: type[BaseMod
     meant_here = set()
     for *table, name in (key for key in keys if _is_unknown(key, data, root)):
         meant_here.add((*table, near(name, [str(key[-1]) for key in missing if list(key[:-1]) == table])))
+        if isinstance(value_at((*table, name), data), Mapping | list):
+            meant_here.add((name,))  # a table of its own, below the header of another one
     return [key for key in keys if key not in missing or key not in meant_here]
 
 

@@ -69,12 +69,18 @@ def override(
     for key in typed:
         for size in range(1, len(key)):
             if value_at(key[:size], before) is None:
-                _take_default_type(data, key[:size], root)
+                take_default_type(data, key[:size], root)
     return typed, faults
 
 
-def _take_default_type(data: dict[str, Any], key: Key, root: type[BaseModel]) -> None:
-    """Let a table that the file does not have be of the type that it has by default, where it knows all keys."""
+def take_default_type(data: dict[str, Any], key: Key, root: type[BaseModel]) -> None:
+    """Let a table without a type be of the type that it has by default, where that knows all keys.
+
+    Args:
+        data: The case as read.
+        key: Key of the table.
+        root: Model of the whole file.
+    """
     table, models = value_at(key, data), candidates(key, data, root)
     if not isinstance(table, dict) or "type" in table or len(models) < 2:
         return

@@ -9,6 +9,7 @@ of the squares of their motions there.
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -41,7 +42,9 @@ from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocities
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_checks import FILES, scene_faults
+from gapbeam.solver.scene_file.unit_questions import unit_questions
 
+LOG = logging.getLogger("gapbeam")
 STEPS_OF_FLIGHT = 1000  # of a run without any frequency
 APART = 1.0e-6  # of a frequency: bending in two planes has each twice
 FREE = 1.0e-6  # of the highest frequency of a structure: a rigid motion
@@ -236,6 +239,8 @@ class SceneFile:
             CaseError: A structure cannot be read, parts do not fit, or a path is of no value of the scene.
         """
         path = self.places.path
+        for question in unit_questions(self.case):
+            LOG.warning("%s", question)
         scene, spans = built_scene(self.case, str(path), self.places.put_in_order)
         faults = list[Fault]()
         for key, value in self.changes.items():

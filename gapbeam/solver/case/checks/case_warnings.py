@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +16,17 @@ from gapbeam.solver.case.beam_profile import Segment
 from gapbeam.solver.case.case import Case, damps, law_at
 from gapbeam.solver.case.checks.contact_checks import idle_keys
 from gapbeam.solver.case.checks.run_checks import MULTIPLE_TOLERANCE
+from gapbeam.solver.case.checks.usual_ranges import (
+    MUCH_PLAY,
+    NAMED,
+    USUAL,
+    asked,
+    damping_questions,
+    in_si,
+    material_questions,
+    play_question,
+    shape_questions,
+)
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, graded_count
 from gapbeam.solver.case.solution_tables import BeamModel, RigidModel
@@ -25,46 +35,9 @@ from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.messages.wording import apart, exceeds
 from gapbeam.solver.supports.layout import keyed
 
-
-class UsualRange(NamedTuple):
-    """Usual range of a key.
-
-    Attributes:
-        table: Table of the key.
-        key: The key.
-        least: Smallest usual value, SI.
-        most: Largest usual value, SI.
-        unit: Its unit, and which it is not.
-        slips: Other units that it may be in, each with its size in SI; the first that gives a usual value is asked
-            about.
-    """
-
-    table: str
-    key: str
-    least: float
-    most: float
-    unit: str
-    slips: tuple[tuple[str, float], ...]
-
-
-MOST_SECTION = 10.0  # m
-LENGTHS = (("mm", 1e-3), ("um", 1e-6))
-USUAL = (
-    UsualRange("beam", "length", 0.0, 100.0, "m, not mm", LENGTHS),
-    UsualRange("beam", "thickness", 0.0, MOST_SECTION, "m, not mm", LENGTHS),
-    UsualRange("beam", "width", 0.0, MOST_SECTION, "m, not mm", LENGTHS),
-    UsualRange("material", "young_modulus", 1e5, 2e12, "Pa, not GPa: steel has 2.1e11", (("GPa", 1e9), ("MPa", 1e6))),
-    UsualRange("material", "density", 10.0, 25e3, "kg/m^3: steel has 7850", (("g/cm^3", 1e3), ("t/mm^3", 1e12))),
-)
-STIFF = 1e8  # Pa: what a modulus in GPa or MPa is at least once it is in Pa
-HEAVY, SOFT = 2500.0, 1e9  # kg/m^3 and Pa: no solid material is so dense and so soft
 LEAST_YIELD = 1e5  # Pa
 SLOW = 1.0  # Hz
-MUCH_DAMPING = 0.5  # of critical
 FAINT = (1e-3, 3e-2)  # m/s^2: gravity of moons and planets a thousand times too small
-NAMED = "is its number in the units that the file names?"
-MUCH_PLAY = 3.0  # of the thickness: reeds, contact springs and sheets have as much
-MOST_WIDTH = 10.0  # of the length: strips of plates are wider than long
 MOST_TILT = 3.0  # degrees: the cosine of a small rotation is 1 within 0.14 %
 
 
@@ -72,13 +45,13 @@ def unit_questions(case: Case) -> Iterator[str]:
     """Yield values that look like another unit, one line each; of a case that names its units, unusual ones alone."""
     for usual in USUAL:
         value = getattr(getattr(case, usual.table), usual.key)
-        yield from _asked(f"[{usual.table}]", usual, value, case.units is not None)
+        yield from asked(f"[{usual.table}]", usual, value, case.units is not None)
         segments: tuple[Segment, ...] = case.segment
         for number, segment in enumerate(segments, 1):
             own = getattr(segment, usual.key, None)
             if usual.key != "length" and own is not None:
                 place = f'[[segment]] number {number} (name "{segment.name}")'
-                yield from _asked(place, usual, own, case.units is not None)
+                yield from asked(place, usual, own, case.units is not None)
     if case.units is None:
         yield from _shape(case)
         yield from _material(case)
@@ -89,39 +62,20 @@ def unit_questions(case: Case) -> Iterator[str]:
     yield from _frequencies(case)
 
 
-def _asked(place: str, usual: UsualRange, value: float, named: bool) -> Iterator[str]:
-    if not usual.least <= value <= usual.most:
-        unit = usual.unit.partition(",")[0].partition(":")[0]
-        if named:
-            yield f"{place} {usual.key}: {value:g} {unit} is unusual; {NAMED}"
-            return
-        words = f"{place} {usual.key} = {value:g} is unusual; the unit is {usual.unit}"
-        least = STIFF if usual.key == "young_modulus" else usual.least
-        found = next(((unit, size * value) for unit, size in usual.slips if least <= size * value <= usual.most), None)
-        yield words if found is None else f"{words}; is it in {found[0]}, {_si(found[1])} {unit}?"
-
-
 def _shape(case: Case) -> Iterator[str]:
-    """Ask about a section that is thicker, or wider by far, than the beam is long."""
-    for key, usual in (("thickness", 1.0), ("width", MOST_WIDTH)):
-        value, length = getattr(case.beam, key), case.beam.length
-        if exceeds(value, usual * length) and value <= MOST_SECTION:  # what is larger is unusual by itself
-            found, other = apart(value, length)
-            words = f"is more than the length, {other} m: is it in mm, {_si(1e-3 * value)} m?"
-            yield f"[beam] {key} = {found} {words}"
+    """Ask about the section beside the length."""
+    yield from shape_questions("[beam]", case.beam.length, case.beam.thickness, case.beam.width)
 
 
 def _material(case: Case) -> Iterator[str]:
     """Ask about a modulus too small for the density, and a yield stress too small for any material."""
     material = case.material
-    if material.density >= HEAVY and 1e5 <= material.young_modulus < SOFT:
-        yield (
-            f"[material] young_modulus = {material.young_modulus:g} is less than any material of the density "
-            f"{material.density:g} kg/m^3 has: is it in MPa, {_si(1e6 * material.young_modulus)} Pa?"
-        )
+    yield from material_questions("[material]", material.young_modulus, material.density)
     stress = material.yield_stress
     if stress is not None and stress < LEAST_YIELD:
-        yield f"[material] yield_stress = {stress:g} is unusual; the unit is Pa: is it in MPa, {_si(1e6 * stress)} Pa?"
+        yield (
+            f"[material] yield_stress = {stress:g} is unusual; the unit is Pa: is it in MPa, {in_si(1e6 * stress)} Pa?"
+        )
 
 
 def _clearances(case: Case) -> Iterator[str]:
@@ -132,13 +86,9 @@ def _clearances(case: Case) -> Iterator[str]:
         if exceeds(abs(support.clearance), MUCH_PLAY * thickness):
             large.append((key, support, thickness))
     for key, support, thickness in large[:1]:
-        found, size = apart(support.clearance, thickness)
         place = "[support]" if len(key) == 1 else f'[[support]] number {int(key[1]) + 1} (name "{support.name}")'
         place += f", and {len(large) - 1} after it:" if large[1:] else ""
-        yield (
-            f"{place} clearance = {found} is several times the thickness of the beam, {size} m: "
-            f"is it in mm, {_si(1e-3 * support.clearance)} m?"
-        )
+        yield play_question(place, support.clearance, thickness)
 
 
 def _weight(case: Case) -> Iterator[str]:
@@ -156,8 +106,7 @@ def _damping(case: Case) -> Iterator[str]:
     damping = case.damping
     for key, values in (("ratios", damping.ratios or ()), ("ratio", (damping.ratio,) if damping.ratio else ())):
         largest = max(values, default=0.0)
-        if largest >= MUCH_DAMPING:
-            yield f"[damping] {key}: {largest:g} of critical damping is unusual: is it in %, {_si(1e-2 * largest)}?"
+        yield from damping_questions(f"[damping] {key}", largest)
 
 
 def _frequencies(case: Case) -> Iterator[str]:
@@ -169,13 +118,8 @@ def _frequencies(case: Case) -> Iterator[str]:
             yield (
                 f'[[load]] number {number} (name "{load.name}") frequency = {frequency:g}: its period, '
                 f"{period} s, is longer than the run, {end} s: is it in kHz, "
-                f"{_si(1e3 * frequency)} Hz, or time.end too short?"
+                f"{in_si(1e3 * frequency)} Hz, or time.end too short?"
             )
-
-
-def _si(value: float) -> str:
-    """Return a number in SI units."""
-    return f"{value:.6g}"
 
 
 FEWEST_ELEMENTS = 5  # of a beam in its support

@@ -1,0 +1,64 @@
+"""Questions about values of a file of several structures that look like another unit, as of cases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.case.checks.usual_ranges import (
+    MUCH_PLAY,
+    USUAL,
+    asked,
+    damping_questions,
+    material_questions,
+    play_question,
+    shape_questions,
+)
+from gapbeam.solver.messages.wording import exceeds
+from gapbeam.solver.scene_file.scene_case import SceneCase
+
+
+def unit_questions(case: SceneCase) -> Iterator[str]:
+    """Yield values that look like another unit, one line each."""
+    thickness = dict[str, float]()
+    for number, body in enumerate(case.structure, 1):
+        place = f'[[structure]] number {number} (name "{body.name}")'
+        yield from _of_profile(f"{place} model", body.model)
+        yield from damping_questions(f"{place} ratio", body.ratio)
+        thickness[body.name] = getattr(body.model, "thickness", None) or 0.0
+    for number, member in enumerate(case.member, 1):
+        yield from _of_profile(f"[[member]] number {number}", member)
+    turning = {f"{one.structure}.{one.name}" for one in case.point if one.about is not None}
+    for number, pair in enumerate(case.pair, 1):
+        size = max((thickness.get(one.partition(".")[0], 0.0) for one in pair.between), default=0.0)
+        play = getattr(pair.region, "clearance", None)
+        if play is None or size == 0.0 or turning & set(pair.between):
+            continue
+        if exceeds(abs(play), MUCH_PLAY * size):
+            yield play_question(f'[[pair]] number {number} (name "{pair.name}") region', play, size)
+
+
+def _of_profile(place: str, one: Any) -> Iterator[str]:
+    """Ask about lengths and materials of a model or a branch; those that it has."""
+    length, route = getattr(one, "length", None), getattr(one, "route", None)
+    if route is not None:
+        length = max(float(np.linalg.norm(np.subtract(b, a))) for a, b in pairwise(route))
+    sizes = {"length": length, "thickness": getattr(one, "thickness", None), "width": getattr(one, "width", None)}
+    material = getattr(one, "material", None)
+    materials = [("material", material)] if material is not None else []
+    materials += [(f"materials number {k}", each) for k, each in enumerate(getattr(one, "materials", ()), 1)]
+    for usual in USUAL:
+        if usual.table == "beam" and (size := sizes[usual.key]) is not None:
+            words = f"{place} longest leg of route, as" if usual.key == "length" and route is not None else place
+            yield from asked(words, usual, size)
+        for name, each in materials if usual.table == "material" else ():
+            if (value := getattr(each, usual.key)) is not None:
+                yield from asked(f"{place} {name}", usual, value)
+    for name, each in materials:
+        if each.young_modulus is not None:
+            yield from material_questions(f"{place} {name}", each.young_modulus, each.density)
+    if sizes["thickness"] is not None and length is not None and route is None:
+        yield from shape_questions(place, length, sizes["thickness"], sizes["width"] or sizes["thickness"])

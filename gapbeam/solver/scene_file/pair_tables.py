@@ -16,13 +16,22 @@ from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene import shipped_laws
 from gapbeam.solver.scene.convex_region import ConvexRegion, Disc, HalfPlane, Polygon, Slot
-from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.structure_files import PlacedPoint
 from gapbeam.solver.scene.unilateral_law import Unilateral
 from gapbeam.solver.scene_file.placed_bodies import PlacedBody, nearest_places
 from gapbeam.solver.scene_file.structure_tables import MeshFile
-from gapbeam.solver.schema.table import OF_TYPE, Name, NonNegative, Number, PointName, Positive, Switch, Table
+from gapbeam.solver.schema.table import (
+    OF_TYPE,
+    MadeTable,
+    Name,
+    NonNegative,
+    Number,
+    PointName,
+    Positive,
+    Switch,
+    Table,
+)
 from gapbeam.solver.system.operators import Array
 
 Pair2 = tuple[Number, Number]
@@ -35,46 +44,38 @@ REGIONS = {
 """Regions for points of so many motions."""
 
 
-class HalfPlaneRegion(Table):
+class HalfPlaneRegion(MadeTable):
     """The side of a flat wall: normal . r <= clearance."""
 
+    make = HalfPlane
     type: Literal["half-plane"] = Field(description="kind of region")
     clearance: Number = Field(description="distance to the wall at rest, m", examples=[1e-3])
     normal: Literal[1, -1] | Pair2 | Pair3 = Field(
         default=1, description="toward the wall: 1 or -1, or a vector for points of two or three motions, no unit"
     )
 
-    def made(self) -> ConvexRegion:
-        """Return the region."""
-        return HalfPlane(self.clearance, self.normal)
 
-
-class SlotRegion(Table):
+class SlotRegion(MadeTable):
     """Between two walls, for points of one motion."""
 
+    make = Slot
     type: Literal["slot"] = Field(description="kind of region")
     clearance: Number = Field(description="total play, m", examples=[2e-4])
     center: Number = Field(default=0.0, description="middle of the slot, m")
 
-    def made(self) -> ConvexRegion:
-        """Return the region."""
-        return Slot(self.clearance, self.center)
 
-
-class DiscRegion(Table):
+class DiscRegion(MadeTable):
     """A round hole around a round body, for points of two motions."""
 
+    make = Disc
     type: Literal["disc"] = Field(description="kind of region")
     clearance: Number = Field(description="radial play, m", examples=[1e-4])
 
-    def made(self) -> ConvexRegion:
-        """Return the region."""
-        return Disc(self.clearance)
 
-
-class PolygonRegion(Table):
+class PolygonRegion(MadeTable):
     """A convex polygon, for points of two motions."""
 
+    make = Polygon
     type: Literal["polygon"] = Field(description="kind of region")
     corners: tuple[Pair2, ...] = Field(
         min_length=3,
@@ -83,62 +84,46 @@ class PolygonRegion(Table):
         examples=[[[-1e-4, -1e-4], [1e-4, -1e-4], [0.0, 1e-4]]],
     )
 
-    def made(self) -> ConvexRegion:
-        """Return the region."""
-        return Polygon(self.corners)
-
 
 RegionOfPair = Annotated[HalfPlaneRegion | SlotRegion | DiscRegion | PolygonRegion, OF_TYPE]
 
 
-class LinearLaw(Table):
+class LinearLaw(MadeTable):
     """Spring and damper side by side, F = stiffness x + damping x', never negative."""
 
+    make = shipped_laws.KelvinVoigt
     type: Literal["kelvin-voigt"] = Field(description="name of the law")
     stiffness: Positive = Field(description="N/m", examples=[1e7])
     damping: NonNegative = Field(default=0.0, description="N s/m")
 
-    def made(self) -> ForceLaw:
-        """Return the law."""
-        return shipped_laws.KelvinVoigt(stiffness=self.stiffness, damping=self.damping)
 
-
-class PowerLaw(Table):
+class PowerLaw(MadeTable):
     """F = stiffness x^exponent (1 + chi x')."""
 
+    make = shipped_laws.HuntCrossley
     type: Literal["hunt-crossley"] = Field(description="name of the law")
     stiffness: Positive = Field(description="N/m^exponent", examples=[1e9])
     chi: NonNegative = Field(default=0.0, description="damping, s/m")
     exponent: Number = Field(default=1.5, ge=1.0, le=10.0, description="no unit")
 
-    def made(self) -> ForceLaw:
-        """Return the law."""
-        return shipped_laws.HuntCrossley(self.stiffness, self.chi, self.exponent)
 
-
-class CubicLaw(Table):
+class CubicLaw(MadeTable):
     """F = stiffness (x + x^3 / scale^2): a bumper that stiffens."""
 
+    make = shipped_laws.Cubic
     type: Literal["cubic"] = Field(description="name of the law")
     stiffness: Positive = Field(description="at touch, N/m", examples=[1e5])
     scale: Positive = Field(description="penetration at which the force is doubled, m", examples=[1e-3])
 
-    def made(self) -> ForceLaw:
-        """Return the law."""
-        return shipped_laws.Cubic(stiffness=self.stiffness, scale=self.scale)
 
-
-class ImpulseLaw(Table):
+class ImpulseLaw(MadeTable):
     """Exact contact: impulses that let nothing approach further, with a restitution."""
 
+    make = Unilateral
     type: Literal["unilateral"] = Field(description="name of the law")
     restitution: NonNegative = Field(
         le=1.0, description="of the points in contact, no unit; 1 keeps energy", examples=[0.5]
     )
-
-    def made(self) -> ForceLaw:
-        """Return the law."""
-        return Unilateral(restitution=self.restitution)
 
 
 LawOfPair = Annotated[LinearLaw | PowerLaw | CubicLaw | ImpulseLaw, OF_TYPE]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
@@ -11,63 +12,47 @@ from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.loads.scene_load_choice import SceneLoad
 from gapbeam.solver.scene import linear_scheme
-from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene_file.feedback_tables import FeedbackTable
 from gapbeam.solver.scene_file.pair_tables import PairContact, PairTable
 from gapbeam.solver.scene_file.structure_tables import BodyJoint, BodyTable, LoadedPoint, MemberTable, PointTable
-from gapbeam.solver.schema.table import OF_TYPE, Number, Positive, Table, named
+from gapbeam.solver.schema.table import OF_TYPE, MadeTable, Number, Positive, Table, named
 
 
-class MidpointRule(Table):
+class MidpointRule(MadeTable):
     """The midpoint rule: conserves energy in contact at any step."""
 
+    make = partial(linear_scheme.theta, 0.5)
     type: Literal["midpoint"] = Field(description="name of the scheme")
 
-    def made(self) -> LinearScheme:
-        """Return the scheme."""
-        return linear_scheme.MIDPOINT
 
-
-class EulerRule(Table):
+class EulerRule(MadeTable):
     """Implicit Euler: of order 1; damps all that a step does not resolve."""
 
+    make = linear_scheme.euler
     type: Literal["euler"] = Field(description="name of the scheme")
 
-    def made(self) -> LinearScheme:
-        """Return the scheme."""
-        return linear_scheme.euler()
 
-
-class NewmarkRule(Table):
+class NewmarkRule(MadeTable):
     """Newmark's scheme, beta 1/4 and gamma 1/2."""
 
+    make = linear_scheme.newmark
     type: Literal["newmark"] = Field(description="name of the scheme")
 
-    def made(self) -> LinearScheme:
-        """Return the scheme."""
-        return linear_scheme.newmark()
 
-
-class HhtRule(Table):
+class HhtRule(MadeTable):
     """The scheme of Hilber, Hughes and Taylor."""
 
+    make = linear_scheme.hht
     type: Literal["hht"] = Field(description="name of the scheme")
     damping: Number = Field(default=0.05, ge=0.0, le=1.0 / 3.0, description="-alpha, no unit")
 
-    def made(self) -> LinearScheme:
-        """Return the scheme."""
-        return linear_scheme.hht(self.damping)
 
-
-class GeneralizedAlphaRule(Table):
+class GeneralizedAlphaRule(MadeTable):
     """The generalized-alpha scheme."""
 
+    make = linear_scheme.generalized_alpha
     type: Literal["generalized-alpha"] = Field(description="name of the scheme")
     rho: Number = Field(default=0.8, ge=0.0, le=1.0, description="spectral radius at infinite frequency, no unit")
-
-    def made(self) -> LinearScheme:
-        """Return the scheme."""
-        return linear_scheme.generalized_alpha(self.rho)
 
 
 SceneScheme = Annotated[MidpointRule | EulerRule | NewmarkRule | HhtRule | GeneralizedAlphaRule, OF_TYPE]

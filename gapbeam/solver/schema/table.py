@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from types import UnionType
 from typing import Annotated, Any, ClassVar, TypeVar, Union, get_args, get_origin
 
@@ -45,6 +45,20 @@ class Table(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
     elsewhere: ClassVar[Mapping[str, str]] = {}
+
+
+class MadeTable(Table):
+    """A table whose keys, but `type`, are the arguments of what it stands for.
+
+    Attributes:
+        make: Function that makes it.
+    """
+
+    make: ClassVar[Callable[..., Any]]
+
+    def made(self) -> Any:
+        """Return what the table stands for; errors as those of its function."""
+        return type(self).make(**{name: value for name, value in self if name != "type"})
 
 
 class AlongBeam(Table):

@@ -61,11 +61,6 @@ def nominal_area(case: Case, support: OneSupport) -> float:
     return support.length * min(piece.beam.width for piece in case.profile.between(support.start, support.end))
 
 
-def whole_areas(case: Case) -> tuple[float | None, ...]:
-    """Return the nominal areas of faces whose support gives the stiffness of the whole; None for other faces."""
-    return tuple(None if one.support_stiffness is None else nominal_area(case, one) for one in case.layout.by_face)
-
-
 def line_radii(case: Case) -> tuple[float | None, ...]:
     """Return the radius of the sections that meet flat walls along lines, face by face, m; None: contact has an area.
 
@@ -247,7 +242,8 @@ def chosen_case(case: Case) -> Case:
     wanted, why = _recorded(case) if asked.wanted == "auto" else (asked.wanted, "given in the case")
     reasons = [f"wanted: {wanted}, {why}"]
     refused: list[list[Fault]] = []
-    for dimension in dimensions(case):
+    decided = "dimension" in case.mesh.model_fields_set or case.mesh.file is not None
+    for dimension in (case.mesh.dimension,) if decided else (2, 3):
         mesh = case.mesh.model_copy(update={"dimension": dimension})
         place = "on the solid" if dimension == 3 else "on the slice"
         for name, level in LEVELS:
@@ -276,13 +272,6 @@ def _recorded(case: Case) -> tuple[Wanted, str]:
     found = ["output.stress = true"] if case.output.stress else []
     found += [f"the probe {probe.name} records stress" for probe in case.probe if probe.stress]
     return ("stresses", found[0]) if found else ("motion", "neither probes nor fields record stress")
-
-
-def dimensions(case: Case) -> tuple[int, ...]:
-    """Return the dimensions to try: one where the case or its mesh file gives it."""
-    if "dimension" in case.mesh.model_fields_set or case.mesh.file is not None:
-        return (case.mesh.dimension,)
-    return (2, 3)
 
 
 def scene_figures(case: Case, wanted: Wanted) -> SceneFigures:

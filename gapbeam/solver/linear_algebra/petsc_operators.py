@@ -259,7 +259,11 @@ class PetscOperators:
 
     def apply_stiffness(self, x: Array) -> Array:
         """Return K x, (n,) or, of several columns, (n, k). Collective."""
-        return self._elastic_force(x) + self._product(self._springs, x)
+        if self.smooth is not None:
+            elastic = self.smooth.product(lambda rest: self._product(self._elastic, rest))(x)
+        else:  # without the round-off that products have on rigid-body modes
+            elastic = self._product(self._elastic, x - self._rigid @ self.sum(self._rigid.T @ x))
+        return elastic + self._product(self._springs, x)
 
     def stiffness_round_off(self, x: Array) -> Array:
         """Return about how far the entries of K x are off by round-off."""
@@ -399,12 +403,6 @@ class PetscOperators:
         self._comm.Reduce(np.ascontiguousarray(local), total)
         self._comm.Bcast(total)
         return total
-
-    def _elastic_force(self, x: Array) -> Array:
-        """Return the elastic part of K x, without the round-off that products have on rigid-body modes."""
-        if self.smooth is not None:
-            return self.smooth.product(lambda rest: self._product(self._elastic, rest))(x)
-        return self._product(self._elastic, x - self._rigid @ self.sum(self._rigid.T @ x))
 
     def _whole_stiffness(self) -> PETSc.Mat:
         stiffness = self._elastic.copy()

@@ -23,7 +23,7 @@ from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.case.analysis_table import NAMES, RigidMotion
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
-from gapbeam.solver.case.model_choice import whole_areas
+from gapbeam.solver.case.model_choice import nominal_area
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator, whole_contact
 from gapbeam.solver.models.bending_stiffness import BendingStiffness
 from gapbeam.solver.models.reduction.span_basis import BasisReport
@@ -221,7 +221,9 @@ def mesh_dofs(meshed: MeshedBeam) -> int:
 def gathered(case: Case, contact: ContactOperator) -> tuple[ContactOperator, Default | None]:
     """Return the operator of `contact.points` with the size of their patches, or of whole supports; or the same."""
     if case.contact.points is None:
-        return whole_contact(contact, whole_areas(case)), None
+        owners = case.layout.by_face
+        areas = [None if one.support_stiffness is None else nominal_area(case, one) for one in owners]
+        return whole_contact(contact, areas), None
     patch = contact_patch(case)
     return resultant_operator(contact, case.contact.points, patch.value), patch
 

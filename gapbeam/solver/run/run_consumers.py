@@ -288,15 +288,13 @@ class RunConsumers:
         own = Wish.CHECKPOINT if due else Wish.NONE
         wish = interruption.agreed(own if self._trouble is None else Wish.GIVE_UP)
         if wish == Wish.GIVE_UP:
-            self._give_up()
+
+            def report() -> None:
+                assert self._trouble is not None
+                raise self._trouble
+
+            on_rank_zero(self.comm, report)
         return wish
-
-    def _give_up(self) -> None:
-        def report() -> None:
-            assert self._trouble is not None
-            raise self._trouble
-
-        on_rank_zero(self.comm, report)
 
     def _pause(self, step_block: StepBlock, wish: Wish) -> None:
         """Write a checkpoint, and end the run where that was asked for."""

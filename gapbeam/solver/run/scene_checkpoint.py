@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.diagnostics.contact_episodes import Watched
-from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.messages.errors import UserError
@@ -133,8 +131,12 @@ class SceneCheckpoint:
         accounts.worn.restore(header["worn"])
         if self.statistics is not None:
             self.statistics.restore(header["statistics"])
-        accounts.ledger = _ledger(header["ledger"])
-        _restore_gates(accounts.gates, header)
+        stored = header["ledger"]
+        accounts.ledger = Ledger(**{**stored, "load_work": np.array(stored["load_work"], dtype=float)})
+        for name in SEEN:
+            setattr(accounts.gates, name, type(getattr(accounts.gates, name))(header["gates"][name]))
+        for i, seen in enumerate(header["faces"]):
+            accounts.gates.keep(i, Watched(*seen))
         for one, stored in zip(accounts.impacts, header["impacts"], strict=True):
             one.restore(stored)
 
@@ -150,14 +152,3 @@ def refuse_other(found_mark: Any, mark: str, where: Path) -> None:
             f"{where}: found the run of another scene, step, end, start or loads; expected the same to continue; "
             "choose another `output=`, or start again with `overwrite=True`"
         )
-
-
-def _ledger(stored: Mapping[str, Any]) -> Ledger:
-    return Ledger(**{**stored, "load_work": np.array(stored["load_work"], dtype=float)})
-
-
-def _restore_gates(gates: EnergyGates, header: Mapping[str, Any]) -> None:
-    for name in SEEN:
-        setattr(gates, name, type(getattr(gates, name))(header["gates"][name]))
-    for i, seen in enumerate(header["faces"]):
-        gates.keep(i, Watched(*seen))

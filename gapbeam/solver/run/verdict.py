@@ -50,7 +50,7 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.span_basis import basis_remarks
 from gapbeam.solver.models.time_step import frequency_of_interest
 from gapbeam.solver.run.assumptions.frequency_findings import of_frequencies, recorded_content
-from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose, of_restraint
+from gapbeam.solver.run.assumptions.motion_findings import RESTRAINED, of_contact, of_pose
 from gapbeam.solver.run.outcome import BOUNDS, all_rates, times_rate, wear_words, work_rate
 from gapbeam.solver.run.output.history_file import recorded_figures
 from gapbeam.solver.run.output.wear_file import angles, face_wear
@@ -165,7 +165,8 @@ def assumptions(
     case, ledger, gates = model.case, accounts.ledger, accounts.gates
     found = [] if recorder.watch is None else of_pose(recorder.watch, case)
     found += of_contact(case, accounts.peaks, accounts.episodes)
-    found.append(of_restraint(recorder.largest_restraint_energy, recorder.restraint_share))
+    share, held = recorder.restraint_share, f"{recorder.largest_restraint_energy:.3g} J"
+    found.append(Finding(RESTRAINED, share, estimate=share, detail=held))
     found += of_frequencies(model, content, ledger, accounts.episodes.count)
     if has_statistics(case):
         off = energy_bias(ledger)

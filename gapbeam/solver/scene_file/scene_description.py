@@ -27,7 +27,7 @@ from gapbeam.solver.scene.lagged_force import CoefficientFit
 from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
-from gapbeam.solver.scene.structure import Structure, StructurePoint
+from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.scene_file.feedback_tables import ConnorsCheck, Controller
 from gapbeam.solver.scene_file.scene_reader import ReadScene
 from gapbeam.solver.schema.record_table import unit_where
@@ -198,7 +198,7 @@ def describe_scene(read: ReadScene) -> SceneDescription:
                 (
                     one.name,
                     one.region.kind.name,
-                    f"{one.law.kind.name}, at {' and '.join(map(_full, one.points))}",
+                    f"{one.law.kind.name}, at {' and '.join(f'{at.structure.name}.{at.name}' for at in one.points)}",
                 )
                 for one in scene.contacts
             ),
@@ -213,10 +213,6 @@ def describe_scene(read: ReadScene) -> SceneDescription:
         },
         seated,
     )
-
-
-def _full(point: StructurePoint) -> str:
-    return f"{point.structure.name}.{point.name}"
 
 
 def _body(structure: Structure) -> Row:

@@ -172,8 +172,3 @@ def _remedy(case: Case) -> str:
     if case.contact.formulation.holds_points or case.contact.formulation.stress_terms is not None:
         return "the formulation leaves none at rest; smaller cells (mesh.support_size) or a smaller time.step reduce it"
     return "try a stiffer contact.stiffness"
-
-
-def of_restraint(largest: float, share: float) -> Finding:
-    """Return the finding on the restraint, of its largest energy, J, and that over the largest of all."""
-    return Finding(RESTRAINED, share, estimate=share, detail=f"{largest:.3g} J")

@@ -19,7 +19,7 @@ from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.mesh_size import CellLength, structured_partition
 from gapbeam.meshes.rank_zero import on_rank_zero
-from gapbeam.meshes.sections.section_mesh import Indices, PolygonOutline, Triangulation
+from gapbeam.meshes.sections.section_mesh import Indices, PolygonOutline, Triangulation, doubled_areas, refuse_gaps
 from gapbeam.meshes.sections.section_patches import Array
 
 if TYPE_CHECKING:
@@ -125,7 +125,6 @@ SAMPLES = 60  # places from each end of a side at which its wanted length is loo
 NEAREST = 1.0e-9  # of the length of a side: the first of them
 DELAUNAY = 5  # gmsh's algorithm for lengths that differ much
 MOST_EDGES = 20_000  # on the rim
-FILLED = 1.0e-8  # relative
 
 
 def graded_triangles(outline: PolygonOutline, wanted: Callable[[Array], Array]) -> Triangulation:
@@ -146,16 +145,7 @@ def graded_triangles(outline: PolygonOutline, wanted: Callable[[Array], Array]) 
 
     found = _triangulated([np.asarray(loop / size, dtype=np.float64) for loop in loops], length)
     found = Triangulation(found.points * size, found.triangles)
-    a, b, c = np.moveaxis(found.points[found.triangles], 1, 0)
-    filled = 0.5 * float(np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]).sum())
-    area = outline.moments.area
-    if abs(filled - area) > FILLED * area:
-        raise MeshError(
-            "cross-section",
-            found=f"a polygon whose triangles fill {filled:.6g} of {area:.6g} m^2",
-            expected="sides that are apart from each other, beside the size of the polygon",
-            hint="Leave out details far smaller than the section.",
-        )
+    refuse_gaps(found.points, found.triangles, outline.moments.area)
     return found
 
 
@@ -212,8 +202,7 @@ def _triangulated(loops: list[Array], length: Callable[[float, float], float]) -
     used, triangles = np.unique(triangles, return_inverse=True)
     points = np.asarray(places, dtype=float).reshape(-1, 3)[used, :2]
     triangles = triangles.reshape(-1, 3)
-    a, b, c = np.moveaxis(points[triangles], 1, 0)
-    turned = (b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0]
+    turned = doubled_areas(points, triangles) < 0.0
     triangles = np.where(turned[:, None], triangles[:, ::-1], triangles)
     return Triangulation(points, triangles)
 

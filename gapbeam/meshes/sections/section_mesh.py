@@ -299,6 +299,25 @@ def edges_of(triangles: Indices) -> tuple[Indices, Indices]:
     return edges, numbers.reshape(-1, 3)
 
 
+FILLED = 1.0e-8  # relative
+
+
+def refuse_gaps(points: Array, triangles: Indices, area: float, other_rim: bool = False) -> None:
+    """Refuse triangles that fill another area than that of their polygon, m^2, or have another rim.
+
+    Raises:
+        MeshError: They do.
+    """
+    filled = 0.5 * float(np.abs(doubled_areas(points, triangles)).sum())
+    if abs(filled - area) > FILLED * area or other_rim:
+        raise MeshError(
+            "cross-section",
+            found=f"a polygon whose triangles fill {filled:.6g} of {area:.6g} m^2",
+            expected="sides that are apart from each other, beside the size of the polygon",
+            hint="Leave out details far smaller than the section.",
+        )
+
+
 def refined_delaunay(
     sides: Array, inside: Callable[[Array], BoolArray], wanted: Callable[[Array], Array], area: float
 ) -> Triangulation:
@@ -341,23 +360,16 @@ class _Refinement:
                 continue
             if not self._add_centers(points, triangles):
                 break
-        filled = 0.5 * float(np.abs(_doubled_areas(points, triangles)).sum())
         edges, numbers = edges_of(triangles)
         rim = edges[np.bincount(numbers.reshape(-1)) == 1]
         around = float(np.linalg.norm(points[rim[:, 1]] - points[rim[:, 0]], axis=1).sum())
-        if abs(filled - area) > 1.0e-8 * area or abs(around - self.around) > 1.0e-8 * self.around:
-            raise MeshError(
-                "cross-section",
-                found=f"a polygon whose triangles fill {filled:.6g} of {area:.6g} m^2",
-                expected="sides that are apart from each other, beside the size of the polygon",
-                hint="Leave out details far smaller than the section.",
-            )
+        refuse_gaps(points, triangles, area, abs(around - self.around) > FILLED * self.around)
         used, numbered = np.unique(triangles, return_inverse=True)
         return Triangulation(points[used], numbered.reshape(-1, 3))
 
     def _kept(self, points: Array, triangles: Indices) -> Indices:
         """Return the triangles of the region, counterclockwise."""
-        doubled = _doubled_areas(points, triangles)
+        doubled = doubled_areas(points, triangles)
         triangles = np.where((doubled < 0.0)[:, None], triangles[:, ::-1], triangles)
         large = np.abs(doubled) > FLAT * self.size**2
         triangles = triangles[large]
@@ -436,7 +448,8 @@ class _Refinement:
         return found
 
 
-def _doubled_areas(points: Array, triangles: Indices) -> Array:
+def doubled_areas(points: Array, triangles: Indices) -> Array:
+    """Return twice the areas of triangles, (k,), m^2; negative of those that run clockwise."""
     a, b, c = np.moveaxis(points[triangles], 1, 0)
     return np.asarray((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
 

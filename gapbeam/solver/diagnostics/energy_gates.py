@@ -209,12 +209,9 @@ def describe_energy(ledger: Ledger, gates: EnergyGates) -> dict[str, Any]:
     }
 
 
+SEEN = ("impacts", "violations", "largest_growth", "largest_loss")
+
+
 def describe_gates(gates: EnergyGates) -> dict[str, Any]:
     """Return the findings of the impact gates."""
-    return {
-        "impacts": gates.impacts,
-        "violations": gates.violations,
-        "largest_growth": gates.largest_growth,
-        "largest_loss": gates.largest_loss,
-        "limits": gates.limits.model_dump(),
-    }
+    return {name: getattr(gates, name) for name in SEEN} | {"limits": gates.limits.model_dump()}

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.diagnostics.contact_episodes import Watched
+from gapbeam.solver.diagnostics.energy_gates import SEEN
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.messages.errors import UserError
@@ -26,7 +27,6 @@ from gapbeam.solver.system.operators import Array
 
 SAMPLES = 65  # times at which loads and walls of two scenes are compared
 MARCHED = ("q", "v", "a", "y", "F", "z", "inputs", "ledger", "worked")
-SEEN = ("impacts", "largest_growth", "largest_loss", "violations")
 
 
 def fingerprint(marcher: Marcher, end: float, every: int) -> str:

@@ -33,7 +33,8 @@ from petsc4py import PETSc
 from benchmarks.table import Cell, Table, machine_words, options, seconds
 from gapbeam.solver.assembly.elasticity import lame
 from gapbeam.solver.case.beam_motions import axial_restraint, lateral_restraint
-from gapbeam.solver.case.case import Case, Material
+from gapbeam.solver.case.beam_profile import Material
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.simulation import Simulation

@@ -14,8 +14,8 @@ from pydantic import BaseModel, TypeAdapter
 
 from benchmarks.drawn_schema.rules import LeftOut
 from benchmarks.drawn_schema.tables import Draw
-from gapbeam.solver.case.beam_profile import PlacedSegment, Segment
-from gapbeam.solver.case.case import Beam, Case, Mesh, Probe
+from gapbeam.solver.case.beam_profile import Beam, PlacedSegment, Segment
+from gapbeam.solver.case.case import Case, Mesh, Probe
 from gapbeam.solver.case.solution_tables import BeamModel, ReducedModel
 from gapbeam.solver.contact.laws.law_choice import Law
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw

@@ -112,7 +112,9 @@ def _setting(seeds: Path, folder: Path, chance: random.Random) -> Work:  # noqa:
 
 
 def _read_case(path: Path, overrides: list[str]) -> int:
-    from gapbeam.solver.case.reading.case_reader import case_to_toml, read_case, warnings
+    from gapbeam.solver.case.case import case_to_toml
+    from gapbeam.solver.case.checks.case_warnings import warnings
+    from gapbeam.solver.case.reading.case_reader import read_case
 
     case = read_case(path, overrides)
     for warning in warnings(case):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from gapbeam.solver.case.case import Gates
+from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, Resolution, march
 from gapbeam.solver.system.semi_discrete import Step

@@ -73,7 +73,8 @@ def _written(case: Path, yes: bool) -> list[Path]:
 
 def _report(case: Path, written: list[Path]) -> None:
     from gapbeam.postprocess.shell_command import shell_command
-    from gapbeam.solver.case.reading.case_reader import read_case, warnings
+    from gapbeam.solver.case.checks.case_warnings import warnings
+    from gapbeam.solver.case.reading.case_reader import read_case
 
     for path in written:
         print(f"written: {harmless(path)}")

@@ -11,8 +11,9 @@ from typing import Any
 
 import pytest
 
-from gapbeam.solver.case.json_schema import unit_in
-from gapbeam.solver.case.reading.case_reader import read_case, schema, warnings
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.json_schema import schema, unit_in
+from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.known_keys import tables
 from tests.shared.case_texts import GOOD, spoiled
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from gapbeam.solver.case.reading.case_reader import CaseError, read_case
+from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.overrides import Overrides
-from gapbeam.solver.messages.errors import Fault
+from gapbeam.solver.messages.errors import CaseError, Fault
 
 BEAM = """
 [beam]

@@ -10,7 +10,8 @@ import pytest
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks import all_checks
 from gapbeam.solver.case.checks.all_checks import CHECKS, contradictions_in
-from gapbeam.solver.case.reading.case_reader import read_case, warnings
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.reading.case_reader import read_case
 from tests.shared.case_texts import GOOD, assert_says, faults_of, spoiled, written
 
 CONTRADICTIONS = {

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.reading.case_reader import CaseError, read_case
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.messages.errors import CaseError
 from tests.shared.case_texts import GOOD, assert_says, faults_of, spoiled, written
 
 BAD_KEYS = {

@@ -10,11 +10,13 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.checks.all_checks import contradictions_in
-from gapbeam.solver.case.reading.case_reader import CaseError, case_to_toml, read_case, warnings
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.known_keys import tables
 from gapbeam.solver.integrators.midpoint import DiscreteGradient
+from gapbeam.solver.messages.errors import CaseError
 from tests.shared.case_texts import GOOD, written
 
 CASES = sorted((Path(__file__).parents[2] / "cases").glob("*.toml"))

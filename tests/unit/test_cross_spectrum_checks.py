@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from gapbeam.solver.case.case import case_to_toml
-from gapbeam.solver.case.reading.case_reader import CaseError, read_case, warnings
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.messages.errors import CaseError
 from tests.shared.case_texts import assert_says
 from tests.unit.test_random_line_load_checks import FLOW, NEAR, SPAN
 from tests.unit.test_random_load_checks import NOISE, POINT, WHITE, written

@@ -6,7 +6,7 @@ from math import sin
 
 import pytest
 
-from gapbeam.solver.case.case import Gates
+from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates, remedy_for
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate

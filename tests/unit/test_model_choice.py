@@ -12,9 +12,10 @@ from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, graded_places
-from gapbeam.solver.case.reading.case_reader import CaseError, read_case, read_case_text
+from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
 from gapbeam.solver.memory.memory_check import offer_simpler
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.models.model import body_key
 from tests.shared.command import CASE_FOLDER, DEMO
 

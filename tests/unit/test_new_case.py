@@ -9,7 +9,8 @@ import pytest
 
 from gapbeam.commands.new import meters
 from gapbeam.new_case.answers import CASES, MATERIALS, SECTIONS, CaseAnswers, copy_of, template_named, templates
-from gapbeam.solver.case.reading.case_reader import read_case, read_case_text, warnings
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
 from gapbeam.solver.messages.errors import UserError
 from tests.shared.command import GAPBEAM, PROJECT, called_anew, process_environment
 from tests.shared.processes import LONGEST

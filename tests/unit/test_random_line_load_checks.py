@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from gapbeam.solver.case.reading.case_reader import CaseError, read_case, warnings
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.messages.errors import CaseError
 from tests.shared.case_texts import assert_says
 from tests.unit.test_random_load_checks import WHITE, written
 

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.case.case import case_to_toml
-from gapbeam.solver.case.reading.case_reader import CaseError, read_case, warnings
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.messages.errors import CaseError
 from tests.shared.case_texts import GOOD, assert_says
 
 POINT = "point = 0.15\n"

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.checks.periodic_checks import TYPE
-from gapbeam.solver.case.reading.case_reader import read_case, warnings
+from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.loads import record_file
 from gapbeam.solver.loads.record_file import read_record
 from gapbeam.solver.loads.recorded_load import MOST_ROWS

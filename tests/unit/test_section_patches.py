@@ -18,7 +18,8 @@ from gapbeam.meshes.mesh_size import expected_cells, expected_nodes
 from gapbeam.meshes.tagged_mesh import TaggedMesh, mean_section
 from gapbeam.solver.assembly.case_mesh import geometry_of, mesh_of_case, sizing_of
 from gapbeam.solver.assembly.section_rows import SectionRows, row_at
-from gapbeam.solver.case.case import Beam, Case
+from gapbeam.solver.case.beam_profile import Beam
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.body import mesh_beam
 from tests.shared.forms import compiled_form
 

@@ -11,10 +11,11 @@ import pytest
 
 import gapbeam
 from gapbeam.meshes.tagged_mesh import Section
-from gapbeam.solver.case.case import Case, Gates
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.case_warnings import motion
 from gapbeam.solver.case.computed_defaults import bending_words, overhang_frequency
 from gapbeam.solver.case.reading.case_reader import read_case_text
+from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates, remedy_for
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.solver.case.case import Gates
+from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import enter_step, open_ledger, restate
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march

@@ -17,8 +17,9 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.case.case import Contact
-from gapbeam.solver.case.reading.case_reader import case_to_toml, read_case, warnings
+from gapbeam.solver.case.case import Contact, case_to_toml
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.contact.laws.contact_law import make_law
 from gapbeam.solver.contact.solve.condensation import CondensedOperator

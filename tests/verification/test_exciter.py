@@ -15,12 +15,13 @@ from scipy.sparse import csr_matrix, identity
 
 import gapbeam
 from gapbeam.solver.case.checks.periodic_checks import value_of
-from gapbeam.solver.case.reading.case_reader import CaseError, read_case
+from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun, march
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.models.model import Model, body_key, build_body, model_of
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, of_elements
 from gapbeam.solver.periodic.harmonic_balance import HarmonicBalance

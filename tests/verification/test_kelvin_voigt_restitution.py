@@ -16,10 +16,10 @@ from mpi4py import MPI
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import Default, contact_damping
-from gapbeam.solver.case.reading.case_reader import case_to_toml, read_case
+from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.contact.laws.contact_law import make_law
 from gapbeam.solver.contact.laws.law_choice import kelvin_voigt_ratio, kelvin_voigt_restitution
 from gapbeam.solver.models.model import build_model

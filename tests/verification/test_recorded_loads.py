@@ -19,14 +19,15 @@ from scipy.signal import lsim
 
 import gapbeam
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.reading.case_reader import CaseError, read_case, warnings
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.loads.point_load import RecordedForce
 from gapbeam.solver.loads.recorded_function import RecordedSignal, signal_of
 from gapbeam.solver.loads.support_motion import RecordedMotion
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.simulation import march_of_model
-from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.errors import CaseError, UserError
 from gapbeam.solver.models.model import Model, body_key, build_model
 from gapbeam.solver.run.run_case import run_case
 from gapbeam.solver.system.semi_discrete import VALUE, imaged

@@ -17,8 +17,7 @@ from scipy.sparse.linalg import cg
 
 from gapbeam.meshes.versions.mesh_geometry import cell_matrix
 from gapbeam.solver.assembly.elasticity import elastic_parts
-from gapbeam.solver.case.beam_profile import BeamProfile
-from gapbeam.solver.case.case import Beam, Material
+from gapbeam.solver.case.beam_profile import Beam, BeamProfile, Material
 from tests.shared.forms import compiled_form
 
 pytestmark = pytest.mark.versions

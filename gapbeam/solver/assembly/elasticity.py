@@ -31,8 +31,7 @@ from gapbeam.meshes.reference_cells import SIMPLICES
 from gapbeam.meshes.serial_mesh import SerialSpace
 from gapbeam.meshes.tagged_mesh import determinant
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
-from gapbeam.solver.case.beam_profile import BeamPiece, BeamProfile
-from gapbeam.solver.case.case import Material
+from gapbeam.solver.case.beam_profile import BeamPiece, BeamProfile, Material
 from gapbeam.solver.system.operators import Array, Indices
 
 if TYPE_CHECKING:

@@ -19,13 +19,10 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
 from gapbeam.solver.case.analysis_table import Analysis, Transient
-from gapbeam.solver.case.beam_profile import Beam as Beam
-from gapbeam.solver.case.beam_profile import BeamProfile, PlacedSegment
-from gapbeam.solver.case.beam_profile import Material as Material
+from gapbeam.solver.case.beam_profile import Beam, BeamProfile, Material, PlacedSegment
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.value_words import toml_value
-from gapbeam.solver.case.solution_tables import FullModel, ModelTable, SolverTable, Time
-from gapbeam.solver.case.solution_tables import Gates as Gates
+from gapbeam.solver.case.solution_tables import FullModel, Gates, ModelTable, SolverTable, Time
 from gapbeam.solver.contact.formulations.formulation_choice import Formulation, Penalty
 from gapbeam.solver.contact.laws.law_choice import KelvinVoigt, Law
 from gapbeam.solver.contact.laws.law_tables import ChosenLaw

@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.case.case import Case, Gates
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.contact_episodes import CLOSED, OPEN, UNKNOWN, Watched, after_look, breaks_gates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, relative_growth
 from gapbeam.solver.messages.errors import EnergyCreated, EnergyLost, NotFinite

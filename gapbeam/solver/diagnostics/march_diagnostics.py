@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.case.case import Gates
+from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.diagnostics.contact_episodes import (
     COLUMNS,

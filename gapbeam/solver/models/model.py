@@ -30,10 +30,10 @@ from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.assembly.assembled_system import assembled_system
 from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.case.beam_motions import axial_restraint, motions_in_words
-from gapbeam.solver.case.case import Case, Contact, Damping, Friction, Gates, Output, Wear
+from gapbeam.solver.case.case import Case, Contact, Damping, Friction, Output, Wear
 from gapbeam.solver.case.computed_defaults import Default, rayleigh, seat_springs, slip_velocity, tangent_stiffness
 from gapbeam.solver.case.model_choice import resolved_frequency
-from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel, Time
+from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, Gates, ReducedModel, RigidModel, Time
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.integrators.stable_step import stable_step

@@ -8,8 +8,8 @@ from itertools import combinations
 from gapbeam.meshes.beam_geometry import SNAP
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import moves_in_space
-from gapbeam.solver.case.beam_profile import span_lies_on_the_beam
-from gapbeam.solver.case.case import Beam, Contact, Mesh, Wear, advised_scheme
+from gapbeam.solver.case.beam_profile import Beam, span_lies_on_the_beam
+from gapbeam.solver.case.case import Contact, Mesh, Wear, advised_scheme
 from gapbeam.solver.case.checks.place_checks import Loads, outside
 from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel, Time
 from gapbeam.solver.loads.attachments import ElasticJoint, Fluid, Joint, PointMass, bending_rank

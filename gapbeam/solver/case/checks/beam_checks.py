@@ -9,8 +9,8 @@ from math import hypot
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import motions_of_tables, with_given
-from gapbeam.solver.case.beam_profile import OF_MATERIAL, OF_SECTION, beam_at, span_lies_on_the_beam
-from gapbeam.solver.case.case import Beam, Contact, Mesh, Output, Probe
+from gapbeam.solver.case.beam_profile import OF_MATERIAL, OF_SECTION, Beam, beam_at, span_lies_on_the_beam
+from gapbeam.solver.case.case import Contact, Mesh, Output, Probe
 from gapbeam.solver.case.checks.place_checks import Loads, Segments
 from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel
 from gapbeam.solver.loads.attachments import Joint, PointMass

@@ -7,17 +7,8 @@ from dataclasses import replace
 from itertools import combinations
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
-from gapbeam.solver.case.beam_profile import beam_at
-from gapbeam.solver.case.case import (
-    Beam,
-    Contact,
-    Mesh,
-    Output,
-    acting_friction,
-    advised_scheme,
-    own_law,
-    takes_damping,
-)
+from gapbeam.solver.case.beam_profile import Beam, beam_at
+from gapbeam.solver.case.case import Contact, Mesh, Output, acting_friction, advised_scheme, own_law, takes_damping
 from gapbeam.solver.case.checks.place_checks import Segments
 from gapbeam.solver.case.computed_defaults import PATCH_SHARE
 from gapbeam.solver.case.solution_tables import Time

@@ -10,8 +10,8 @@ from types import MappingProxyType
 from typing import Any
 
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
-from gapbeam.solver.case.beam_profile import Segment, beam_at
-from gapbeam.solver.case.case import Beam, Mesh, Probe
+from gapbeam.solver.case.beam_profile import Beam, Segment, beam_at
+from gapbeam.solver.case.case import Mesh, Probe
 from gapbeam.solver.case.figure_table import Figure, figure_faults
 from gapbeam.solver.case.solution_tables import Time
 from gapbeam.solver.loads.attachments import JointChoice

@@ -9,8 +9,8 @@ import numpy as np
 
 from gapbeam.solver.case.analysis_table import Analysis, RigidMotion, Transient, centered_pose, centering_faults
 from gapbeam.solver.case.beam_motions import motions_of_tables
-from gapbeam.solver.case.beam_profile import beam_at
-from gapbeam.solver.case.case import Beam, Contact, Damping, Mesh, Output, advised_scheme
+from gapbeam.solver.case.beam_profile import Beam, beam_at
+from gapbeam.solver.case.case import Contact, Damping, Mesh, Output, advised_scheme
 from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.contact_checks import rubbing
 from gapbeam.solver.case.checks.place_checks import Loads, Probes, Segments

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from itertools import combinations
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic, Transient
-from gapbeam.solver.case.beam_profile import beam_at, span_lies_on_the_beam
-from gapbeam.solver.case.case import Beam, Contact, Mesh, law_at, own_law, whole_unit
+from gapbeam.solver.case.beam_profile import Beam, beam_at, span_lies_on_the_beam
+from gapbeam.solver.case.case import Contact, Mesh, law_at, own_law, whole_unit
 from gapbeam.solver.case.checks.place_checks import Loads, Segments
 from gapbeam.solver.case.solution_tables import FullModel, ModelTable
 from gapbeam.solver.contact.laws.law_tables import ElasticPlastic

@@ -15,10 +15,8 @@ from typing import Any, TypeGuard, TypeVar
 import numpy as np
 from pydantic import BaseModel
 
-from gapbeam.solver.case.case import Case, case_to_toml, with_checksums
+from gapbeam.solver.case.case import Case, with_checksums
 from gapbeam.solver.case.checks.all_checks import contradictions
-from gapbeam.solver.case.checks.case_warnings import warnings
-from gapbeam.solver.case.json_schema import schema
 from gapbeam.solver.case.model_choice import chosen_case
 from gapbeam.solver.case.reading.known_keys import MOST_FAULTS, candidates, check_types, incomplete, label
 from gapbeam.solver.case.reading.overrides import (
@@ -71,8 +69,6 @@ def _section(key: Key, data: Mapping[str, Any]) -> type[SectionTable] | None:
     found = [one for one in candidates((*key, "section"), data) if issubclass(one, SectionTable)]
     return found[0] if len(found) == 1 else None
 
-
-__all__ = ["CaseError", "Fault", "case_to_toml", "read_case", "read_tables", "schema", "warnings"]
 
 Root = TypeVar("Root", bound=BaseModel)
 SCENE = "structure"

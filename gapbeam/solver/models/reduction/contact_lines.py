@@ -38,7 +38,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.gauss_rule import gauss_rule
-from gapbeam.solver.case.case import Beam, Case
+from gapbeam.solver.case.beam_profile import Beam
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_choice import line_radii
 from gapbeam.solver.case.solution_tables import ELEMENTS_IN_SUPPORT
 from gapbeam.solver.contact.formulations.contact_points import (

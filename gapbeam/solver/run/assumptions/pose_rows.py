@@ -9,7 +9,8 @@ from scipy.sparse import csr_matrix, vstack
 
 from gapbeam.solver.assembly.face_quadrature import body_points
 from gapbeam.solver.assembly.surface_rows import SurfaceRows, rows_at, surface_rows
-from gapbeam.solver.case.case import Case, Material
+from gapbeam.solver.case.beam_profile import Material
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.diagnostics.assumption import PoseScales, PoseWatch
 from gapbeam.solver.diagnostics.point_contact import Gauges

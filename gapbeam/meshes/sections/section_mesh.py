@@ -306,7 +306,7 @@ def refuse_gaps(points: Array, triangles: Indices, area: float, other_rim: bool 
     """Refuse triangles that fill another area than that of their polygon, m^2, or have another rim.
 
     Raises:
-        MeshError: They do.
+        MeshError: The triangles do not fill the polygon.
     """
     filled = 0.5 * float(np.abs(doubled_areas(points, triangles)).sum())
     if abs(filled - area) > FILLED * area or other_rim:

@@ -57,7 +57,7 @@ class MadeTable(Table):
     make: ClassVar[Callable[..., Any]]
 
     def made(self) -> Any:
-        """Return what the table stands for; errors as those of its function."""
+        """Return the region, the law or the scheme; its function may refuse the keys."""
         return type(self).make(**{name: value for name, value in self if name != "type"})
 
 

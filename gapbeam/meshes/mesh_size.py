@@ -121,7 +121,7 @@ def _partition(breakpoints: tuple[float, ...], cell_length: CellLength) -> Posit
     breaks = np.array(breakpoints)
     roughly = np.mean(1 / cell_length(np.linspace(breaks[0], breaks[-1], 1001))) * (breaks[-1] - breaks[0])
     if roughly > MOST_LAYERS:
-        raise _too_many(cell_length.smallest, breaks, f"about {roughly:.2g}")
+        raise _too_many(cell_length.smallest, breaks, f"about {math.ceil(roughly)}")
     wanted = cell_length.ending_at(breaks)
     layers = breaks
     for _ in range(_ROUNDS):
@@ -185,11 +185,13 @@ def _jumps(segments: list[Positions]) -> list[tuple[float, float]]:
 
 def _too_many(smallest: float, interval: npt.ArrayLike, layers: str) -> MeshError:
     ends = np.asarray(interval)
+    length = float(ends[-1] - ends[0])
     return MeshError(
         "mesh sizes",
-        found=f"a cell length of {smallest:.3g} m on {ends[-1] - ends[0]:.3g} m, which makes {layers} layers",
+        found=f"cells of {smallest:.3g} m and longer on {length:.3g} m, which makes {layers} layers",
         expected=f"at most {MOST_LAYERS}",
-        hint="Sizes are in m.",
+        hint=f"Sizes are in m; try longer cells, size = {10.0 * length / MOST_LAYERS:.1g} in [mesh], with long "
+        'supports support_size, too; of slender beams with model.type = "beam".',
     )
 
 

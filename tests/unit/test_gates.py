@@ -8,6 +8,7 @@ import pytest
 
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
+from gapbeam.solver.diagnostics.assumption import WARNING, Assumption, Finding
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates, remedy_for
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, march
@@ -78,3 +79,15 @@ def test_infinite_energy_ends_the_run() -> None:
     ledger = Ledger(float("inf"), 0.0, 0.0, 0.0, open_ledger(system, STIFF, state).load_work)
     with pytest.raises(NotFinite):
         EnergyGates(Gates(accept_energy_growth=True), system.contact).check(step, ledger)
+
+
+@pytest.mark.parametrize("limit", [1.0, 0.125, 0.3, 2e-7])
+@pytest.mark.parametrize("beyond", [1e-1, 1e-3, 1e-5, 1e-8])
+def test_a_value_beyond_its_limit_reads_as_one(limit: float, beyond: float) -> None:
+    """Both have as many digits as tell them apart: "1, limit 1" was a warning."""
+    one = Assumption("basis", "frequency over the highest", "1", limit, None, "try more modes")
+    finding = Finding(one, limit * (1.0 + beyond))
+    assert finding.verdict == WARNING
+    found, allowed = finding.words.removeprefix("basis: frequency over the highest ").split(", limit ")
+    assert float(found) > float(allowed)
+    assert float(allowed) == pytest.approx(limit, rel=1e-12)

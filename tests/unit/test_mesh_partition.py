@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -123,6 +124,22 @@ def test_triangles_are_limited_by_the_section() -> None:
 def test_absurd_size_ends_soon(size: float) -> None:
     with pytest.raises(MeshError, match="layers"):
         layers(sizing=BeamSizing(size=size))
+
+
+@pytest.mark.parametrize(("length", "slenderness"), [(2.0, 20_100.0), (1e-4, 3e4), (50.0, 1e6)])
+@pytest.mark.parametrize("support", [1e-3, 1.0])
+def test_the_advice_for_slender_beams_is_enough(length: float, slenderness: float, support: float) -> None:
+    """The number of layers stands beside the limit and is above it; cells of the size that is named are accepted."""
+    geometry = BeamGeometry(2, length, length / slenderness, 1e-2 * length, support * length, ())
+    with pytest.raises(MeshError) as refused:
+        structured_partition(geometry.breakpoints(0), BeamSizing().cell_length(geometry))
+    found = re.search(
+        r"makes about (\d+) layers; expected at most (\d+)\..* size = (\S+) in \[mesh\]", str(refused.value)
+    )
+    assert found is not None
+    assert int(found[1]) > int(found[2])
+    sizing = BeamSizing(size=float(found[3]), support_size=float(found[3]) if support == 1.0 else None)
+    assert len(structured_partition(geometry.breakpoints(0), sizing.cell_length(geometry))) <= int(found[2])
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])

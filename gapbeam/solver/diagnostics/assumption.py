@@ -28,11 +28,13 @@ import numpy as np
 
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.messages.errors import AssumptionBroken
+from gapbeam.solver.messages.wording import apart
 from gapbeam.solver.system.operators import Array
 
 LOOKS = 200  # over the span of a run
 TOGETHER = 2**16  # points of all poses that are looked at together
 HIGHER = 1.1  # times the largest strain energy looked at so far
+SHORT = 3  # digits of values and limits, unless more tell them apart
 ROTATION, STRAIN, STRESS, TRAVEL, ASIDE = range(5)
 
 
@@ -281,10 +283,11 @@ class Finding:
         where = "" if self.time is None else f" at t = {self.time:.6g} s"
         if self.place is not None:
             where += f", point ({', '.join(f'{x:.4g}' for x in self.place)}) m"
-        limit = one.failure if self.verdict == FAILURE else one.limit
+        limit = one.limit if one.failure is None or self.verdict != FAILURE else one.failure
         error = "" if self.estimate is None else f"; {self.of} are off by about {100.0 * self.estimate:.2g} %"
         detail = f" ({self.detail})" if self.detail else ""
-        return f"{one.name}: {one.quantity} {self.closest:.3g}{unit}{where}{detail}, limit {limit:g}{unit}{error}"
+        found, allowed = apart(self.closest, limit, least=SHORT)
+        return f"{one.name}: {one.quantity} {found}{unit}{where}{detail}, limit {allowed}{unit}{error}"
 
     @property
     def share(self) -> float:

@@ -42,19 +42,20 @@ def exceeds(value: float, limit: float, scale: float = 0.0, round_off: float = R
     return value - limit > round_off * max(abs(value), abs(limit) if abs(limit) < inf else 0.0, abs(scale))
 
 
-def apart(value: float, limit: float, round_off: float = ROUND_OFF) -> tuple[str, str]:
-    """Return two numbers with as many digits, at least six, as tell them apart; those equal to round-off, alike.
+def apart(value: float, limit: float, round_off: float = ROUND_OFF, least: int = USUAL_DIGITS) -> tuple[str, str]:
+    """Return two numbers with as many digits as tell them apart; those equal to round-off, alike.
 
     Args:
         value: The value.
         limit: The limit.
         round_off: Relative difference that counts as none.
+        least: Least number of digits.
     """
     if not (isfinite(value) and isfinite(limit)):
         return f"{value:g}", f"{limit:g}"
     if not (exceeds(value, limit, 0.0, round_off) or exceeds(limit, value, 0.0, round_off)):
         return f"{value:g}", f"{value:g}"
-    for digits in range(USUAL_DIGITS, ALL_DIGITS + 1):
+    for digits in range(least, ALL_DIGITS + 1):
         words = f"{value:.{digits}g}", f"{limit:.{digits}g}"
         if words[0] != words[1]:
             return words

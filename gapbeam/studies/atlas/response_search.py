@@ -252,12 +252,12 @@ class ResponseSearch:
         self.assign()
         self.polish()
 
-    def order_of(self, i: int) -> int:
-        """Return the least number of periods after which the strobes of a member nearly repeat; 0: none."""
+    def order_of(self, i: int, within: float = REPEATS) -> int:
+        """Return the least number of periods after which strobes of a member repeat within that share; 0: none."""
         late = self.late[..., i]
         size = self.scale(late)
         for n in range(1, self.orders + 1):
-            if self.strobe.distance((late[n:] - late[:-n]).T)[-self.orders :].max() <= REPEATS * size:
+            if self.strobe.distance((late[n:] - late[:-n]).T)[-self.orders :].max() <= within * size:
                 return n
         return 0
 
@@ -357,14 +357,19 @@ class ResponseSearch:
         return self.strobe.distance(a - b)
 
     def judge(self) -> Any:
-        """Return the exponents of members that have not settled; those that are chaotic are marked."""
+        """Return the exponents of members that have not settled; those that are chaotic are marked.
+
+        What repeats within the tolerance of members to their orbit is no chaos: where a contact opens at the end of a
+        step, the steps leave a small irregular rest, which grows as chaos does.
+        """
         exponent = np.full(len(self.which), np.nan)
         left = np.flatnonzero(self.which == UNSETTLED)
         if len(left):
             mean, error, last = growth(self.strobe, self.point[left], self.X[:, left], self.exponents)
             exponent[left], self.X[:, left] = mean, last
             self.which[left[np.isnan(mean)]] = FAILED
-            self.which[left[mean > 3.0 * error]] = CHAOTIC
+            wild = [i for i in left[mean > 3.0 * error] if not self.order_of(int(i), NEAR)]
+            self.which[wild] = CHAOTIC
         return exponent
 
     def find_two_frequencies(self, exponent: Any) -> None:

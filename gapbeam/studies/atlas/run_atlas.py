@@ -105,7 +105,11 @@ class AtlasResult(PrintedResult):
         kind = "stable periodic response" if periodic else "stable response"
         words = f"{counted(sum(counts), kind)} at {counted(len(counts), 'point')}, {several} with several responses"
         words += f", {chaos} with chaos" if chaos else ""
-        rest = f"; {left:.1%} of the starts did not settle: raise settle, rounds or orders" if left else ""
+        rest = (
+            f"; {left:.1%} of the starts did not settle: raise settle, rounds or orders, or take other steps"
+            if left
+            else ""
+        )
         return words + rest
 
     def tables(self) -> list[Table]:

@@ -121,7 +121,9 @@ class Uncertain(PrintedResult):
             for unit, (name, one) in zip(map(self._behind, self.exceeded), self.exceeded.items(), strict=True)
         ]
         if self.unknown:
-            words.append(f"{self.unknown:.1%} failed or did not settle: raise settle, rounds or orders")
+            words.append(
+                f"{self.unknown:.1%} failed or did not settle: raise settle, rounds or orders, or take other steps"
+            )
         late = [name for name, one in self.rare.items() if not one.complete]
         if late:
             words.append(f"subset simulation did not come to the limit of {', '.join(late)}: raise rare_members")

@@ -22,9 +22,7 @@ from gapbeam.postprocess.figures.curve_figures import (
     draw_coefficients,
     draw_impacts,
     draw_response_curve,
-    draw_shapes,
     draw_wear,
-    shapes_of,
 )
 from gapbeam.postprocess.figures.figure_style import journal_style, save
 from gapbeam.postprocess.figures.motion_figures import (
@@ -37,6 +35,7 @@ from gapbeam.postprocess.figures.motion_figures import (
     rooms_at_probes,
     shifts_at_probes,
 )
+from gapbeam.postprocess.figures.shape_figures import draw_shapes, shapes_of
 from gapbeam.postprocess.figures.signal_figures import (
     draw_amplitude_spectrum,
     draw_cycles,

@@ -11,7 +11,8 @@ from typing import Literal
 import numpy as np
 from PIL import Image
 
-from gapbeam.postprocess.results.results import Given, folder_of, open_results
+from gapbeam.postprocess.figures.shape_figures import film_frames, film_times, shape_picture, shapes_of
+from gapbeam.postprocess.results.results import Given, Results, folder_of, open_results
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.scene.film import RenderError, write_film
 from gapbeam.postprocess.scene.plane_view import Studio
@@ -38,6 +39,8 @@ def render(
     stress: Literal["axial", "von-mises"] | None = None,
 ) -> list[Path]:
     """Draw the beam at its largest contact force and at its largest tip displacement, and a film.
+
+    Of structures in space, the picture shows their largest displacement.
 
     In every view displacement and clearance are enlarged by the same factor, which is written on the picture:
     faces meet in the picture where they meet in the computation.
@@ -69,6 +72,11 @@ def render(
     colored = None if stress is None else STRESSES[stress]
     speed = frames_per_second
     run = open_results(folder_of(results))
+    if run.summary.get("scene"):
+        if stress is not None:
+            raise OptionError("stress: structures are drawn as lines, without stress; leave it out")
+        target = Path(output) if output is not None else run.folder / FOLDER
+        return _of_structures(run, target, scale, film, frames or LONGEST_FILM, size, speed, progress)
     with run.fields() as fields:
         if len(fields) == 0:
             raise RenderError(f"{fields.path} holds no times yet")
@@ -83,17 +91,39 @@ def render(
                 Image.fromarray(studio.draw(index, remark)).convert("RGB").save(paths[-1])
             if film:
                 studio.hurry()
-                paths.append(write_film(target / "film", _drawn(studio.draw, chosen, progress), speed))
+                drawn = (studio.draw(index) for index in chosen)
+                paths.append(write_film(target / "film", _counted(drawn, len(chosen), progress), speed))
     return paths
 
 
-def _drawn(
-    draw: Callable[[int], np.ndarray], chosen: range, progress: Callable[[int, int], None] | None
+def _of_structures(
+    run: Results, target: Path, scale: Literal["auto"] | float, film: bool, most: int, size: tuple[int, int],
+    speed: float, progress: Callable[[int, int], None] | None,
+) -> list[Path]:  # fmt: skip
+    """Draw the shapes of structures in space."""
+    shapes, times = shapes_of(run.folder), film_times(run.folder)
+    if shapes is None or not len(times):
+        raise RenderError(
+            f"{run.folder} has no shapes: no structure has a place in space. To try: add `place` to [[structure]], or draw "
+            "the records by `gapbeam plot`"
+        )
+    target.mkdir(parents=True, exist_ok=True)
+    path = target / "shapes.png"
+    path.write_bytes(shape_picture(shapes))
+    chosen = range(max(0, len(times) - most), len(times))
+    if not film or len(chosen) < 2:
+        return [path]
+    frames = film_frames(run.folder, run.history, chosen, size, None if scale == "auto" else scale)
+    return [path, write_film(target / "film", _counted(frames, len(chosen), progress), speed)]
+
+
+def _counted(
+    frames: Iterator[np.ndarray], count: int, progress: Callable[[int, int], None] | None
 ) -> Iterator[np.ndarray]:
-    for count, index in enumerate(chosen, start=1):
-        yield draw(index)
+    for number, frame in enumerate(frames, start=1):
+        yield frame
         if progress is not None:
-            progress(count, len(chosen))
+            progress(number, count)
 
 
 def _check(scale: Literal["auto"] | float, frames: int | None, size: tuple[int, int], frames_per_second: float) -> None:

@@ -70,7 +70,7 @@ def test_folders_of_scenes_are_read_as_those_of_cases(tmp_path: Path) -> None:
     (page,) = gb.report(tmp_path / "a", pdf=False)
     words = page.read_text(encoding="utf-8")
     assert "no geometry" in words
-    with pytest.raises(gb.ResultsError, match=r"without fields.*gapbeam plot"):
+    with pytest.raises(gb.RenderError, match=r"no shapes.*gapbeam plot"):
         gb.render(tmp_path / "a")
     assert "KelvinVoigt" in words
     assert gb.export(tmp_path / "a", tmp_path / "a.csv").is_file()

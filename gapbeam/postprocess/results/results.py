@@ -184,9 +184,9 @@ class Results:
         if self.summary.get("scene"):
             raise ResultsError(
                 self.folder,
-                found="a run of structures without fields",
-                expected="a run of a case with a mesh, for pictures and fields",
-                remedy="draw its records by `gapbeam plot`",
+                found="a run of structures",
+                expected="a run of a case with a mesh, for fields",
+                remedy="`gapbeam plot` and `gapbeam render` draw its records and shapes",
             )
         from gapbeam.postprocess.results.field_reader import Fields
 

@@ -21,6 +21,7 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
     read_checkpoint,
     write_checkpoint,
 )
+from gapbeam.solver.run.output.shape_file import ShapeFrames
 from gapbeam.solver.run.scene_records import SceneAccounts, SceneRecords
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.system.operators import Array
@@ -56,6 +57,7 @@ class SceneCheckpoint:
         marcher: The march.
         accounts: Accounts of the march.
         records: Records of the march.
+        frames: Shapes of the structures.
         statistics: Statistics of a march under random loads.
     """
 
@@ -63,6 +65,7 @@ class SceneCheckpoint:
     marcher: Marcher
     accounts: SceneAccounts
     records: SceneRecords
+    frames: ShapeFrames
     statistics: RunStatistics | None = None
 
     def save(self, folder: Path, written: int) -> None:
@@ -78,6 +81,7 @@ class SceneCheckpoint:
         marcher, accounts, records = self.marcher, self.accounts, self.records
         arrays = {name: getattr(marcher, name) for name in MARCHED}
         arrays |= {"work": marcher.slabs.work, "spent": marcher.slabs.spent, "speed": records.speed}
+        arrays |= {"frames": self.frames.q, "frame times": self.frames.times}
         arrays |= {f"accounts {name}": getattr(accounts, name) for name in accounts.kept}
         gates, ledger = accounts.gates, dict(vars(accounts.ledger))
         header = {
@@ -128,6 +132,7 @@ class SceneCheckpoint:
         self.records.speed, self.records.time = contents.array("speed"), float(header["last_record"])
         for name in accounts.kept:
             getattr(accounts, name)[:] = contents.array(f"accounts {name}")
+        self.frames.q[:], self.frames.times[:] = contents.array("frames"), contents.array("frame times")
         accounts.worn.restore(header["worn"])
         if self.statistics is not None:
             self.statistics.restore(header["statistics"])

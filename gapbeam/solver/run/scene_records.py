@@ -140,8 +140,6 @@ class SceneAccounts:
         closings: Since the start.
         square: Square of the normal force over time since the start, N^2 s.
         approaches: Sum of the approach speeds of all impacts since the start, m/s.
-        shape: Coordinates at the largest displacement of a node in space that was looked at.
-        shown: Time, s, and size of that displacement, m.
         episodes: Contacts with springs that ended; `short` of them lasted fewer than ten steps.
         rate: Velocities of the contact motions, by the midpoint rule, m/s.
         driven: See `ClampEnergies.state`.
@@ -149,7 +147,7 @@ class SceneAccounts:
 
     kept = (
         "depth", "force", "friction", "impulse", "time", "closings", "last_depth", "shut", "begun", "speed",
-        "opened_at", "steps", "totals", "sliding", "square", "approaches", "shape", "shown", "rate", "driven",
+        "opened_at", "steps", "totals", "sliding", "square", "approaches", "rate", "driven",
     )  # fmt: skip
 
     def __init__(self, marcher: Marcher, gates: Gates, remedy: str) -> None:
@@ -173,7 +171,6 @@ class SceneAccounts:
         self.worn = BlockEnds(count, MOST)
         self.totals = np.zeros(8)  # last energies: work, law, friction; sum of squares of round-off; episodes
         self.impacts = [ImpactList() for _ in range(count)]
-        self.shape, self.shown = marcher.q[:, 0].copy(), np.array([marcher.t, 0.0])
         self.rate = marcher.rates()[:, 0].copy()
         for i, shut in enumerate(self.shut):
             self.gates.look(i, bool(shut), 0.0, kinetic + strain, 0.0)

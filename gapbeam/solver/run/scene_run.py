@@ -32,7 +32,7 @@ from gapbeam.solver.run.output.atomic_files import disk_reported, written
 from gapbeam.solver.run.output.history_file import HistoryWriter, recorded_figures, refuse_cut, write_impacts
 from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import check_folder, clear, locked, prepare_folder, write_summary
-from gapbeam.solver.run.output.shape_file import has_shapes, largest, write_shapes
+from gapbeam.solver.run.output.shape_file import ShapeFrames, write_shapes
 from gapbeam.solver.run.scene_checkpoint import SceneCheckpoint, fingerprint, refuse_other
 from gapbeam.solver.run.scene_records import (
     Rows,
@@ -54,7 +54,6 @@ from gapbeam.solver.schema.table import faults_in
 
 LOG = logging.getLogger("gapbeam")
 WEAR = ("coefficient", "area")
-LOOKS = 200  # at the shapes of structures over a run
 STILL = 1e-12
 """Part of the largest squared frequency below which a motion is rigid, up to round-off."""
 Observer = Callable[[SceneStep], Any]
@@ -84,6 +83,8 @@ class SceneRun:
         sources: Sources of values given by hand, for the report, by a description of the value.
         random_loads: Spectra of random loads as generated and as asked for. Where there are such, the run has
             statistics with intervals.
+        shapes: Steps between two shapes of structures with nodes in space, for films; None: 200 over the run, fewer of
+            large structures.
         wear: Archard's coefficient, 1/Pa, and the worn area of each contact, m^2: {"coefficient": 1e-14, "area": 1e-5}.
     """
 
@@ -105,6 +106,7 @@ class SceneRun:
     figures: Sequence[Figure] = ()
     sources: Mapping[str, str] = field(default_factory=dict)
     random_loads: Sequence[Mapping[str, Any]] = ()
+    shapes: int | None = None
 
     def __post_init__(self) -> None:
         """Give places of figures the names of the records."""
@@ -131,8 +133,9 @@ class SceneRun:
             UserError: An argument is out of range.
         """
         check_fields(self, "run")
-        if self.every < 1:
-            raise UserError(f"run: found every = {self.every}, expected 1 or more")
+        for name, steps in (("every", self.every), ("shapes", self.shapes)):
+            if steps is not None and steps < 1:
+                raise UserError(f"run: found {name} = {steps}, expected 1 or more")
         if self.period is not None and not (np.isfinite(self.period) and self.period > 0.0):
             raise UserError(f"run: found period {self.period!r} s, expected a time above 0, or None")
         for name, value in (self.wear or {}).items():
@@ -207,7 +210,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
             if left.get("exit_status") == 0:
                 refuse_cut(folder)
                 return Outcome(folder, 0, f"was done before: {left['message']}", left)
-            checkpoint = SceneCheckpoint(mark, marcher, march.accounts, march.records, march.statistics)
+            checkpoint = SceneCheckpoint(mark, marcher, march.accounts, march.records, march.frames, march.statistics)
             kept = checkpoint.restore(folder) if resume else None
             if kept is None:
                 prepare_folder(folder)
@@ -317,8 +320,7 @@ class SceneMarch:
         self.accounts = SceneAccounts(marcher, limits, remedy)
         self.records = SceneRecords(marcher, asked.every)
         self.statistics = self.records.statistics(asked.figures, is_random=True) if asked.random_loads else None
-        self.seconds, self.begun = 0.0, (marcher.t, marcher.q[:, 0].copy())
-        self.has_shapes = has_shapes(asked.scene)
+        self.seconds, self.frames = 0.0, ShapeFrames(marcher, steps, asked.shapes)
 
     @property
     def scheme(self) -> str:
@@ -386,8 +388,7 @@ class SceneMarch:
             with suppress(NotWritten):
                 labels = self.records.labels
                 write_impacts(folder, labels["face"], self.accounts.impacts, labels[TURNING])
-                shown = float(self.accounts.shown[0]), self.accounts.shape
-                write_shapes(folder, self.asked.scene, {"start": self.begun, "largest": shown})
+                write_shapes(folder, self.asked.scene, self.frames)
 
     def rows(self) -> Iterator[Rows | None]:
         """March to the end, and yield the records of each block of steps, and None where a march may be continued.
@@ -396,12 +397,12 @@ class SceneMarch:
             RunError: As `write`, except for the disk; after the records before it.
         """
         marcher, every = self.marcher, self.asked.every
-        most = min(BLOCK, -(-self.steps // LOOKS)) if self.has_shapes else BLOCK
-        block = every if self.asked.observers else max(every, most // every * every)
+        block = every if self.asked.observers else max(every, BLOCK // every * every)
         if marcher.count == 0:
             yield self.records.first(marcher, self.accounts)
         while marcher.count < self.steps:
-            yield from self._advance(min(block, self.steps - marcher.count))
+            due = self.frames.due(marcher.count) if len(self.frames.q) and not self.asked.observers else block
+            yield from self._advance(min(block, due, self.steps - marcher.count))
             for observer in self.asked.observers:
                 observer(SceneStep(marcher))
             self._listen()
@@ -437,10 +438,8 @@ class SceneMarch:
         if count < whole:
             accounts.gates.let_pass(marcher.t0 + (before + count + 1) * marcher.h, False, accounts.ledger)
         accounts.pass_gates(times, energies)
-        if self.has_shapes and count == whole and failure is None:
-            size = largest(scene, marcher.q[:, 0])
-            if size > accounts.shown[1]:
-                accounts.shape[:], accounts.shown[:] = marcher.q[:, 0], (marcher.t, size)
+        if count == whole and failure is None:
+            self.frames.take(marcher, marcher.count == self.steps)
         if failure is not None:
             raise failure
 

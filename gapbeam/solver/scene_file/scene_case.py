@@ -97,6 +97,10 @@ class SceneOutput(Table):
     """Interval of the output, and limits of the run."""
 
     history_interval: Positive | None = Field(default=None, description="time between history records, s; default step")
+    fields_interval: Positive | None = Field(
+        default=None,
+        description="time between shapes of structures in space, for films, s; default end/200, longer for large ones",
+    )
     wall_time: Positive | None = Field(
         default=None, description="wall time after which a run writes a checkpoint and stops, s; default none"
     )

@@ -150,12 +150,13 @@ class ReadScene:
 
     def march(self) -> dict[str, Any]:
         """Return the arguments of the scene's run."""
-        time, interval = self.case.time, self.case.output.history_interval
+        time, interval, shown = self.case.time, self.case.output.history_interval, self.case.output.fields_interval
         return {
             "step": self.step,
             "end": time.end,
             "start": self.start(),
             "every": 1 if interval is None else max(1, round(interval / self.step)),
+            "shapes": None if shown is None else max(1, round(shown / self.step)),
             "scheme": time.scheme.made(),
             "gates": self.case.gates.model_dump(exclude_unset=True),
             "period": self.period,

@@ -12,8 +12,8 @@ import xarray as xr
 
 from gapbeam.postprocess.comparison_report import as_data
 from gapbeam.postprocess.display_units import shown, shown_by
-from gapbeam.postprocess.figures.curve_figures import shape_picture, shapes_of
 from gapbeam.postprocess.figures.motion_figures import farthest, moves_in_space, rooms_at_probes, shifts_at_probes
+from gapbeam.postprocess.figures.shape_figures import shape_picture, shapes_of
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,

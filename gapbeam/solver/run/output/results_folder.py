@@ -287,6 +287,9 @@ FILES = (
     records.CURVE_FILE,
     records.CURVE_TABLE_FILE,
     records.IMPACTS_FILE,
+    records.SHAPES_FILE,
+    records.SHAPES_FIELDS_FILE,
+    records.SHAPES_DATA_FILE,
     records.WEAR_FILE,
     records.POINTS_FILE,
 )

@@ -1,4 +1,7 @@
-"""Shapes of the structures of a scene in `shapes.json`: undeformed, at the start, and at their largest displacement."""
+"""Shapes of the structures of a scene over a run: `shapes.json` for pictures, `shapes.xdmf` and `shapes.h5` for films.
+
+Places are those of the undeformed structures; displacements are in space, m.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +12,53 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.run.output.atomic_files import written
+from gapbeam.solver.run.output.atomic_files import new_hdf5, written
+from gapbeam.solver.run.output.hdf5_files import GrowingSeries
 from gapbeam.solver.scene.contact_pair import Contact
+from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.structure import StructurePoint
-from gapbeam.solver.schema.record_table import SHAPES_FILE
+from gapbeam.solver.schema.record_table import SHAPES_DATA_FILE, SHAPES_FIELDS_FILE, SHAPES_FILE
 from gapbeam.solver.system.operators import Array
 
 ANGLES = 48  # of the outline of a region in a plane
 FARTHEST = 0.5  # of the size of the structures: a wall that is farther away is none
 HALVINGS = 60
+FRAMES = 200
+"""Shapes over a run, where it does not say how many."""
+AT_ONCE = 2**22  # numbers of all shapes of a run, where it does not say how many
+
+
+class ShapeFrames:
+    """Coordinates of a scene at the start, from time to time, and at the end of a march.
+
+    Attributes:
+        every: Steps from one to the next.
+        q: Coordinates, (frames, n); without nodes in space none are kept.
+        times: s; NaN: not yet.
+    """
+
+    def __init__(self, marcher: Marcher, steps: int, every: int | None) -> None:
+        size = marcher.scene.size
+        self.every = every or -(-steps // max(2, min(FRAMES, AT_ONCE // max(size, 1))))
+        count = -(-steps // self.every) + 1 if has_shapes(marcher.scene) else 0
+        self.q, self.times = np.zeros((count, size)), np.full(count, np.nan)
+        self.take(marcher)
+
+    @property
+    def taken(self) -> int:
+        """Number of shapes up to now."""
+        return int(np.isfinite(self.times).sum())
+
+    def due(self, count: int) -> int:
+        """Return the steps from `count` to the next shape."""
+        return max(1, self.taken * self.every - count)
+
+    def take(self, marcher: Marcher, last: bool = False) -> None:
+        """Keep the shape after a step where one is due, or where the march ends."""
+        k = self.taken
+        if k < len(self.times) and (last or marcher.count >= k * self.every) and np.isfinite(marcher.q).all():
+            self.q[k], self.times[k] = marcher.q[:, 0], marcher.t
 
 
 def has_shapes(scene: Scene) -> bool:
@@ -40,41 +80,70 @@ def displacements(scene: Scene, q: Array) -> list[Array | None]:
     return found
 
 
-def largest(scene: Scene, q: Array) -> float:
-    """Return the largest displacement of a node, m."""
-    moved = (one for one in displacements(scene, q) if one is not None)
-    return max((float(np.linalg.norm(one, axis=1).max()) for one in moved), default=0.0)
-
-
-def write_shapes(folder: Path, scene: Scene, states: dict[str, tuple[float, Array]]) -> None:
+def write_shapes(folder: Path, scene: Scene, frames: ShapeFrames) -> None:
     """Write the shapes of a run; nothing where no structure has nodes in space.
 
     Args:
         folder: Results folder.
         scene: The scene.
-        states: Time, s, and coordinates by name.
+        frames: Its shapes.
 
     Raises:
-        NotWritten: The file could not be written.
+        NotWritten: A file could not be written.
     """
-    if not has_shapes(scene):
+    if not frames.taken:
         return
-    moved = {name: displacements(scene, q) for name, (_, q) in states.items()}
+    times = frames.times[: frames.taken]
+    moved = [displacements(scene, q) for q in frames.q[: frames.taken]]
+    sizes = [max(float(np.linalg.norm(u, axis=1).max()) for u in one if u is not None) for one in moved]
+    chosen = {"start": 0, "largest": int(np.argmax(sizes))}
     known = [(k, one, one.geometry) for k, one in enumerate(scene.structures) if one.geometry is not None]
     size = float(np.linalg.norm(np.ptp(np.vstack([shape.places for _, _, shape in known]), axis=0)))
     bodies = []
     for k, one, shape in known:
-        shapes = {name: found[k] for name, found in moved.items()}
+        shapes = {name: moved[i][k] for name, i in chosen.items()}
         bodies.append({"name": one.name, "places": shape.places.tolist(), "lines": np.asarray(shape.lines).tolist(),
                        "shapes": {name: u.tolist() for name, u in shapes.items() if u is not None}})  # fmt: skip
     contents = {
         "structures": bodies,
         "supports": [found for one in scene.contacts for found in _support(scene, one, FARTHEST * size)],
-        "times": {name: t for name, (t, _) in states.items()},
+        "times": {name: float(times[i]) for name, i in chosen.items()},
     }
     path = folder / SHAPES_FILE
     with written(path):
         path.write_text(json.dumps(contents, allow_nan=False) + "\n", encoding="utf-8")
+    start, lines = 0, list[Array]()
+    for _, _, shape in known:
+        lines.append(np.asarray(shape.lines, dtype=int).reshape(-1, 2) + start)
+        start += len(shape.places)
+    data = folder / SHAPES_DATA_FILE
+    with written(data), new_hdf5(data) as file:
+        file["places"], file["lines"] = np.vstack([shape.places for _, _, shape in known]), np.vstack(lines)
+        file["times"] = times
+        for i, parts in enumerate(moved):
+            file[f"displacement/{i}"] = np.vstack([one for one in parts if one is not None])
+    fields, drawn = folder / SHAPES_FIELDS_FILE, sum(map(len, lines))
+    with written(fields):
+        GrowingSeries(fields).finish([_grid(i, float(t), start, drawn) for i, t in enumerate(times)])
+
+
+def _grid(number: int, time: float, nodes: int, lines: int) -> str:
+    """Return the XML of a shape: lines between nodes, or the nodes alone."""
+
+    def item(name: str, shape: str, kind: str) -> str:
+        place = f"{SHAPES_DATA_FILE}:/{name}"
+        return f'<DataItem Dimensions="{shape}" NumberType="{kind}" Precision="8" Format="HDF">{place}</DataItem>'
+
+    cells = f'<Topology TopologyType="Polyvertex" NumberOfElements="{nodes}"/>'
+    if lines:
+        cells = f'<Topology TopologyType="Polyline" NodesPerElement="2" NumberOfElements="{lines}">'
+        cells += item("lines", f"{lines} 2", "Int") + "</Topology>"
+    return (
+        f'<Grid Name="shape {number}" GridType="Uniform"><Time Value="{time!r}"/>{cells}'
+        f'<Geometry GeometryType="XYZ">{item("places", f"{nodes} 3", "Float")}</Geometry>'
+        '<Attribute Name="displacement" AttributeType="Vector" Center="Node">'
+        f"{item(f'displacement/{number}', f'{nodes} 3', 'Float')}</Attribute></Grid>"
+    )
 
 
 def _support(scene: Scene, contact: Contact, far: float) -> Iterator[dict[str, Any]]:

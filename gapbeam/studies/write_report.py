@@ -211,6 +211,6 @@ def _check(page: Path, printed: Path, prints: bool, overwrite: bool) -> None:
         raise OptionError(f"`output=` {page}: expected a file that ends in .html; its PDF stands beside it")
     there = [path for path in (page, *([printed] if prints else [])) if path.exists()]
     if there and not overwrite:
-        words = " and ".join(map(str, there))
-        raise OptionError(f"{words} is there already; choose another `output=`, or pass `overwrite=True` to replace it")
+        words = " and ".join(map(str, there)) + (" are" if len(there) > 1 else " is")
+        raise OptionError(f"{words} there already; choose another `output=`, or pass `overwrite=True` to replace it")
     check_folder(page.parent, overwrite=True)

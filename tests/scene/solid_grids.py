@@ -7,6 +7,7 @@ from typing import Any
 import meshio
 import numpy as np
 
+import gapbeam as gb
 from gapbeam.solver.scene.solid_cells import KINDS
 from gapbeam.solver.system.operators import Array
 
@@ -55,3 +56,22 @@ def with_sets(mesh: meshio.Mesh, **sets: Any) -> meshio.Mesh:
 def nodes_of(points: Array, x: float) -> Array:
     """Return the nodes of a plane x = constant."""
     return np.flatnonzero(np.abs(points[:, 0] - x) < 1e-9)
+
+
+MODULI, RATIOS, SHEARS = (1.4e11, 1e10, 9e9), (0.3, 0.25, 0.4), (5e9, 4e9, 3e9)
+AXIS, ACROSS = np.array([2.0, 1.0, 0.5]), np.array([-0.5, 0.0, 2.0])
+PLY = gb.orthotropic(MODULI, RATIOS, SHEARS, 1600.0, AXIS, ACROSS)
+
+
+def ply_stress(strain: Array) -> Array:
+    """Return the stress of the ply in space: strain from stress as written in its axes, solved for stress."""
+    E, nu = MODULI, RATIOS
+    axes = np.column_stack([AXIS, np.cross(ACROSS, AXIS), ACROSS])
+    axes = axes / np.linalg.norm(axes, axis=0)
+    own = axes.T @ strain @ axes
+    flexible = np.array([[1 / E[0], -nu[0] / E[0], -nu[1] / E[0]], [-nu[0] / E[0], 1 / E[1], -nu[2] / E[1]],
+                         [-nu[1] / E[0], -nu[2] / E[1], 1 / E[2]]])  # fmt: skip
+    sigma = np.diag(np.linalg.solve(flexible, np.diag(own)))
+    for (i, j), modulus in zip(((0, 1), (0, 2), (1, 2)), SHEARS, strict=True):
+        sigma[i, j] = sigma[j, i] = 2.0 * modulus * own[i, j]
+    return np.asarray(axes @ sigma @ axes.T)

@@ -18,8 +18,7 @@ from scipy.optimize import brentq
 import gapbeam as gb
 from gapbeam.solver.assembly.elasticity import CellStiffness, lame
 from gapbeam.solver.scene.solid_cells import KINDS
-from gapbeam.solver.system.operators import Array
-from tests.scene.solid_grids import grid, with_sets
+from tests.scene.solid_grids import PLY, grid, ply_stress, with_sets
 
 pytestmark = pytest.mark.versions
 
@@ -140,37 +139,20 @@ def test_cells_are_those_of_dolfinx(tmp_path: Path, kind: str) -> None:
 
 
 OF_DOLFINX = {"tetra10": "tetrahedron", "hexahedron27": "hexahedron", "quad9": "quadrilateral"}
-PLY = {"young_moduli": (1.4e11, 1e10, 9e9), "poisson_ratios": (0.3, 0.25, 0.4), "shear_moduli": (5e9, 4e9, 3e9)}
-
-
-def hooke(strain: Array, axes: Array) -> Array:
-    """Return the stress of the ply, by components in its axes: strain from stress as written, solved for stress."""
-    E, nu, G = PLY["young_moduli"], PLY["poisson_ratios"], PLY["shear_moduli"]
-    own = axes.T @ strain @ axes
-    flexible = np.array([[1 / E[0], -nu[0] / E[0], -nu[1] / E[0]], [-nu[0] / E[0], 1 / E[1], -nu[2] / E[1]],
-                         [-nu[1] / E[0], -nu[2] / E[1], 1 / E[2]]])  # fmt: skip
-    sigma = np.diag(np.linalg.solve(flexible, np.diag(own)))
-    for (i, j), modulus in zip(((0, 1), (0, 2), (1, 2)), G, strict=True):
-        sigma[i, j] = sigma[j, i] = 2.0 * modulus * own[i, j]
-    return np.asarray(axes @ sigma @ axes.T)
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
 def test_orthotropic_patch_test(tmp_path: Path, kind: str) -> None:
     """Constant strain on a distorted mesh: no force inside, and stress times area on a face, to 1e-10."""
-    axis, across = np.array([2.0, 1.0, 0.5]), np.array([-0.5, 0.0, 2.0])
-    axes = np.column_stack([axis, np.cross(across, axis), across])
-    axes = axes / np.linalg.norm(axes, axis=0)
-    ply = gb.orthotropic(**PLY, density=1600.0, axis=axis, across=across)
     size = (0.3, 0.2, 0.1)
     mesh = grid(kind, (3, 3, 2), size, 0.25)
     mesh.write(tmp_path / "ply.vtk")
-    found = gb.from_mesh(tmp_path / "ply.vtk", ply, units="m")
+    found = gb.from_mesh(tmp_path / "ply.vtk", PLY, units="m")
     gradient = 1e-4 * np.random.default_rng(2).uniform(-1.0, 1.0, (3, 3))
     force = (found.K @ (mesh.points @ gradient.T).ravel()).reshape(-1, 3)
     outside = np.any([(x == 0.0) | (x > s - 1e-9) for x, s in zip(mesh.points.T, size, strict=True)], axis=0)
     assert np.abs(force[~outside]).max() < 1e-10 * np.abs(force).max()
-    sigma = hooke(0.5 * (gradient + gradient.T), axes)
+    sigma = ply_stress(0.5 * (gradient + gradient.T))
     for way in range(3):
         # sum x f = sigma V: forces at edges belong to two faces
         assert (mesh.points[:, way] @ force) / np.prod(size) == pytest.approx(sigma[:, way], rel=1e-10)

@@ -12,7 +12,7 @@ import pytest
 import gapbeam as gb
 from gapbeam.solver.scene.recorded_places import gauges_of
 from gapbeam.solver.scene.surface_stress import von_mises
-from tests.scene.solid_grids import grid, with_sets
+from tests.scene.solid_grids import PLY, grid, ply_stress, with_sets
 from tests.shared.slips import check_refused, put
 
 E, NU, RHO = 2e11, 0.3, 7800.0
@@ -276,23 +276,6 @@ def test_models_without_a_bent_section_are_refused(model: str) -> None:
         gb.beam(1.0, own, STEEL, {"a": 0.5}, clamped=[0.0], gauges=["a"])
     with pytest.raises(gb.UserError, match="no point of it"):
         gb.beam(1.0, own, STEEL, {"a": 0.5}, clamped=[0.0], gauges=["b"])
-
-
-PLY = gb.orthotropic((1.4e11, 1e10, 9e9), (0.3, 0.25, 0.4), (5e9, 4e9, 3e9), 1600.0, [2.0, 1.0, 0.5], [-0.5, 0.0, 2.0])
-
-
-def ply_stress(strain: np.ndarray) -> np.ndarray:
-    """Return the stress of the ply in space: its law is written in its axes, strain from stress."""
-    E, nu, G = (1.4e11, 1e10, 9e9), (0.3, 0.25, 0.4), (5e9, 4e9, 3e9)
-    axes = np.column_stack([[2.0, 1.0, 0.5], np.cross([-0.5, 0.0, 2.0], [2.0, 1.0, 0.5]), [-0.5, 0.0, 2.0]])
-    axes = axes / np.linalg.norm(axes, axis=0)
-    own = axes.T @ strain @ axes
-    flexible = np.array([[1 / E[0], -nu[0] / E[0], -nu[1] / E[0]], [-nu[0] / E[0], 1 / E[1], -nu[2] / E[1]],
-                         [-nu[1] / E[0], -nu[2] / E[1], 1 / E[2]]])  # fmt: skip
-    sigma = np.diag(np.linalg.solve(flexible, np.diag(own)))
-    for (i, j), modulus in zip(((0, 1), (0, 2), (1, 2)), G, strict=True):
-        sigma[i, j] = sigma[j, i] = 2.0 * modulus * own[i, j]
-    return np.asarray(axes @ sigma @ axes.T)
 
 
 def of_tensor(sigma: np.ndarray) -> float:

@@ -52,11 +52,6 @@ BAD = {
         GOOD.replace("vertical = 1e5", "twist = 1e5"),
         ["twist, a motion that a slice (dimension = 2) does not have", "axial, vertical or rotation"],
     ),
-    "motion of a mesh": (
-        GOOD.replace("stiffness = { vertical", "damping = { lateral")
-        + '[model]\ntype = "beam"\n[mesh]\ndimension = 3\n',
-        ["lateral, a motion that the model beam, which stays in its plane, does not have", 'add "lateral" to motions'],
-    ),
     "rigid and clamped": (
         GOOD + '[model]\ntype = "rigid"\n',
         ["rigid, with joints that neither let the body rise nor rotate", 'type = "beam"'],

@@ -55,6 +55,8 @@ SCENES: dict[str, tuple[int, dict[str, Any], str, str]] = {
                        "lateral torsion", "passes beside the axis"),
     "through the axis": (3, {"load": [UP | {"point": [0.4, 0.0, 0.006]}]}, "", ""),
     "axial spring": (3, {"joint": [spring("axial")]}, "axial", "end has a spring"),
+    "lateral spring": (3, {"joint": [spring("lateral")]}, "lateral", "damper or inertia against motion across"),
+    "lateral rotation": (3, {"joint": [spring("lateral_rotation")]}, "lateral", "end has a spring"),
     "twist spring": (3, {"joint": [spring("twist")]}, "torsion", "end has a spring, damper or inertia against twist"),
     "polar inertia": (3, {"mass": [MASS | {"polar_inertia": 1e-4}]}, "torsion", "head has a spring"),
     "mass ahead": (3, {"mass": [MASS | {"offset": [0.1, 0.0, 0.0]}]}, "", ""),

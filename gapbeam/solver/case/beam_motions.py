@@ -192,6 +192,8 @@ def needed_motions(
         return found
     if moves_in_space(dimension, layout, loads, masses, analysis):
         found["lateral"] = beside[0] if beside else "a hole, a load or the start moves it across its bending plane"
+    elif across := [*_attached(joints, "lateral"), *_attached(joints, "lateral_rotation")]:
+        found["lateral"] = across[0]
     twisting = [*_beside(loads), *beside, *_attached(fixtures, "twist")]
     if rubs and "lateral" in found:
         twisting.append("friction acts around the section")
@@ -227,7 +229,7 @@ def _beside(loads: Sequence[Load]) -> Iterator[str]:
 
 def _attached(fixtures: Sequence[Joint | PointMass], motion: MotionName) -> Iterator[str]:
     """Yield the springs, dampers and rotary inertias on a motion; a mass alone moves along with any."""
-    words = "twist" if motion == "twist" else "motion along the beam"
+    words = {"twist": "twist", "axial": "motion along the beam"}.get(motion, "motion across the bending plane")
     for entry in fixtures:
         for one in entry.attached():
             added = one.attachment

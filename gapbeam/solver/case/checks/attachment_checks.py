@@ -6,12 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 from gapbeam.meshes.beam_geometry import SNAP
-from gapbeam.solver.case.analysis_table import Analysis
-from gapbeam.solver.case.beam_motions import moves_in_space
 from gapbeam.solver.case.beam_profile import Beam, span_lies_on_the_beam
 from gapbeam.solver.case.case import Contact, Mesh, Wear, advised_scheme
 from gapbeam.solver.case.checks.place_checks import Loads, outside
-from gapbeam.solver.case.solution_tables import BeamModel, ModelTable, RigidModel, Time
+from gapbeam.solver.case.solution_tables import ModelTable, RigidModel, Time
 from gapbeam.solver.loads.attachments import ElasticJoint, Fluid, Joint, PointMass, bending_rank
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
@@ -94,15 +92,9 @@ def _listed(numbers: tuple[float, ...]) -> str:
     return f"[{', '.join(f'{number:.6g}' for number in numbers)}]"
 
 
-def elastic_joints_do_something(
-    joint: Joints, model: ModelTable, mesh: Mesh, support: AnySupports, load: Loads, mass: Masses, analysis: Analysis
-) -> Iterator[Fault]:
+def elastic_joints_do_something(joint: Joints, mesh: Mesh) -> Iterator[Fault]:
     """An elastic joint has a spring or a damper, on a motion that the model has."""
     missing = ["lateral", "lateral_rotation", "twist"] if mesh.dimension == 2 else []
-    if isinstance(model, BeamModel) and mesh.dimension == 3 and not {"lateral"} & set(model.motions):
-        # springs make a beam move along its axis, and twist; it leaves its bending plane where it is moved out of it
-        space = moves_in_space(mesh.dimension, Layout.of(support), load.values(), mass.values(), analysis)
-        missing = [] if space else ["lateral", "lateral_rotation"]
     for number, entry in joint.items():
         if not isinstance(entry, ElasticJoint):
             continue
@@ -116,15 +108,12 @@ def elastic_joints_do_something(
             )
         for name in names:
             if name in missing:
-                kind = "stiffness" if getattr(entry.stiffness, name) > 0.0 else "damping"
-                flat = mesh.dimension == 2
-                where = "a slice (dimension = 2)" if flat else f"the model {model.type}, which stays in its plane,"
                 yield Fault(
-                    ("joint", number, kind),
-                    f"{name}, a motion that {where} does not have",
-                    "axial, vertical or rotation" if flat else "axial, vertical, rotation or twist",
-                    f"leave {name} out, or take dimension = 3" if flat else 'add "lateral" to motions in [model]',
-                    (("model", "type"), ("mesh", "dimension")),
+                    ("joint", number, "stiffness" if getattr(entry.stiffness, name) > 0.0 else "damping"),
+                    f"{name}, a motion that a slice (dimension = 2) does not have",
+                    "axial, vertical or rotation",
+                    f"leave {name} out, or take dimension = 3",
+                    (("mesh", "dimension"),),
                 )
 
 

@@ -108,3 +108,13 @@ def test_usual_values_raise_no_question(kind: str, caplog: pytest.LogCaptureFixt
     with caplog.at_level(logging.WARNING, "gapbeam"):
         gb.scene(file_of(kind, lambda _: None))
     assert not caplog.messages
+
+
+@pytest.mark.parametrize(("units", "span"), [("m", "120"), ("cm", ""), ("mm", ""), ("inch", "")])
+def test_the_span_of_a_mesh_is_asked_about(units: str, span: str, caplog: pytest.LogCaptureFixture) -> None:
+    """A bracket of 120 mm that is said to be in m is one of 120 m."""
+    with caplog.at_level(logging.WARNING, "gapbeam"):
+        gb.scene(PROJECT / "cases" / "scenes" / "bracket.toml", {"structure.bracket.model.units": units})
+    found = [one for one in caplog.messages if "its span as length" in one]
+    assert len(found) == bool(span)
+    assert not span or f"length = {span} is unusual; the unit is m, not mm; is it in mm, 0.12 m?" in found[0]

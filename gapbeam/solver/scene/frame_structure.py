@@ -229,7 +229,7 @@ def frame(
     drawn: dict[str, tuple[Array, Array]] = {}
     for key, (_, way) in placed.items():
         node = node_at(known[key])
-        ways = _directions(way, f"{where}: point {key}", (3, MOTIONS))
+        ways = _directions(way, f"{where}: point {key}", (3, MOTIONS), f"points.{key}")
         rows_of[key] = np.zeros((len(ways), tie.shape[1]))
         rows_of[key][:, MOTIONS * node : MOTIONS * node + ways.shape[1]] = ways
         if ways.shape[1] == len(x[node]):
@@ -256,7 +256,7 @@ def frame(
     made = Structure(0.5 * (Mf + Mf.T), 0.5 * (Kf + Kf.T), None, rows, still, name, inertia, moved, geometry)
     clamps = [at for at, _, rotates in supports if rotates]
     for key in gauges:
-        ways = _directions(placed[key][1], f"{where}: point {key}", (3,))
+        ways = _directions(placed[key][1], f"{where}: point {key}", (3,), f"points.{key}")
         stress = _stress(members, axes, stations, own, every, known[key], ways, clamps, where, key) @ tie
         refuse_beside(stress, shoved, f"{where}: point {key}", f"points.{key}")
         made.gauges[key] = np.asarray((Z.T @ stress.T).T)
@@ -307,8 +307,7 @@ def _hinges(
     found: list[_Hinge] = []
     own, count = [some.copy() for some in nodes], 1 + max(int(some.max()) for some in nodes)
     for k, (member, axis) in enumerate(zip(members, axes.routes, strict=True)):
-        wrong = [one for one in member.hinged if k == 0 or one not in ("start", "end")]
-        if wrong:
+        if wrong := [one for one in member.hinged if k == 0 or one not in ("start", "end")]:
             raise ArgumentError(f"{where}: found {wrong[0]!r} hinged, expected start or end of a branch",
                                 f"members.{k - 1}.hinged")  # fmt: skip
         for end in dict.fromkeys(member.hinged):
@@ -319,8 +318,9 @@ def _hinges(
     bare = [one for one in found if not any(one.node in some for some in own)]
     if bare:
         k = next(k for k, some in enumerate(nodes) if k and members[k].hinged and bare[0].node in some[[0, -1]])
-        raise ArgumentError(f"{where}: found a joint at which all members are hinged, expected one that is not",
-                            f"members.{k - 1}.hinged")  # fmt: skip
+        loose = f"the {'start' if bare[0].node == nodes[k][0] else 'end'} of member {k}, which touches no axis,"
+        words = loose if sum(bare[0].node in some for some in nodes) == 1 else "a joint at which all members are"
+        raise ArgumentError(f"{where}: found {words} hinged, expected one there that is not", f"members.{k - 1}.hinged")
     return found, own
 
 
@@ -362,17 +362,17 @@ def _placed(given: Any, where: str) -> tuple[Station, ArrayLike]:
     return given[0], given[1]
 
 
-def _directions(ways: ArrayLike, where: str, lengths: Sequence[int]) -> Array:
+def _directions(ways: ArrayLike, where: str, lengths: Sequence[int], argument: str = "supports") -> Array:
     """Return one or several directions of length 1, (count, 3) or (count, 6); so are rotations where nothing moves."""
     given = np.atleast_2d(finite(ways, where))
     sizes = np.linalg.norm(given[:, :3], axis=1)
     sizes = np.where(sizes > 0.0, sizes, np.linalg.norm(given, axis=1))
     if given.shape[1] not in lengths or not np.all(sizes > 0.0):
-        raise UserError(f"{where}: found direction {np.asarray(ways).tolist()}, expected (x, y, z), not all 0")
+        words = f"{where}: found direction {np.asarray(ways).tolist()}, expected (x, y, z), not all 0"
+        raise ArgumentError(words, argument)
     found = given / sizes[:, None]
-    turned = np.triu(found @ found.T, 1)
-    if np.abs(turned).max() > ALONG:
-        raise UserError(f"{where}: found directions that are not at right angles")
+    if np.abs(np.triu(found @ found.T, 1)).max() > ALONG:
+        raise ArgumentError(f"{where}: found directions that are not at right angles", argument)
     return np.asarray(found)
 
 

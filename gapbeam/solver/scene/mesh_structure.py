@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.case.beam_profile import Material
+from gapbeam.solver.case.checks.usual_ranges import USUAL, asked
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, positive, shown
 from gapbeam.solver.scene.imported_points import Label, PointGiven, Rows
 from gapbeam.solver.scene.mesh_files import SolidMesh, read_mesh
@@ -100,6 +101,8 @@ def mesh_model(
     ways = range(1, 3 if flat else 4)
     rows = Rows([f"{node}.{way}" for node in mesh.labels for way in ways], mesh.nodes, meter, True, place or Pose())
     spans = " x ".join(f"{one:.4g}" for one in np.ptp(cells.places, axis=0))
+    for question in asked(f"{where}: its span as", USUAL[0], float(np.ptp(cells.places, axis=0).max())):
+        LOG.warning("%s", question)
     LOG.info(
         "%s: %d %s cells, %d nodes, %s m, %.6g kg", where, len(of_cell), mesh.kind, len(mesh.labels), spans,
         M.sum() / cells.kind.dimension,

@@ -89,7 +89,10 @@ def framed(
         ways = np.atleast_2d(np.asarray(way, dtype=float))
         on_axis = (not isinstance(at, float) or at <= axes.routes[0].length) and ways.shape[1] == 3
         place = axes.at(axes.along(at, "point")) if on_axis else None
-        places[f"{table.name}.{name}"] = PlacedPoint(place, ways / np.linalg.norm(ways, axis=1)[:, None])
+        size = np.linalg.norm(ways, axis=1)[:, None]
+        places[f"{table.name}.{name}"] = PlacedPoint(
+            place, ways / np.where(size > 0.0, size, 1.0)
+        )  # 0 is refused below
     one = frame(
         model.route,
         space_figures(model.section, model.thickness, model.width or model.thickness, model.material.poisson_ratio),

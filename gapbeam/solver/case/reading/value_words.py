@@ -6,7 +6,7 @@ import datetime
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -183,6 +183,11 @@ def fits(model: type[BaseModel], name: str, value: object) -> bool:
     return True
 
 
+def _holds_numbers(allowed: Sequence[Mapping[str, Any]]) -> bool:
+    """Return whether one of the options of a key is a list of numbers, or of such lists."""
+    return any(re.search("'type': '(number|integer)'", str(one)) for one in allowed if one.get("type") == "array")
+
+
 def hint_for(model: type[BaseModel], name: str, value: object) -> str:
     """Return advice for a value that was refused; the key takes every value that the advice names."""
     allowed = options(model, name)
@@ -212,7 +217,7 @@ def hint_for(model: type[BaseModel], name: str, value: object) -> str:
             return f"just below: {name} = {JUST_BELOW * value:g}"
         case list() | tuple() if len(value) == 1 and numeric and fits(model, name, value[0]):
             return f"the number without brackets: {name} = {toml_value(value[0])}"
-        case list() | tuple() if "array" in types and any(isinstance(item, str) for item in value):
+        case list() | tuple() if any(isinstance(item, str) for item in value) and _holds_numbers(allowed):
             return "numbers without quotes"
     line = example(model, name)
     return f"for example {line}" if line else ""

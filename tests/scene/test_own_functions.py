@@ -140,3 +140,33 @@ def test_a_distance_grows_by_a_meter_per_meter(size: float, caplog: pytest.LogCa
         contact(lambda x, y, a: math.hypot(x, y) / a - 1.0, a=size)
     for message, slope in zip(caplog.messages, (2.0 * size, 1.0 / size), strict=True):
         assert f"forces there are {slope:.3g} times" in message
+
+
+@pytest.mark.parametrize(
+    "damper",
+    [
+        lambda _n, share, rate, k: -1e-3 * k * share * rate,
+        lambda n, _share, rate, _k: -0.2 * n * rate,
+        lambda _n, share, rate, k: 1e-3 * k * share * abs(rate),
+        lambda _n, share, rate, k: 1e-3 * k * share * (rate if rate < 5.0 else -rate),
+    ],
+    ids=["viscous", "of the force", "of the speed alone", "beyond a speed"],
+)
+def test_a_damper_that_drives_is_refused(damper: Callable[..., Any]) -> None:
+    """A damper has the sign of the rate: gates blamed the scheme for the energy of others, and small ones passed."""
+    with pytest.raises(gb.UserError, match=r"its damper is .* expected one of the sign of the rate"):
+        law_of("damper", damper)
+
+
+@pytest.mark.parametrize(
+    "damper",
+    [
+        lambda _n, share, rate, k: 1e-3 * k * share * rate,
+        lambda n, _share, rate, _k: 0.2 * n * rate,
+        lambda n, _share, rate, _k: 0.3 * n * math.tanh(rate),
+        lambda _n, share, rate, k: 1e-3 * k * share * max(rate, 0.0),
+    ],
+    ids=["viscous", "of the force", "bounded", "one way"],
+)
+def test_dampers_against_the_motion_are_taken(damper: Callable[..., Any]) -> None:
+    law_of("damper", damper)

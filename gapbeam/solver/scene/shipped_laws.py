@@ -197,7 +197,7 @@ def check_law(law: ForceLaw) -> None:
 
 
 def _check_own(kind: LawKind, values: tuple[float, ...]) -> None:
-    """Refuse functions of a user that fail, or that compiled code cannot call."""
+    """Refuse functions of a user that fail, that compiled code cannot call, or that drive the motion."""
     for what, count, answers in (("spring", 1, 1), ("potential", 1, 1), ("damper", 3, 1), ("mean", 2, 2)):
         function = getattr(kind, what)
         if is_own(function):
@@ -205,3 +205,11 @@ def _check_own(kind: LawKind, values: tuple[float, ...]) -> None:
             if answers == 1:
                 tried(function, (*[1.0] * count, *values), where)
             check_compiled(function, count + len(values), where, answers)
+    if is_own(kind.damper) and not kind.memory:
+        for rate in (*PLACES, *-PLACES):
+            force = tried(kind.damper, (1.0, 1.0, rate, *values), f"law {kind.name}: its damper")
+            if force * rate < 0.0:
+                raise UserError(
+                    f"law {kind.name}: its damper is {force:.3g} N at a rate of {rate:.3g} m/s, expected one of the "
+                    "sign of the rate: it drives the motion"
+                )

@@ -397,6 +397,7 @@ class AssumptionLimits(Table):
     basis_beside_the_frequencies: Bound = _limit("highest frequency over the highest of the basis, no unit")
     beam_model_beside_the_wavelengths: Bound = _limit("thickness over the wavelength, no unit")
     rigid_model_beside_the_frequencies: Bound = _limit("highest frequency over the first of the beam, no unit")
+    bounded_motion: Bound = _limit("growth of a motion that no contact limits, in the digits of a number, no unit")
     digits_of_matrices: Bound = _limit("part of a first frequency that the digits of matrices leave unknown, no unit")
     energy_under_noise_kept_by_the_scheme: Bound = _limit("energy that the scheme took or created, no unit")
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,9 @@ from gapbeam.solver.run.scene_records import (
 )
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of, wear_of
 from gapbeam.solver.scene.argument_checks import check_fields, positive
+from gapbeam.solver.scene.feedback import Joint
 from gapbeam.solver.scene.flow_force import Flow
+from gapbeam.solver.scene.flow_margin import UNDECIDED, eigenvalues
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecords
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.recorded_places import as_recorded, gauges_of, places_of_figures
@@ -348,6 +351,15 @@ class SceneMarch:
         loads = self.accounts.ledger.load_work[0]
         return f"{words}, of {self.records.loaded[0]} {loads:.4g} J" if self.records.loaded else words
 
+    @cached_property
+    def growth(self) -> float:
+        """Logarithm of the growth of the linear motion over the march; 0: contact limits it, or nothing drives it."""
+        scene, accounts = self.asked.scene, self.accounts
+        if scene.is_large or accounts.impulse.any() or all(isinstance(one, Joint) for one in scene.feedbacks):
+            return 0.0
+        leading = eigenvalues(scene)[0]
+        return self.marcher.count * self.marcher.h * leading.real if leading.real > UNDECIDED * abs(leading) else 0.0
+
     def write(self, folder: Path, checkpoint: SceneCheckpoint, kept: int | None) -> None:
         """March to the end into a results folder.
 
@@ -454,7 +466,7 @@ class SceneMarch:
         accounts = self.accounts
         accounts.gates.judge(self.scheme, accounts.ledger)
         accounts.gates.judge_loss(self.scheme, accounts.ledger, ", or the default scheme, which takes none")
-        let_pass(findings_of(accounts))
+        let_pass(findings_of(accounts, self.growth))
 
     def describe(self, summary: dict[str, Any]) -> None:
         """Add figures, findings and remarks to the summary, and log them."""
@@ -475,7 +487,7 @@ class SceneMarch:
             LOG.info("%s", in_words(summary["statistics"]))
         if summary["scene"]["turning"]:
             LOG.info("%s: rotations and moments, in rad and N m", ", ".join(summary["scene"]["turning"]))
-        findings = findings_of(accounts)
+        findings = findings_of(accounts, self.growth)
         summary["assumptions"] = [one.as_data() for one in findings]
         remarks = remarks_of(accounts, findings)
         summary["warnings"] += remarks

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import zip_longest
+from math import log
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import FEWEST, BlockEn
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, AveragedSeries
 from gapbeam.solver.run.assumptions.motion_findings import RESOLVED
 from gapbeam.solver.run.outcome import all_rates, work_rate
-from gapbeam.solver.run.scene_records import SceneAccounts, promises_balance
+from gapbeam.solver.run.scene_records import EPS, SceneAccounts, promises_balance
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import Flow, fit_doubts
@@ -28,6 +29,12 @@ from gapbeam.solver.scene.scene_load import BaseMotion
 DIGITS = Assumption(
     "digits of matrices", "part of the first frequency that digits leave unknown", "1", MOST_OFF, 10.0 * MOST_OFF,
     MORE_DIGITS,
+)  # fmt: skip
+BOUNDED = Assumption(
+    "bounded motion", "growth of the linear motion over the run, in the digits of a number", "1",
+    log(10.0) / log(1.0 / EPS), 1.0,
+    "forces that follow the motion drive it, and no contact limits it: its figures are those of the end of the run; "
+    "look at `gapbeam check`, or start where contact is met",
 )  # fmt: skip
 
 
@@ -148,13 +155,20 @@ def _work_rates(worn: BlockEnds, step: float, contacts: Sequence[int]) -> list[d
     return [vars(one.interval) | {"verdict": one.verdict} for one in figures]
 
 
-def findings_of(accounts: SceneAccounts) -> list[Finding]:
-    """Return the findings on the assumptions of a scene."""
+def findings_of(accounts: SceneAccounts, growth: float) -> list[Finding]:
+    """Return the findings on the assumptions of a scene.
+
+    Args:
+        accounts: Accounts of the march.
+        growth: Logarithm of the growth of a linear motion over the march; 0: it is bounded.
+    """
     seen = accounts.episodes
     detail = f"{seen['short_episodes']} of {seen['episodes']} contacts"
     found = [Finding(RESOLVED, seen["share_of_impulse_in_short_episodes"], detail=detail)] if seen["episodes"] else []
     doubts = [one.doubt for one in accounts.scene.structures if one.doubt is not None]
     found += [Finding(DIGITS, one.part, detail=one.words) for one in doubts]
+    if growth > 0.0:
+        found.append(Finding(BOUNDED, growth / log(1.0 / EPS), detail=f"times 10^{growth / log(10.0):.2g}"))
     return limited(found, accounts.gates.limits)
 
 

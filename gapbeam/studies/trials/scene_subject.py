@@ -411,7 +411,7 @@ class SceneSubject:
             response.penetration = float(accounts.depth.max(initial=0.0))
             response.peak_force = float(accounts.force.max(initial=0.0))
             response.iterations = marcher.passes / max(marcher.count, 1)
-            response.findings = findings_of(accounts)
+            response.findings = findings_of(accounts, march.growth)
         march.judge()
 
     def stays_linear(self, history: xr.Dataset, after: float) -> bool:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches
+from gapbeam.solver.messages.wording import apart
 
 GROWTH = 1.25
 """Ratio of the lengths of two neighboring cells while they grow."""
@@ -121,7 +122,7 @@ def _partition(breakpoints: tuple[float, ...], cell_length: CellLength) -> Posit
     breaks = np.array(breakpoints)
     roughly = np.mean(1 / cell_length(np.linspace(breaks[0], breaks[-1], 1001))) * (breaks[-1] - breaks[0])
     if roughly > MOST_LAYERS:
-        raise _too_many(cell_length.smallest, breaks, f"about {math.ceil(roughly)}")
+        raise _too_many(cell_length.smallest, breaks, f"about {apart(roughly, MOST_LAYERS, least=5)[0]}")
     wanted = cell_length.ending_at(breaks)
     layers = breaks
     for _ in range(_ROUNDS):

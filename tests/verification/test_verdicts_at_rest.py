@@ -16,10 +16,10 @@ from gapbeam.solver.diagnostics.assumption import Assumption, FrequencyContent, 
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.models.model import build_model
+from gapbeam.solver.run import scene_summary
 from gapbeam.solver.run.assumptions import frequency_findings, motion_findings
 from gapbeam.solver.run.assumptions.frequency_findings import RESONANT, RIGID, of_resonance, of_step
 from gapbeam.solver.run.assumptions.motion_findings import BESIDE_CLEARANCE, INSIDE, RESTRAINED
-from gapbeam.solver.run.scene_summary import DIGITS
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import seated
@@ -152,12 +152,11 @@ def test_gates_accept_other_limits() -> None:
 
 def test_every_assumption_can_have_other_limits() -> None:
     """The keys are the names of the assumptions; those of the material and of the energy have keys of their own."""
-    found = [one for module in (frequency_findings, motion_findings) for one in vars(module).values()]
+    found = [one for module in (frequency_findings, motion_findings, scene_summary) for one in vars(module).values()]
     names = {one.name for one in found if isinstance(one, Assumption)} | {
         UNDER_NOISE[0],
         BESIDE_CLEARANCE[0],
         INSIDE[0],
-        DIGITS.name,
     }
     assert set(AssumptionLimits.model_fields) == {name.replace(" ", "_") for name in names}
 

@@ -339,7 +339,8 @@ def rigid_body(case: Case, meshed: MeshedBeam) -> Body:
     shift = (2.0 * pi * overhang_frequency(case)) ** 2
     basis = held(body, floating, shift)
     if symmetric:
-        basis = basis.kept(moved(body, met_along_lines(case, body).contact, basis))
+        turned, kept = moved(body, met_along_lines(case, body).contact, basis, shift)
+        basis = turned.kept(kept)
     holding = holding_shapes(body, body.contact, floating.respond(operators, shift), basis.columns)
     assert isinstance(body.expansion, csr_matrix)
     expansion = np.asarray(body.expansion @ basis.columns)

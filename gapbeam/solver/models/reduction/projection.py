@@ -29,6 +29,7 @@ from gapbeam.solver.assembly.assembled_system import attached_rows
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.loads.places import patterned
 from gapbeam.solver.models.body import Body, HoldingShapes, ProductExpansion
+from gapbeam.solver.models.reduction.contact_lines import RIGID
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
 from gapbeam.solver.system.operators import Array, Interface, Operators, row_product
@@ -106,19 +107,43 @@ def spanned(body: Body, operators: SparseOperators, columns: csr_matrix) -> tupl
     return moved, projected
 
 
-def moved(body: Body, contact: ContactOperator, basis: Basis) -> Kept:
-    """Return True for columns of a basis that loads or contact can move, (r,): symmetric ones. Collective."""
+def moved(body: Body, contact: ContactOperator, basis: Basis, shift: float) -> tuple[Basis, Kept]:
+    """Return a basis and True for its columns that loads or contact can move, (r,): symmetric ones. Collective.
+
+    Round-off mixes low motions, which are alike beside the shift. Those that are moved then seem more than there are:
+    they are turned so that as few are moved as can be.
+
+    Args:
+        body: The body.
+        contact: Its contact points, whose gaps are those of symmetric motions.
+        basis: V, with V^T M V = 1 and V^T K V = diag(s).
+        shift: As in `held`.
+    """
     operators = body.operators
     trace = _trace(operators, contact.interface, basis)
     gaps = np.sqrt(contact.weights[:, None]) * (contact.gap_matrix @ trace)
-    touched = np.linalg.norm(gaps, axis=0)
-    found: Kept = touched > UNMOVED * touched.max()
     # a basis does not move where a joint holds it: what is left there is round-off
     free = [row for one, row in attached_rows(body.case, body.patterns) if not one.held]
-    for pattern in (*body.patterns[: len(patterned(body.case.load))], *free):
-        force = basis.project(operators, pattern)
-        found |= np.abs(force) > UNMOVED * np.abs(force).max()
-    return found
+    patterns = (*body.patterns[: len(patterned(body.case.load))], *free)
+    rows = [gaps / np.linalg.norm(gaps, axis=0).max()]
+    for force in (basis.project(operators, pattern) for pattern in patterns):
+        rows.append(force[None] / (np.abs(force).max() or 1.0))
+    movers = np.vstack(rows)
+    found: Kept = np.linalg.norm(movers, axis=0) > UNMOVED
+    low = np.flatnonzero(basis.squares < RIGID * shift)
+    if not found[low].any():
+        return basis, found
+    _, sizes, turn = np.linalg.svd(np.linalg.qr(movers[:, low], mode="r"))
+    rank = int(np.count_nonzero(sizes > UNMOVED))
+    if rank == np.count_nonzero(found[low]):
+        return basis, found
+    columns, squares = basis.columns.copy(order="F"), basis.squares.copy()
+    for place, some in ((low[:rank], turn[:rank]), (low[rank:], turn[rank:])):
+        own, shapes = np.linalg.eigh((some * basis.squares[low]) @ some.T)
+        columns[:, place], squares[place] = basis.columns[:, low] @ (some.T @ shapes), np.maximum(own, 0.0)
+    found[low] = np.arange(len(low)) < rank
+    order = np.argsort(squares, kind="stable")
+    return Basis(np.asfortranarray(columns[:, order]), squares[order]), found[order]
 
 
 def _trace(operators: Operators, interface: Interface, basis: Basis) -> Array:

@@ -442,7 +442,7 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     if is_symmetric(case):
         mirrored = gathered_points(case, points, True, ACROSS, body.meshed.facet_length)
         lines = contact.points.distributed if isinstance(contact.points, ElementOperator) else contact.points
-        kept = moved(body, mirrored if lines is points else lines, basis)
+        basis, kept = moved(body, mirrored if lines is points else lines, basis, shift)
     report = BasisReport(
         modes=found.modes,
         highest_mode=found.highest_mode,

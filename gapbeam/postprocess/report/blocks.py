@@ -16,7 +16,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.report.moving_scene import MovingScene
@@ -259,3 +259,17 @@ def _grouped(text: str) -> str:
 def picture_section(path: Path, caption: str, command: str) -> list[ReportSection]:
     """Return the section of a picture; none where the file is not there."""
     return [ReportSection("Picture", "picture", [Picture(path, caption, command)])] if path.is_file() else []
+
+
+def statistics_row(one: Mapping[str, Any]) -> tuple[str, float, str, str, str, str, str]:
+    """Return the cells of a figure with its interval, for a table of statistics."""
+    needed = one["time_for_2_percent"]
+    return (
+        one["name"],
+        one["value"],
+        "" if one["unit"] == "1" else one["unit"],
+        f"{number(one['low'])} to {number(one['high'])}",
+        f"{one['effective_samples']:.0f}",
+        one["verdict"],
+        "" if needed is None else number(needed),
+    )

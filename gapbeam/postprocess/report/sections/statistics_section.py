@@ -9,7 +9,16 @@ import numpy as np
 import xarray as xr
 
 from gapbeam.postprocess.display_units import shown, shown_along
-from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words, number, percent
+from gapbeam.postprocess.report.blocks import (
+    Block,
+    Cell,
+    ReportSection,
+    TableBlock,
+    Words,
+    number,
+    percent,
+    statistics_row,
+)
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
 from gapbeam.postprocess.report.sections.support_section import chart_along
 from gapbeam.postprocess.results.columns_of_run import PointMap
@@ -287,7 +296,6 @@ def impacts_section(
 
 
 STATISTICS_SECTION_HEADER = ("figure", "value", "unit", "95 % interval", "effective samples", "judged", "s for 2 %")
-TIME_NEEDED = "time_for_2_percent"
 
 
 def statistics_section(summary: dict[str, Any]) -> ReportSection | None:
@@ -321,18 +329,4 @@ def statistics_section(summary: dict[str, Any]) -> ReportSection | None:
     rows = [statistics_row(one) for one in found["figures"]]
     return ReportSection(
         "Statistics", "statistics", [Words(words), TableBlock("Figures of the motion", STATISTICS_SECTION_HEADER, rows)]
-    )
-
-
-def statistics_row(one: Mapping[str, Any]) -> tuple[str, float, str, str, str, str, str]:
-    """Return the cells of a figure with its interval, under STATISTICS_SECTION_HEADER."""
-    needed = one[TIME_NEEDED]
-    return (
-        one["name"],
-        one["value"],
-        "" if one["unit"] == "1" else one["unit"],
-        f"{number(one['low'])} to {number(one['high'])}",
-        f"{one['effective_samples']:.0f}",
-        one["verdict"],
-        "" if needed is None else number(needed),
     )

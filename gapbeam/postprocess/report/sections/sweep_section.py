@@ -24,10 +24,10 @@ from gapbeam.postprocess.report.blocks import (
     Verdict,
     number,
     picture_section,
+    statistics_row,
     warnings_of,
 )
 from gapbeam.postprocess.report.charts import Chart, ChartCurve, Mode
-from gapbeam.postprocess.report.sections.statistics_section import statistics_row
 from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.study_figures.study_axis import StudyAxis, axis_of, si_key, value_words

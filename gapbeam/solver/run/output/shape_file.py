@@ -39,9 +39,10 @@ class ShapeFrames:
     """
 
     def __init__(self, marcher: Marcher, steps: int, every: int | None) -> None:
-        size = marcher.scene.size
-        self.every = every or -(-steps // max(2, min(FRAMES, AT_ONCE // max(size, 1))))
-        count = -(-steps // self.every) + 1 if has_shapes(marcher.scene) else 0
+        size, bodies = marcher.scene.size, marcher.scene.structures
+        nodes = sum(len(one.geometry.places) for one in bodies if one.geometry is not None)
+        self.every = every or -(-steps // max(2, min(FRAMES, AT_ONCE // max(size, 3 * nodes, 1))))
+        count = -(-steps // self.every) + 1 if nodes else 0
         self.q, self.times = np.zeros((count, size)), np.full(count, np.nan)
         self.take(marcher)
 
@@ -59,11 +60,6 @@ class ShapeFrames:
         k = self.taken
         if k < len(self.times) and (last or marcher.count >= k * self.every) and np.isfinite(marcher.q).all():
             self.q[k], self.times[k] = marcher.q[:, 0], marcher.t
-
-
-def has_shapes(scene: Scene) -> bool:
-    """Return whether a structure of a scene has nodes in space."""
-    return any(one.geometry is not None for one in scene.structures)
 
 
 def displacements(scene: Scene, q: Array) -> list[Array | None]:

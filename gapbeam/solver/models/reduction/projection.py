@@ -29,7 +29,6 @@ from gapbeam.solver.assembly.assembled_system import attached_rows
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.loads.places import patterned
 from gapbeam.solver.models.body import Body, HoldingShapes, ProductExpansion
-from gapbeam.solver.models.reduction.contact_lines import RIGID
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
 from gapbeam.solver.system.operators import Array, Interface, Operators, row_product
@@ -38,6 +37,7 @@ from gapbeam.solver.system.semi_discrete import ContactOperator
 Kept = NDArray[np.bool_]
 
 UNMOVED = 1.0e-8  # of the largest motion that a unit force gives a mode
+FLOATING = 1.0e-3  # of the shift: squares of motions of the floating body on weak springs
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,8 @@ def spanned(body: Body, operators: SparseOperators, columns: csr_matrix) -> tupl
 def moved(body: Body, contact: ContactOperator, basis: Basis, shift: float) -> tuple[Basis, Kept]:
     """Return a basis and True for its columns that loads or contact can move, (r,): symmetric ones. Collective.
 
-    Round-off mixes low motions, which are alike beside the shift. Those that are moved then seem more than there are:
-    they are turned so that as few are moved as can be.
+    Round-off mixes motions of the floating body, which are alike beside the shift. Those that are moved then seem more
+    than there are: they are turned so that as few are moved as can be, unless stiffness ties the others to these.
 
     Args:
         body: The body.
@@ -130,12 +130,13 @@ def moved(body: Body, contact: ContactOperator, basis: Basis, shift: float) -> t
         rows.append(force[None] / (np.abs(force).max() or 1.0))
     movers = np.vstack(rows)
     found: Kept = np.linalg.norm(movers, axis=0) > UNMOVED
-    low = np.flatnonzero(basis.squares < RIGID * shift)
+    low = np.flatnonzero(basis.squares < FLOATING * shift)
     if not found[low].any():
         return basis, found
     _, sizes, turn = np.linalg.svd(np.linalg.qr(movers[:, low], mode="r"))
     rank = int(np.count_nonzero(sizes > UNMOVED))
-    if rank == np.count_nonzero(found[low]):
+    tie = (turn[:rank] * basis.squares[low]) @ turn[rank:].T
+    if rank == np.count_nonzero(found[low]) or np.abs(tie).max(initial=0.0) > UNMOVED * shift:
         return basis, found
     columns, squares = basis.columns.copy(order="F"), basis.squares.copy()
     for place, some in ((low[:rank], turn[:rank]), (low[rank:], turn[rank:])):

@@ -5,11 +5,12 @@ Displacements and gaps are enlarged by one factor, which the picture states.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import xarray as xr
 from matplotlib import rc_context
@@ -23,6 +24,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from gapbeam.postprocess.display_units import rounded_down
 from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, DOUBLE, GRAY, GREEN, VERMILION, journal_style
 from gapbeam.postprocess.results.bounded_files import check_hdf5, read_json
+from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.scene.structure_geometry import directions_across
 from gapbeam.solver.schema.record_table import SHAPES_DATA_FILE, SHAPES_FILE
 
@@ -153,7 +155,7 @@ def film_times(folder: Path) -> np.ndarray:
     Raises:
         ResultsError: The file cannot be read.
     """
-    return _read(folder, "times") if (folder / SHAPES_DATA_FILE).is_file() else np.zeros(0)
+    return _read(folder, ["times"])[0] if (folder / SHAPES_DATA_FILE).is_file() else np.zeros(0)
 
 
 def film_frames(
@@ -171,8 +173,9 @@ def film_frames(
     Raises:
         ResultsError: A file cannot be read.
     """
-    shapes, times = shapes_of(folder), film_times(folder)
+    shapes = shapes_of(folder)
     assert shapes is not None
+    times, *moved = _read(folder, ["times", *(f"displacement/{number}" for number in chosen)])
     with journal_style(), rc_context({"figure.constrained_layout.use": False}):
         inches = (size[0] / DOTS_OF_FILM, size[1] / DOTS_OF_FILM)
         drawing = ShapeDrawing(shapes, inches, scale)
@@ -180,8 +183,8 @@ def film_frames(
         drawing.figure.set_dpi(DOTS_OF_FILM)
         canvas, clock = FigureCanvasAgg(drawing.figure), drawing.figure.text(0.98, 0.96, "", ha="right", va="top")
         ends = np.cumsum([len(places) for places, _, _ in drawing.bodies])[:-1]
-        for number in chosen:
-            shape = drawing.add(np.split(_read(folder, f"displacement/{number}"), ends), VERMILION, 2.0)
+        for number, displacements in zip(chosen, moved, strict=True):
+            shape = drawing.add(np.split(displacements, ends), VERMILION, 2.0)
             touched = _touched(history, times[max(number - 1, 0)], times[number])
             for name, artists in drawing.walls.items():
                 for artist in artists:
@@ -203,16 +206,12 @@ def _touched(history: xr.Dataset, begin: float, end: float) -> set[str]:
     return {str(name) for name, force in zip(history["face"].values, forces.T, strict=True) if np.any(force > 0.0)}
 
 
-def _read(folder: Path, name: str) -> np.ndarray:
-    import h5py
-
-    from gapbeam.postprocess.results_errors import ResultsError
-
+def _read(folder: Path, names: Iterable[str]) -> list[np.ndarray]:
     path = folder / SHAPES_DATA_FILE
     try:
-        with h5py.File(path, "r") as file:
+        with h5py.File(path, "r", locking=False) as file:
             check_hdf5(path, file)
-            return np.asarray(file[name])
+            return [np.asarray(file[name]) for name in names]
     except (OSError, KeyError, RuntimeError) as error:
         raise ResultsError(path, found=f"a file that cannot be read ({error})", expected="the shapes of a run",
                            remedy="repeat the run") from error  # fmt: skip

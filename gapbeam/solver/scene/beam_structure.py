@@ -20,7 +20,7 @@ from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, heave_and_pitc
 from gapbeam.solver.scene.argument_checks import ArgumentError, check_section, checked, finite, positive
 from gapbeam.solver.scene.imported_points import has_negative_direction
 from gapbeam.solver.scene.structure import LARGE, Structure
-from gapbeam.solver.scene.surface_stress import check_gauges, end_forces, mean_of_sides, refuse_beside, surface_tensor
+from gapbeam.solver.scene.surface_stress import end_forces, gauge_rows, mean_of_sides, surface_tensor
 from gapbeam.solver.schema.table import faults_in
 from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.system.operators import Array
@@ -169,7 +169,6 @@ def beam(
     places = {key: float(finite(x, f"{where}: point {key}")) for key, x in points.items()}
     clamps, pins = ([float(x) for x in finite(some, f"{where}: supports").ravel()] for some in (clamped, pinned))
     held, count = [*clamps, *pins], element_count(elements, where)
-    check_gauges(gauges, places, where)
     off = {key: x for key, x in (places | {f"support at {x:g}": x for x in held}).items() if not 0.0 <= x <= size}
     if off:
         raise UserError(f"{where}: expected places from 0 to {size:g} m, found {off}")
@@ -219,11 +218,12 @@ def beam(
         M, K = M.toarray(), K.toarray()
     whole = Structure(M, K, None, rows, rigid[free] if left else None, name, carried, along[free])
     clamped_nodes = [_node(x, one) for one in clamps]
-    for key in gauges:
-        node, named = _node(x, places[key]), f"{where}: point {key}"
-        stress = _stress(uniform, x, node, section, node in clamped_nodes, named, f"points.{key}")
-        refuse_beside(stress, shoved, named, f"points.{key}")
-        whole.gauges[key] = stress[:, free]
+
+    def stress(key: str, named: str, argument: str) -> Array:
+        node = _node(x, places[key])
+        return _stress(uniform, x, node, section, node in clamped_nodes, named, argument)
+
+    whole.gauges = gauge_rows(gauges, places, shoved, where, stress, lambda rows: rows[:, free])
     return whole if modes is None and not ratio else whole.reduced(modes or len(free), ratio)
 
 

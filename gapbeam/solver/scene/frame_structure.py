@@ -30,7 +30,7 @@ from gapbeam.solver.scene.beam_structure import driven_rows, element_count, refu
 from gapbeam.solver.scene.frame_route import SAME, FrameAxes, FrameRoute, RoutePart, Station
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.scene.structure_geometry import ALONG, StructureGeometry, directions_across
-from gapbeam.solver.scene.surface_stress import check_gauges, end_forces, mean_of_sides, refuse_beside, surface_rows
+from gapbeam.solver.scene.surface_stress import end_forces, gauge_rows, mean_of_sides, surface_rows
 from gapbeam.solver.system.operators import Array
 
 ANGLE = pi / 16.0
@@ -189,7 +189,6 @@ def frame(
     members = (Member(route, section, material, bends, flexibility, up, (), added_mass, tension), *branches)
     axes = frame_axes([(one.route, one.bends) for one in members], where)
     placed = {key: _placed(one, f"{where}: point {key}") for key, one in points.items()}
-    check_gauges(gauges, placed, where)
     known = {key: axes.along(at, f"{where}: point {key}", f"points.{key}") for key, (at, _) in placed.items()}
     fixed = [(at, np.eye(3), kind == "clamped") for kind, group in (("clamped", clamped), ("pinned", pinned))
              for at in group]  # fmt: skip
@@ -255,11 +254,12 @@ def frame(
     geometry = StructureGeometry(x, sp.csr_matrix(Z)[shifts], lines, drawn)
     made = Structure(0.5 * (Mf + Mf.T), 0.5 * (Kf + Kf.T), None, rows, still, name, inertia, moved, geometry)
     clamps = [at for at, _, rotates in supports if rotates]
-    for key in gauges:
-        ways = _directions(placed[key][1], f"{where}: point {key}", (3,), f"points.{key}")
-        stress = _stress(members, axes, stations, own, every, known[key], ways, clamps, where, key) @ tie
-        refuse_beside(stress, shoved, f"{where}: point {key}", f"points.{key}")
-        made.gauges[key] = np.asarray((Z.T @ stress.T).T)
+
+    def stress(key: str, named: str, argument: str) -> Array:
+        ways = _directions(placed[key][1], named, (3,), argument)
+        return np.asarray(_stress(members, axes, stations, own, every, known[key], ways, clamps, where, key) @ tie)
+
+    made.gauges = gauge_rows(gauges, placed, shoved, where, stress, lambda rows: (Z.T @ rows.T).T)
     return made
 
 

@@ -15,8 +15,8 @@ from gapbeam.solver.case.checks.usual_ranges import USUAL, asked
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, positive, shown
 from gapbeam.solver.scene.imported_points import Label, PointGiven, Rows
 from gapbeam.solver.scene.mesh_files import SolidMesh, read_mesh
-from gapbeam.solver.scene.solid_cells import KINDS, Indices
-from gapbeam.solver.scene.solid_material import OrthotropicMaterial, Plane, moduli, stress_moduli
+from gapbeam.solver.scene.solid_cells import KINDS, PLANE, Indices
+from gapbeam.solver.scene.solid_material import OrthotropicMaterial, Plane, moduli
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.scene.structure_files import ImportedModel, MeshSurface
 from gapbeam.solver.scene.structure_geometry import Pose
@@ -95,7 +95,8 @@ def mesh_model(
     deep = 1.0 if thickness is None else float(positive(thickness, f"{where}: thickness"))
     kinds, of_cell = _of_cells(mesh, materials, where)
     cells = mesh.made(meter)
-    tensors = np.array([moduli(one, plane) for one in kinds])
+    stresses = np.array([moduli(one, plane) for one in kinds])
+    tensors = stresses[:, PLANE] if flat else stresses
     densities = np.array([one.density for one in kinds])
     K, M = cells.matrices(tensors, of_cell, densities, deep)
     ways = range(1, 3 if flat else 4)
@@ -109,7 +110,6 @@ def mesh_model(
     )  # fmt: skip
     if KINDS[mesh.kind].order == 1:
         LOG.info("%s: cells of order 1 are too stiff in bending unless many lie across; order 2 needs fewer", where)
-    stresses = np.array([stress_moduli(one, plane) for one in kinds])
 
     def stress_at(nodes: Sequence[str], where: str, argument: str) -> Array:
         number = {label: k for k, label in enumerate(mesh.labels)}

@@ -86,35 +86,28 @@ def _three(value: Sequence[float], key: str) -> Array:
 
 
 def moduli(material: Material | OrthotropicMaterial, plane: Plane | None) -> Array:
-    """Return C of a material in space, (6, 6), or in the plane z = constant, (3, 3), Pa."""
+    """Return the stresses xx, yy, zz, yz, xz, xy of unit strains in space, (6, 6), or in z = constant, (6, 3), Pa."""
     if isinstance(material, Material):
         E, nu = material.young_modulus, material.poisson_ratio
         S = np.diag([1.0 / E] * 3 + [2.0 * (1.0 + nu) / E] * 3)
         S[:3, :3] -= nu / E * (1.0 - np.eye(3))
         T = np.eye(6)
     else:
-        S, T = material.compliance, _strains_in(material.turn)
+        S, T = material.compliance, strains_in(material.turn)
     C = np.asarray(T.T @ np.linalg.inv(S) @ T)
     if plane == "stress":
-        C = np.linalg.inv(np.linalg.inv(C)[np.ix_(PLANE, PLANE)])
-    elif plane == "strain":
-        C = C[np.ix_(PLANE, PLANE)]
-    return 0.5 * (C + C.T)
+        flat, found = np.linalg.inv(np.linalg.inv(C)[np.ix_(PLANE, PLANE)]), np.zeros((6, len(PLANE)))
+        found[list(PLANE)] = 0.5 * (flat + flat.T)
+        return found
+    C = 0.5 * (C + C.T)
+    return C if plane is None else C[:, PLANE]
 
 
-def stress_moduli(material: Material | OrthotropicMaterial, plane: Plane | None) -> Array:
-    """Return the stresses xx, yy, zz, yz, xz, xy of unit strains in space, (6, 6), or in a plane, (6, 3), Pa."""
-    if plane is None:
-        return moduli(material, None)
-    found: Array = np.zeros((6, len(PLANE)))
-    found[list(PLANE)] = moduli(material, plane)
-    if plane == "strain":
-        found = moduli(material, None)[:, PLANE]
-    return found
+def strains_in(Q: Array) -> Array:
+    """Return T, (6, 6): strains of Voigt's notation in the axes of the columns of Q.
 
-
-def _strains_in(Q: Array) -> Array:
-    """Return T, (6, 6): strains of Voigt's notation in the axes of the columns of Q."""
+    T^T turns stresses the other way: those in these axes into those outside.
+    """
     T = np.zeros((6, 6))
     for k, (i, j) in enumerate(COMPONENTS):
         strain = np.zeros((3, 3))

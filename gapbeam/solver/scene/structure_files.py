@@ -21,9 +21,10 @@ from gapbeam.solver.scene.beam_structure import driven_rows
 from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows, check_imported, read_nodes
 from gapbeam.solver.scene.matrix_digits import MORE_DIGITS, PrintedDigits, frequency_doubt
 from gapbeam.solver.scene.matrix_files import FIRST_LETTERS, aligned, dmig_text, read_matrix, refuse_half
+from gapbeam.solver.scene.solid_material import strains_in
 from gapbeam.solver.scene.structure import MOST_RIGID, SYMMETRY, Structure
 from gapbeam.solver.scene.structure_geometry import Pose, StructureGeometry, directions_across
-from gapbeam.solver.scene.surface_stress import check_gauges, refuse_beside, turned_stress
+from gapbeam.solver.scene.surface_stress import gauge_rows
 from gapbeam.solver.system.operators import Array
 
 
@@ -133,7 +134,6 @@ class ImportedModel:
         gauges: Sequence[str] = (),
     ) -> tuple[Structure, dict[str, PlacedPoint]]:
         """Return the structure, and where its points are; see `read_structure`, and `beam` for `driven`."""
-        check_gauges(gauges, points, f"structure {self.name or '?'}")
         rows_of, size = self.rows, self.M.shape[0]
         fixed = {i for one in clamped for i in rows_of.clamped(str(one))}
         free = np.array([i for i in range(size) if i not in fixed])
@@ -167,11 +167,10 @@ class ImportedModel:
         places = {key: PlacedPoint(*rows_of.placed(given)) for key, given in points.items()}
         geometry = self.geometry(free, places)
         made = Structure(M, K, C, rows, motions, self.name, inertia, moved or None, geometry)
-        for key in gauges:
-            where, argument = f"structure {self.name or '?'}: point {key}", f"points.{key}"
-            stress = self._stress(points[key], where, argument)
-            refuse_beside(stress, shoved, where, argument)
-            made.gauges[key] = stress[:, free]
+        made.gauges = gauge_rows(
+            gauges, points, shoved, f"structure {self.name or '?'}",
+            lambda key, where, argument: self._stress(points[key], where, argument), lambda rows: rows[:, free],
+        )  # fmt: skip
         if (doubt := frequency_doubt(made, free, *self.digits, rigid)) is not None:
             most = max(one.most for one in self.digits if one is not None)
             made.doubt = doubt._replace(
@@ -192,7 +191,7 @@ class ImportedModel:
         own = self.stress_at(nodes, where, argument)
         assert ways is not None
         axes = [np.vstack([way, directions_across(way)]) @ self.rows.place.turn for way in ways]
-        return np.vstack([turned_stress(Q) @ own for Q in axes])
+        return np.vstack([strains_in(Q).T @ own for Q in axes])
 
     def geometry(self, free: Array, places: Mapping[str, PlacedPoint]) -> StructureGeometry | None:
         """Return the nodes in space of a structure with some of the rows; None where files do not say where they are.

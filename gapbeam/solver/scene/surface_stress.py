@@ -11,13 +11,12 @@ per length acts, as weight and inertia do, the moment misses q l^2 / 12 in an el
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from gapbeam.solver.scene.argument_checks import ArgumentError
-from gapbeam.solver.scene.solid_cells import COMPONENTS
 from gapbeam.solver.system.operators import Array
 
 ACROSS = 0.5
@@ -35,32 +34,44 @@ def von_mises(stress: Array) -> Array:
     return np.asarray(np.sqrt(0.5 * spread + 3.0 * (yz**2 + xz**2 + xy**2)))
 
 
-def turned_stress(axes: Array) -> Array:
-    """Return the matrix, (6, 6), from the components of a stress to those in other axes, rows of (3, 3)."""
-    found = np.zeros((TENSOR, TENSOR))
-    for k, (i, j) in enumerate(COMPONENTS):
-        unit = np.zeros((3, 3))
-        unit[i, j] = unit[j, i] = 1.0
-        turned = axes @ unit @ axes.T
-        found[:, k] = [turned[a, b] for a, b in COMPONENTS]
-    return found
-
-
 def surface_tensor(axial: Any, shear: Any) -> list[Any]:
     """Return the rows of a stress at a surface: along the axis, and by twist; each (DOFs,)."""
     none = np.zeros_like(axial)
     return [axial, none, none, none, none, shear]
 
 
-def check_gauges(gauges: Iterable[str], points: Mapping[str, object], where: str) -> None:
-    """Refuse stresses at what is no point.
+def gauge_rows(
+    gauges: Iterable[str], points: Mapping[str, object], driven: Mapping[str, Array], where: str,
+    rows_at: Callable[[str, str, str], Array], kept: Callable[[Array], Any],
+) -> dict[str, Array]:  # fmt: skip
+    """Return the rows of the stress at points with gauges, (6 motions, DOFs), by name; see `Structure.gauges`.
+
+    Args:
+        gauges: Names of the points.
+        points: All points by name.
+        driven: Motions of all DOFs with supports that loads move, (all DOFs, motions), by name.
+        where: Name of the structure in messages.
+        rows_at: Returns the rows of all DOFs at a point of a name; for messages it takes place and argument, too.
+        kept: Returns the part of rows that belongs to the DOFs of the structure.
 
     Raises:
-        ArgumentError: A name is no point of the structure.
+        ArgumentError: A name is no point, or a support moves an end of the element, whose motion the rows miss.
     """
+    found = dict[str, Array]()
     for key in gauges:
         if key not in points:
             raise ArgumentError(f"{where}: found a stress at {key!r}, which is no point of it", "gauges")
+        named, argument = f"{where}: point {key}", f"points.{key}"
+        rows = rows_at(key, named, argument)
+        for name, moved in driven.items():
+            if np.any(rows @ moved):
+                raise ArgumentError(
+                    f"{named}: found a stress within an element of the support {name}, which a load moves, expected a "
+                    "place farther from it, or more elements",
+                    argument,
+                )
+        found[key] = np.asarray(kept(rows))
+    return found
 
 
 def end_forces(stiffness: Array, node: int, ends: tuple[int, int], size: int) -> Array:
@@ -136,24 +147,3 @@ def surface_rows(
         axial = n / section.area + m_y * z / section.second_moment - m_z * y / section.lateral_moment
         found += surface_tensor(axial, 0.5 * section.diameter / section.torsion_constant * t)
     return np.array(found)
-
-
-def refuse_beside(rows: Array, driven: Mapping[str, Array], where: str, argument: str) -> None:
-    """Refuse a stress in an element whose other end a support moves: the rows miss what that motion adds.
-
-    Args:
-        rows: Rows of the stress, (6 directions, DOFs of all nodes).
-        driven: Motions of all DOFs with a support, (DOFs, motions), by its name.
-        where: Name of the place in messages.
-        argument: Argument that gives the place.
-
-    Raises:
-        ArgumentError: A support moves an end of the element.
-    """
-    for name, moved in driven.items():
-        if np.any(rows @ moved):
-            raise ArgumentError(
-                f"{where}: found a stress within an element of the support {name}, which a load moves, expected a "
-                "place farther from it, or more elements",
-                argument,
-            )

@@ -23,6 +23,7 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
 )
 from gapbeam.solver.run.output.shape_file import ShapeFrames
 from gapbeam.solver.run.scene_records import SceneAccounts, SceneRecords
+from gapbeam.solver.scene import object_code
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.system.operators import Array
 
@@ -42,8 +43,9 @@ def fingerprint(marcher: Marcher, end: float, every: int) -> str:
     for one in arrays:
         total.update(np.ascontiguousarray(one).tobytes())
     for contact in scene.contacts:
-        total.update(f"{contact.name} {contact.region.kind.name} {contact.law.kind.name}".encode())
-        total.update(contact.law.kind.spring.py_func.__code__.co_code)
+        total.update(object_code.fingerprint(contact.name, contact.region.kind, contact.law.kind).encode())
+    for load in scene.loads:
+        total.update(object_code.fingerprint(load.value, load.parameters).encode())  # of pulses between these times
     total.update(repr((marcher.h, marcher.t, end, every, tuple(marcher.scheme), list(scene.point_names))).encode())
     return total.hexdigest()
 

@@ -24,6 +24,7 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure, part_above
 from gapbeam.solver.messages.errors import NotWritten, UserError
+from gapbeam.solver.scene.object_code import fingerprint
 from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.recorded_places import components_of, struck_places
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -177,7 +178,7 @@ class EnsembleFolder:
                     f"ensemble: {path} has blocks of another ensemble (scene, values, steps or features differ); "
                     "choose another `output=`, or remove this folder to begin anew"
                 )
-        elif path.exists() and any(path.iterdir()):
+        elif path.exists() and (not path.is_dir() or any(path.iterdir())):
             raise UserError(f"ensemble: {path} is not empty and holds no ensemble; give another folder")
         self._write(note, lambda file: file.write(json.dumps({"key": key}).encode()))
 
@@ -241,10 +242,7 @@ def ensemble_key(
     for array in (scene.squares, scene.damping, scene.contact_rows, scene.load_columns, start.q, start.v, start.z):
         feed(array)
     for one in scene.contacts:
-        digest.update(f"{one.name} {one.region.kind.name} {one.law.kind.names} {one.law.kind.name}".encode())
-        functions: Any = (one.region.kind.face, one.law.kind.spring, one.law.kind.potential, one.law.kind.damper)
-        for function in functions:
-            digest.update(b"" if function is None else function.py_func.__code__.co_code)
+        digest.update(fingerprint(one.name, one.region.kind, one.law.kind).encode())
         for value in (*one.values(1.0), one.place_at_rest):
             feed(value)
     for each in scene.feedbacks:
@@ -252,6 +250,7 @@ def ensemble_key(
             feed(array)
     for load in scene.loads:
         feed(load.table(times, count))
+        digest.update(fingerprint(load.value, load.parameters).encode())  # of pulses between these times
     feed(scene.walls(times))
     return digest.hexdigest()
 

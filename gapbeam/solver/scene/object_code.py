@@ -12,9 +12,10 @@ import os
 import pickle
 import sys
 from collections.abc import Callable, Iterator
+from functools import cached_property, partial
 from importlib.metadata import version
 from pathlib import Path
-from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
+from types import BuiltinFunctionType, CellType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 import numba
@@ -27,49 +28,74 @@ counts = {"compiled": 0, "loaded": 0}
 """Touches that this process compiled, and that it found."""
 
 
-def fingerprint(*values: Any) -> str:
-    """Return a hash of values; of functions with all that they depend on.
+def fingerprint(*values: Any, strict: bool = False) -> str:
+    """Return a hash of values: of functions with all that they depend on, of objects with their attributes.
+
+    Args:
+        values: The values. Private and computed attributes of this package's objects do not count.
+        strict: Refuses an object without attributes that cannot be pickled; else its class stands for it.
 
     Raises:
-        TypeError: A function depends on an object that has no fingerprint.
+        TypeError: An object has no fingerprint.
     """
-    digest = hashlib.sha256()
-    seen: dict[int, tuple[int, Any]] = {}
+    found: dict[int, tuple[bytes, Any]] = {}
 
-    def add(x: Any) -> None:
+    def of(x: Any) -> bytes:
         if isinstance(x, str | bytes | int | float | complex | bool | None | np.generic) or x is Ellipsis:
-            digest.update(f"{type(x).__name__} {x!r};".encode())
-        elif id(x) in seen:
-            digest.update(f"again {seen[id(x)][0]};".encode())
-        else:
-            seen[id(x)] = len(seen), x  # kept alive: an id is not used twice
-            digest.update(type(x).__name__.encode())
-            if hasattr(x, "py_func"):
-                add(x.py_func)
-            elif isinstance(x, FunctionType):
-                names = set(_names(x.__code__))
-                parts = [x.__code__, x.__defaults__, {n: x.__globals__[n] for n in sorted(names & set(x.__globals__))}]
-                for part in parts + [c.cell_contents for c in x.__closure__ or ()]:
-                    add(part)
-            elif isinstance(x, CodeType):
-                for part in (x.co_code, x.co_consts, x.co_names, x.co_varnames, x.co_argcount):
-                    add(part)
-            elif isinstance(x, np.ndarray):
-                add((x.dtype.str, x.shape, x.tobytes()))
-            elif isinstance(x, dict):
-                add(tuple(x.items()))
-            elif isinstance(x, tuple | list | frozenset):
-                for part in sorted(x, key=repr) if isinstance(x, frozenset) else x:
-                    add(part)
-            elif isinstance(x, ModuleType | BuiltinFunctionType | type | np.ufunc):
-                add((x.__name__, ""))
-            else:
-                raise TypeError(f"a compiled function depends on {x!r}, which has no fingerprint")
+            return f"{type(x).__name__} {x!r}".encode()
+        if id(x) not in found:
+            found[id(x)] = b"itself", x  # kept alive: an id is not used twice
+            parts = map(of, (type(x).__qualname__, *parts_of(x)))
+            found[id(x)] = hashlib.sha256(b"".join(b"%d %b;" % (len(one), one) for one in parts)).digest(), x
+        return found[id(x)][0]
 
-    processor = cpu_target.target_context.codegen().magic_tuple()
-    for value in (*values, version("numba"), version("llvmlite"), sys.version, processor):
-        add(value)
-    return digest.hexdigest()[:32]
+    def parts_of(x: Any) -> tuple[Any, ...]:
+        if hasattr(x, "py_func"):
+            return (x.py_func,)
+        if isinstance(x, FunctionType):
+            names = sorted(set(_names(x.__code__)) & set(x.__globals__))
+            known = {name: x.__globals__[name] for name in names}
+            return x.__code__, x.__defaults__, x.__kwdefaults__, known, *(_content(c) for c in x.__closure__ or ())
+        if isinstance(x, CodeType):
+            return x.co_code, x.co_consts, x.co_names, x.co_varnames, x.co_argcount
+        if isinstance(x, np.ndarray):
+            return x.dtype.str, x.shape, x.tolist() if x.dtype.hasobject else x.tobytes()
+        if isinstance(x, dict):
+            return tuple(x.items())
+        if isinstance(x, tuple | list | set | frozenset):
+            return tuple(sorted(x, key=repr)) if isinstance(x, set | frozenset) else tuple(x)
+        if isinstance(x, partial):
+            return x.func, x.args, x.keywords
+        if isinstance(x, MethodType):
+            return x.__func__, x.__self__
+        if isinstance(x, ModuleType | BuiltinFunctionType | type | np.ufunc):
+            return (x.__name__,)
+        if hasattr(x, "__dict__"):
+            return tuple(_attributes(x))
+        try:
+            return (pickle.dumps(x),)
+        except Exception as error:  # whatever a class may raise
+            if strict:
+                raise TypeError(f"a compiled function depends on {x!r}, which has no fingerprint") from error
+            return ()
+
+    return hashlib.sha256(b"".join(map(of, values))).hexdigest()[:32]
+
+
+def _content(cell: CellType) -> Any:
+    """Return the value of a name of a closure; None before it has one."""
+    try:
+        return cell.cell_contents
+    except ValueError:
+        return None
+
+
+def _attributes(x: Any) -> Iterator[tuple[str, Any]]:
+    """Yield names and values of the attributes of an object."""
+    own = type(x).__module__.startswith("gapbeam.")
+    for name, value in vars(x).items():
+        if not own or not (name.startswith("_") or isinstance(getattr(type(x), name, None), cached_property)):
+            yield name, value
 
 
 def _names(code: CodeType) -> Iterator[str]:
@@ -85,7 +111,8 @@ _kept: dict[str, tuple[Any, int]] = {}
 
 def address(signature: Any, function: Callable[..., Any]) -> int:
     """Return the address of a compiled C function: of this process, of the folder, or compiled now."""
-    key = fingerprint(str(signature), function)
+    machine = version("numba"), version("llvmlite"), sys.version, cpu_target.target_context.codegen().magic_tuple()
+    key = fingerprint(str(signature), function, machine, strict=True)
     if key not in _kept:
         base = cache_base()
         file = None if base is None else base / "touches" / key

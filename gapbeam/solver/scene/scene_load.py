@@ -107,14 +107,29 @@ class Load:
                 f"load {name or '?'}: found a pattern of shape {self.pattern.shape}, expected ({structure.size},): one "
                 "number for each DOF of its structure"
             )
-        self.value: Any = value
-        if isinstance(value, tuple):
-            times, values = (finite(one, f"load {name or '?'}") for one in value)
-            if times.ndim != 1 or values.shape != times.shape or not np.all(np.diff(times) > 0.0):
-                raise UserError(f"load {name or '?'}: expected as many values as times, and times that grow")
-            self.value = (times, values)
-        elif not callable(value):
+        self.value = value
+        if not isinstance(value, tuple) and not callable(value):
             finite(value, f"load {name or '?'}: value")
+
+    @property
+    def value(self) -> Any:
+        """The value; see `Load`."""
+        return self._value
+
+    @value.setter
+    def value(self, value: Any) -> None:
+        """Set the value.
+
+        Raises:
+            UserError: A table has other times than values, or times that do not grow.
+        """
+        self._value = value
+        if isinstance(value, tuple):
+            table = [finite(one, f"load {self.name or '?'}") for one in value]
+            shapes = [one.shape for one in table]
+            if len(shapes) != 2 or len(shapes[0]) != 1 or shapes[1] != shapes[0] or np.any(np.diff(table[0]) <= 0.0):
+                raise UserError(f"load {self.name or '?'}: expected as many values as times, and times that grow")
+            self._value = tuple(table)
 
     def pattern_on(self, structure: Structure) -> Array:
         """Return the pattern on the structure with the point masses of a scene, (DOFs,): the same except inertia."""

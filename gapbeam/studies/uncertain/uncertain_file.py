@@ -25,6 +25,7 @@ from gapbeam.solver.messages.wording import near
 from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.ensemble_members import ensemble_key, response_figure_faults
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
+from gapbeam.solver.scene.object_code import fingerprint
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.schema.table import Number, Positive, Table, Whole
 from gapbeam.solver.system.operators import Array
@@ -440,16 +441,10 @@ def _answered(
 def _key(model: Model, answer: Any, settings: list[Any]) -> str:
     """Return a hash of all that answers follow from, beside the values."""
     if not isinstance(model, Scene):
-        code: Any = getattr(model, "__code__", None)
-        if code is None:
-            raise UserError("uncertain: `output=` needs a plain function or a scene, so that it can be recognised")
-        return repr((code.co_code, code.co_consts, code.co_names))
+        return fingerprint(model)
     T = answer.period
-    code = getattr(T, "__code__", None)
-    if callable(T) and code is None:
-        raise UserError("uncertain: `output=` needs a plain function as period, so that it can be recognised")
     times = answer.starts.t + (1.0 if callable(T) else float(T)) * np.linspace(0.0, 1.0, 50)
-    return ensemble_key(model, {}, 1, answer.starts, times, *settings, (code.co_code, code.co_consts) if code else T)
+    return ensemble_key(model, {}, 1, answer.starts, times, *settings, fingerprint(T) if callable(T) else T)
 
 
 def run_uncertain(

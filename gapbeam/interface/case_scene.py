@@ -88,7 +88,7 @@ def scene_of_model(model: Model) -> Scene:
     refused = list(_refusals(model))
     if refused:
         raise UserError("no scene of this case: " + "; ".join(refused))
-    if model.case.wear is not None:
+    if model.system.contact.measures_sliding:
         LOG.info("[wear] is left out: it is of runs, sweeps and lives, and does not change the motion")
     system = model.system
     operators = system.operators

@@ -69,7 +69,7 @@ class Simulation:
 
     def __init__(self, model: Model, scheme: TimeScheme | None = None) -> None:
         self.model = model
-        self.scheme = model.case.time.scheme if scheme is None else scheme
+        self.scheme = model.scheme if scheme is None else scheme
         self.plan: March = march_of_model(model, self.scheme)
 
     @classmethod

@@ -30,14 +30,32 @@ from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.assembly.assembled_system import assembled_system
 from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.case.beam_motions import axial_restraint, motions_in_words
+from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.case import Case, Contact, Damping, Friction, Output, Wear
-from gapbeam.solver.case.computed_defaults import Default, rayleigh, seat_springs, slip_velocity, tangent_stiffness
+from gapbeam.solver.case.computed_defaults import (
+    Default,
+    overhang_frequency,
+    rayleigh,
+    seat_springs,
+    slip_velocity,
+    tangent_stiffness,
+)
 from gapbeam.solver.case.model_choice import resolved_frequency
-from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, Gates, ReducedModel, RigidModel, Time
+from gapbeam.solver.case.solution_tables import (
+    AutoModel,
+    BeamModel,
+    FullModel,
+    Gates,
+    ModelTable,
+    ReducedModel,
+    RigidModel,
+    Time,
+)
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.integrators.stable_step import stable_step
-from gapbeam.solver.loads.load_choice import load_direction
+from gapbeam.solver.integrators.time_scheme import TimeScheme
+from gapbeam.solver.loads.load_choice import forcing_frequencies, load_direction
 from gapbeam.solver.loads.places import BodyForce, SupportAcceleration
 from gapbeam.solver.loads.support_walls import walls_of
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
@@ -293,6 +311,41 @@ class Model:
         assert self.case.time.step != "auto"
         return self.case.time.step
 
+    @property
+    def end(self) -> float:
+        """Time at which the motion ends, s."""
+        return self.case.time.end
+
+    @property
+    def scheme(self) -> TimeScheme:
+        """Time scheme that the case asks for."""
+        return self.case.time.scheme
+
+    @property
+    def dimension(self) -> int:
+        """Dimension of the mesh, 2 or 3."""
+        return int(self.space.mesh.geometry.dim)
+
+    @property
+    def profile(self) -> BeamProfile:
+        """The beam along its length."""
+        return self.case.profile
+
+    @property
+    def length(self) -> float:
+        """Length of the beam, m."""
+        return self.case.beam.length
+
+    @property
+    def bending_frequency(self) -> float:
+        """First bending frequency of the overhang, Hz."""
+        return overhang_frequency(self.case)
+
+    @property
+    def forcing(self) -> list[float]:
+        """Frequencies at which all loads repeat, Hz, ascending; none where a load never does."""
+        return forcing_frequencies(self.case.load)
+
     @cached_property
     def bodies(self) -> tuple[BodyMotion, ...]:
         """The motions of support bodies, in the order of their DOFs, the last ones."""
@@ -326,19 +379,19 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     Collective.
     """
     model = model_of(case, build_body(case, comm))
-    _log_choices(model)
+    _log_choices(case.model, model.defaults)
     return model
 
 
-def _log_choices(model: Model) -> None:
+def _log_choices(chosen: ModelTable, defaults: Sequence[Default]) -> None:
     """Log the choices of the program; the reasons go to the log of analysts."""
-    defaults = [f"{one.key} = {one.value:.4g} {one.unit}" for one in model.defaults if not one.reason.startswith(GIVEN)]
-    kind = [f"model {model.case.model.type}"] if model.case.model.reasons else []
-    if chosen := ", ".join([*kind, *defaults]):
-        LOG.info("chosen: %s", chosen)
-    for reason in model.case.model.reasons:
+    words = [f"model {chosen.type}"] if chosen.reasons else []
+    words += [f"{one.key} = {one.value:.4g} {one.unit}" for one in defaults if not one.reason.startswith(GIVEN)]
+    if words:
+        LOG.info("chosen: %s", ", ".join(words))
+    for reason in chosen.reasons:
         LOG.debug("model auto: %s", reason)
-    for one in model.defaults:
+    for one in defaults:
         LOG.debug("%s = %.4g %s: %s", one.key, one.value, one.unit, one.reason)
 
 

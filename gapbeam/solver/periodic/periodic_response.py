@@ -55,12 +55,12 @@ class SteadyModel:
     @property
     def plan(self) -> March:
         """The march over one period of the response."""
-        return march_of_model(self.model, scheme_of_period(self.model.case))
+        return march_of_model(self.model, scheme_of_period(self.model.scheme))
 
     @property
     def forcing_frequency(self) -> float:
         """Frequency of the loads, Hz."""
-        return forcing_frequencies(self.model.case.load)[0]
+        return self.model.forcing[0]
 
     @property
     def omega(self) -> float:
@@ -72,12 +72,12 @@ class SteadyModel:
         modal = modal_system(self.model.system)
         if modal is None:
             return None
-        return ModalMap(modal, self.model.law, scheme_of_period(self.model.case), self.model.step, self.steps)
+        return ModalMap(modal, self.model.law, scheme_of_period(self.model.scheme), self.model.step, self.steps)
 
 
-def scheme_of_period(case: Case) -> TimeScheme:
-    """Return the scheme of a case where it has a period map; the usual one otherwise."""
-    return case.time.scheme if case.time.scheme.has_period_map else USUAL
+def scheme_of_period(scheme: TimeScheme) -> TimeScheme:
+    """Return a scheme that has a period map; the usual one for others."""
+    return scheme if scheme.has_period_map else USUAL
 
 
 def with_whole_steps(model: Model) -> tuple[Model, int]:
@@ -90,7 +90,7 @@ def with_whole_steps(model: Model) -> tuple[Model, int]:
 
     Collective.
     """
-    period = 1.0 / forcing_frequencies(model.case.load)[0]
+    period = 1.0 / model.forcing[0]
     count = 2 * max(1, ceil(0.5 * period / model.step - WHOLE))
     return _timed(model, step=period / count), count
 
@@ -254,7 +254,7 @@ def find_response(
     """
     clock = time.perf_counter()
     model, per_period = with_whole_steps(model)
-    rounds = analysis.periods * ceil(model.case.time.end / (analysis.periods * per_period * model.step) - 1.0e-6)
+    rounds = analysis.periods * ceil(model.end / (analysis.periods * per_period * model.step) - 1.0e-6)
     marched = rounds if analysis.start == "march" else 0
 
     def seen(now: float, taken: int) -> None:
@@ -267,7 +267,7 @@ def find_response(
             raise Interrupted("interrupted in the search for a periodic response")
 
     # under the loads of the case, ramps included
-    plan = replace(march_of_model(model, scheme_of_period(model.case)), steps=marched * per_period)
+    plan = replace(march_of_model(model, scheme_of_period(model.scheme)), steps=marched * per_period)
     begin = end_of_march(plan, seat, seen)
     held = steady(model, analysis)
     settled = time.perf_counter()

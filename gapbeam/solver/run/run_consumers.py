@@ -49,7 +49,7 @@ def steps_between(model: Model) -> dict[str, int]:
     output, dt = model.case.output, model.step
     return {
         "history_interval": round((output.history_interval or dt) / dt),
-        "fields_interval": max(1, round((output.fields_interval or model.case.time.end / 100.0) / dt)),
+        "fields_interval": max(1, round((output.fields_interval or model.end / 100.0) / dt)),
     }
 
 
@@ -100,7 +100,7 @@ class RunConsumers:
         kept, opened = None if left is None else int(left.header["records"]), list[HistoryWriter]()
         on_rank_zero(comm, lambda: opened.append(HistoryWriter(folder, self.recorder.labels, kept)))
         self._history = opened[0] if opened else None
-        self._progress = ProgressFile(folder, model.case.time.end, quiet=comm.rank != 0)
+        self._progress = ProgressFile(folder, model.end, quiet=comm.rank != 0)
         self.plastic_set: Array | None = None
         self.fields = FieldWriter(folder, model, None if left is None else left.header["fields"])
 
@@ -307,7 +307,7 @@ class RunConsumers:
         if wish.ends:
             resumes = "" if self._checkpoints is None else "; `resume=True` continues from there"
             raise Interrupted(
-                f"{wish.words} at t = {step_block.time:.6g} s of {self.model.case.time.end:g} s; "
+                f"{wish.words} at t = {step_block.time:.6g} s of {self.model.end:g} s; "
                 f"the results up to then are on disk{resumes}",
                 wish.exit_status,
             )

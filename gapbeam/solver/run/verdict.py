@@ -251,7 +251,7 @@ def judge_run(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> 
         EnergyLost: The scheme took more of the energy than the gates allow.
         AssumptionBroken: A limit beyond which the figures mean nothing is passed.
     """
-    scheme, gates = model.case.time.scheme.type, accounts.gates
+    scheme, gates = model.scheme.type, accounts.gates
     gates.judge(scheme, accounts.ledger)
     gates.judge_loss(scheme, accounts.ledger, _conserving(model.case))
     let_pass(findings)
@@ -359,7 +359,7 @@ def describe_march(
     summary["convergence"] = accounts.tally.convergence()
     summary["wall_time"] |= accounts.tally.seconds()
     summary["checkpoints"] = consumers.costs()
-    end = min(model.case.time.end, accounts.tally.steps * model.step)
+    end = min(model.end, accounts.tally.steps * model.step)
     if generated := [found for load in model.case.load if (found := load.generated(end, model.case.load)) is not None]:
         summary["random_loads"] = generated
     statistics, rule = consumers.recorder.statistics, consumers.rule

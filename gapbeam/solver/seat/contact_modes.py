@@ -21,7 +21,6 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.elasticity import mass_of
-from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.time_step import compared_depth
@@ -72,7 +71,7 @@ class Sections:
         x = space.tabulate_dof_coordinates()[:owned]
         self._node_masses = self._masses()
         slices = self._slices(x)
-        edges = np.linspace(0.0, model.case.beam.length, slices + 1)
+        edges = np.linspace(0.0, model.length, slices + 1)
         self._slice = np.clip(np.searchsorted(edges, x[:, 0], side="right") - 1, 0, slices - 1)
         self._count = slices
         sums = self._sums(np.stack([np.ones(owned), *x.T]))
@@ -262,8 +261,7 @@ def free_bending_modes(model: Model, count: int) -> HeldModes:
 
 def most_bending_modes(model: Model, sections: Sections) -> int:
     """Return the number of bending modes that mesh and beam have: half waves of two slices and of a thickness."""
-    case = model.case
-    return min(len(sections.places) // SLICES_A_HALF_WAVE - RIGID, int(case.beam.length / case.profile.thickest))
+    return min(len(sections.places) // SLICES_A_HALF_WAVE - RIGID, int(model.length / model.profile.thickest))
 
 
 def _modes(
@@ -274,10 +272,9 @@ def _modes(
     Rigid modes come on top of both. Collective.
     """
     least, most = count + rigid, more + rigid
-    contact, beam, dimension = model.system.contact, model.case.beam, model.case.mesh.dimension
-    gap = contact.gap_matrix
+    contact, gap = model.system.contact, model.system.contact.gap_matrix
     springs = Springs(contact.interface, csr_matrix(gap.T @ gap.multiply((contact.weights * slopes)[:, None])))
-    wanted = KINDS_PER_BENDING[dimension] * most + BESIDES
+    wanted = KINDS_PER_BENDING[model.dimension] * most + BESIDES
     while True:
         frequencies, shapes = _lowest(model, springs, wanted)
         motions = tuple(sections.motion(shape) for shape in shapes.T)
@@ -301,7 +298,7 @@ def _modes(
         motions=motions[:kept],
         places=sections.places,
         masses=sections.masses,
-        length=beam.length,
+        length=model.length,
     )
 
 
@@ -338,7 +335,7 @@ def _lowest(model: Model, springs: Springs, count: int) -> tuple[Array, Array]:
             on_stiffness.append(operators.as_springs(outer.springs))
         assert isinstance(operators, PetscOperators)
         mass, stiffness = operators.with_springs(on_mass, on_stiffness)
-        shift = (2.0 * pi * overhang_frequency(model.case)) ** 2
+        shift = (2.0 * pi * model.bending_frequency) ** 2
         factor = operators.shifted_solver(mass, stiffness.copy(), shift, operators.solver.tolerance)
         modes = lowest_modes(mass, stiffness, factor, shift, count)
         return modes.frequencies, modes.shapes

@@ -50,7 +50,7 @@ class RigidMotions:
     @classmethod
     def of_model(cls, model: Model) -> RigidMotions:
         """Return the rigid motions of the beam of a model; supports with a mass stand still. Collective."""
-        length = model.case.beam.length
+        length = model.length
         shapes, motions = list[Array](), list[RigidMotion]()
         for unit in unit_motions():
             motion = _combined((unit,), np.array([1.0 if any(unit.translation) else 1.0 / length]))

@@ -18,7 +18,6 @@ from typing import assert_never
 import numpy as np
 
 from gapbeam.solver.case.analysis_table import Periodic, StartMode, Transient, centered_pose
-from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.body import rigid_parts
 from gapbeam.solver.models.model import Model
@@ -66,7 +65,7 @@ def start_of_case(model: Model, seat: State | None, left: State | None = None) -
 
 def _with_motions(model: Model, state: State, analysis: Transient) -> State:
     """Return a state plus the motion that an analysis adds. Collective."""
-    length = model.case.beam.length
+    length = model.length
     places, speeds = list[Array](), list[Array]()
     asked = list[str]()
     if analysis.start == "centered":
@@ -83,7 +82,7 @@ def _with_motions(model: Model, state: State, analysis: Transient) -> State:
         places.append(mode.displacement)
         speeds.append(mode.velocity)
         asked.append("[analysis.mode]")
-    round_off = INSIDE * model.case.profile.thinnest
+    round_off = INSIDE * model.profile.thinnest
     return _moved(state, places, speeds, model.system, round_off, " with ".join(asked))
 
 
@@ -211,7 +210,7 @@ def mode_motion(model: Model, wanted: StartMode) -> ModeMotion:
     bending = [number for number, motion in enumerate(found.motions) if motion.kind == "bending"]
     chosen = bending[wanted.number - 1]
     frequency = float(found.frequencies[chosen])
-    if frequency < RIGID * overhang_frequency(model.case):
+    if frequency < RIGID * model.bending_frequency:
         raise UserError(
             f"[analysis.mode] number = {wanted.number} is a rigid motion ({frequency:.3g} Hz) of a beam that only its "
             "play holds; expected a mode that bends the beam, or a joint; try number = 3, the first such mode of a "

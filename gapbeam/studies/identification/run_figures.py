@@ -25,7 +25,6 @@ from gapbeam.postprocess.signals.signal import face_signal, probe_signal
 from gapbeam.postprocess.signals.spectra import smooth
 from gapbeam.postprocess.signals.steady_figures import WindowFigure, Windows
 from gapbeam.solver.case.analysis_table import Periodic
-from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.periodic.periodic_response import SteadyModel, steady
@@ -125,7 +124,7 @@ def natural_frequency(figure: FrequencyFigure, model: Model) -> WindowFigure:
     for held in held_modes(model, figure.mode, figure.mode + RIGID):
         if held.name == figure.held:
             found = held.bending()[0]
-            elastic = found[found > STILL * overhang_frequency(model.case)]
+            elastic = found[found > STILL * model.bending_frequency]
             return WindowFigure("Hz", elastic[figure.mode - 1 :][:1])
     raise AssertionError(figure.held)
 

@@ -25,7 +25,6 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.solution_tables import BeamModel
-from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.messages.errors import CaseError, RunError, UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.schema.record_table import SMOOTHING_WINDOW
@@ -187,7 +186,7 @@ def _march(model: Model, start: State, seconds: float, found: MeasuredLevel) -> 
 
 def _follow(job: LevelJob, model: Model, seat: State, found: MeasuredLevel) -> None:
     """Follow the motion from the seat, over the forcing periods and over the span."""
-    (frequency,) = forcing_frequencies(model.case.load)
+    (frequency,) = model.forcing
     followed = job.periods / frequency
     response = _march(model, seat, max(followed, job.span), found)
     found.per_second = response.seconds / (response.steps * model.step)
@@ -207,7 +206,7 @@ def _follow(job: LevelJob, model: Model, seat: State, found: MeasuredLevel) -> N
 
 def _settle(job: LevelJob, model: Model, seat: State, found: MeasuredLevel) -> None:
     """March for long from every start, and take figures over windows after the transient."""
-    (frequency,) = forcing_frequencies(model.case.load)
+    (frequency,) = model.forcing
     pooled: dict[str, list[np.ndarray]] = {}
     units: dict[str, str] = {}
     for number in range(job.starts):

@@ -179,7 +179,7 @@ def _march(
         if response.statistics is not None:
             response.doubts = doubts_of(model, accounts)
     if not watched:
-        accounts.gates.judge(model.case.time.scheme.type, accounts.ledger)
+        accounts.gates.judge(model.scheme.type, accounts.ledger)
         return
     content = content_of_history(response.history, [load.static for load in model.system.loads])
     findings = assumptions(model, recorder, accounts, content)

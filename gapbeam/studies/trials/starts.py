@@ -26,7 +26,6 @@ import scipy
 
 from gapbeam.meshes.rank_zero import ONE_RANK
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.loads.scene_load_choice import AnyLoad
 from gapbeam.solver.march.simulation import Simulation
@@ -45,7 +44,7 @@ CLEARED = 1.0e-7  # of the largest excess: the tolerance of linear programs
 
 def slack(model: Model, allowed: Array) -> float:
     """Return the allowed difference of depths, m: a share of the allowed ones, and round-off of places."""
-    return SLACK * float(np.max(allowed)) + ROUND_OFF * model.case.beam.thickness
+    return SLACK * float(np.max(allowed)) + ROUND_OFF * model.profile.thinnest
 
 
 def rigid_motions(model: Model) -> Array:
@@ -55,7 +54,7 @@ def rigid_motions(model: Model) -> Array:
     forces at the faces do. Motions that the model does not have are left out.
     """
     contact, operators = model.system.contact, model.system.operators
-    soft = operators.factor((2.0 * pi * SOFT * overhang_frequency(model.case)) ** 2, 1.0)
+    soft = operators.factor((2.0 * pi * SOFT * model.bending_frequency) ** 2, 1.0)
     lever = contact.positions[:, 0] - float(np.mean(contact.positions[:, 0]))
     motions = list[Array]()
     for pushed, along in _pushed(model):
@@ -279,7 +278,7 @@ def whole_steps(loads: Sequence[AnyLoad], end: float, step: float) -> tuple[int,
 
 def span(model: Model) -> tuple[int, float | None]:
     """Return the steps of a response of a model, and the forcing frequency, as `whole_steps`."""
-    return whole_steps(model.case.load, model.case.time.end, model.step)
+    return whole_steps(model.case.load, model.end, model.step)
 
 
 class KeptBody:

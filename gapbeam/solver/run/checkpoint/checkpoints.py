@@ -259,8 +259,8 @@ def _refuse_another_case(
                 f"output.{name}: found {steps} steps, expected {header['every'].get(name)}: give it as a number of "
                 "seconds where time.end changes"
             )
-    if header["done"] > round(model.case.time.end / model.step):
-        end, reached = apart(model.case.time.end, header["time"])
+    if header["done"] > round(model.end / model.step):
+        end, reached = apart(model.end, header["time"])
         faults.append(f"time.end: found {end}, expected more than {reached}, the checkpoint")
     refuse(faults, f"{path} is of another case")
 

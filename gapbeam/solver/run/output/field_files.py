@@ -269,8 +269,8 @@ class FieldWriter:
 
     def _points_on(self, face: str, model: Model) -> FacePoints:
         """Return the contact points of a face with the hat functions of the linear mesh. Collective."""
-        width = model.case.beam.width if model.case.mesh.dimension == 2 else 1.0
         facets, rule, met = model.tagged.facets_of(face), model.point_rule, model.support.named(face)
+        width = model.body.meshed.width
         coarse = gather_points(self._comm, face_points(self._space, facets, rule, width, met))
         if not rule.nodal:
             return coarse
@@ -312,7 +312,7 @@ def write_mode_fields(folder: Path, model: Model, modes: HeldModes) -> None:
             bodies = shape[model.body.operators.size :]  # of supports, beside which the beam may be at rest
             moved = np.abs(np.concatenate([model.expand(shape), bodies]))
             largest = max(comm.allgather(float(np.max(moved, initial=0.0))))
-            scaled = shape * (LARGEST * model.case.beam.length / largest)
+            scaled = shape * (LARGEST * model.length / largest)
             still, none = np.zeros((1, len(scaled))), np.zeros((1, contact.size))
             writer.write(Snapshots(np.array([frequency]), scaled[None], still, none), model)
     finally:

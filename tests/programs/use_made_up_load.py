@@ -24,7 +24,8 @@ if __name__ == "__main__":
     from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
     from gapbeam.solver.march.simulation import march_of_model
     from gapbeam.solver.march.stepwise_march import march
-    from gapbeam.solver.models.model import body_key, build_model
+    from gapbeam.solver.models.body import body_key
+    from gapbeam.solver.models.model import build_model
     from gapbeam.solver.seat.static_seat import find_seat
     from tests.programs.captured_call import captured
 

@@ -14,7 +14,7 @@ from gapbeam.postprocess.figures.motion_figures import rooms_at_probes, shifts_a
 from gapbeam.postprocess.results.columns_of_run import supports_of, wall_motions
 from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.solver.case.case import case_to_toml
-from gapbeam.solver.models.model import body_key
+from gapbeam.solver.models.body import body_key
 from gapbeam.studies.trials.starts import kicked
 from tests.parallel.test_ranks_agree import CLOSE, disagreements
 from tests.shared.command import alone, on_ranks

@@ -13,7 +13,7 @@ import gapbeam
 from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.messages.errors import CaseError
-from gapbeam.solver.models.model import body_key
+from gapbeam.solver.models.body import body_key
 from tests.parallel.test_ranks_agree import CLOSE, disagreements
 from tests.shared.command import alone, on_ranks
 from tests.shared.interrupted import differing, run_in_parts

@@ -16,7 +16,7 @@ from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.messages.errors import CaseError, UserError
-from gapbeam.solver.models.model import body_key
+from gapbeam.solver.models.body import body_key
 from gapbeam.solver.run.stop_rule import StopRule
 from tests.parallel.test_ranks_agree import CLOSE, disagreements
 from tests.regression.test_random_statistics_run import CASE, KEYS

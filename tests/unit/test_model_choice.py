@@ -16,7 +16,7 @@ from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
 from gapbeam.solver.case.solution_tables import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
 from gapbeam.solver.memory.memory_check import offer_simpler
 from gapbeam.solver.messages.errors import CaseError
-from gapbeam.solver.models.model import body_key
+from gapbeam.solver.models.body import body_key
 from tests.shared.command import CASE_FOLDER, DEMO
 
 CASES = sorted(CASE_FOLDER.glob("*.toml"))

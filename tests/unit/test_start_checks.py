@@ -8,7 +8,7 @@ import pytest
 
 import gapbeam
 from gapbeam.solver.case.beam_motions import bends_in_two_planes, is_symmetric
-from gapbeam.solver.models.model import body_key
+from gapbeam.solver.models.body import body_key
 from tests.shared.case_texts import assert_says
 
 SOLID = {"dimension": 3}

@@ -22,7 +22,8 @@ from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.stepwise_march import EffectiveOperators, March, begun, march
 from gapbeam.solver.messages.errors import CaseError
-from gapbeam.solver.models.model import Model, body_key, build_body, model_of
+from gapbeam.solver.models.body import body_key
+from gapbeam.solver.models.model import Model, build_body, model_of
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, of_elements
 from gapbeam.solver.periodic.harmonic_balance import HarmonicBalance
 from gapbeam.solver.periodic.period_map import MarchedMap, ModalMap

@@ -24,7 +24,8 @@ from gapbeam.solver.case.solution_tables import SPACING_OF_WAVE, BeamModel
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.messages.errors import CaseError
-from gapbeam.solver.models.model import Model, body_key, build_model
+from gapbeam.solver.models.body import body_key
+from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.models.reduction.span_basis import wave_count
 from gapbeam.solver.models.timoshenko_beam import SteppedBeam
 from gapbeam.solver.system.dense_operators import DenseOperators

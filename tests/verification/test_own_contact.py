@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import expm
 
 import gapbeam
-from gapbeam.solver.models.model import body_key
+from gapbeam.solver.models.body import body_key
 from gapbeam.solver.run.output.run_summary import describe_seat
 from tests.shared.command import DEMO
 

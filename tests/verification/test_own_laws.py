@@ -13,7 +13,7 @@ import gapbeam
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.contact.laws.mixed_law import LawGroup, mixed_law
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
-from gapbeam.solver.models.model import body_key
+from gapbeam.solver.models.body import body_key
 from gapbeam.solver.system.operators import Array
 from tests.verification.test_own_contact import (
     AREA,

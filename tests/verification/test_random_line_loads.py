@@ -20,7 +20,8 @@ from gapbeam.solver.loads.coherence_table import (
     double_integrals,
 )
 from gapbeam.solver.loads.random_line_load import RandomLineLoad, line_patterns
-from gapbeam.solver.models.model import Model, body_key, build_model
+from gapbeam.solver.models.body import body_key
+from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 from tests.verification.test_joints_and_masses import AREA, DENSITY, ROOT, TIP, joint, tables

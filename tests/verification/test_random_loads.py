@@ -25,7 +25,7 @@ from gapbeam.solver.loads.random_function import (
     sample_rate,
 )
 from gapbeam.solver.loads.random_load import RandomLoad
-from gapbeam.solver.models.model import body_key
+from gapbeam.solver.models.body import body_key
 from gapbeam.solver.run.run_case import run_case
 from tests.regression.test_compiled_run import run_both, same_history
 from tests.shared.command import DEMO

@@ -28,7 +28,8 @@ from gapbeam.solver.loads.support_motion import RecordedMotion
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.messages.errors import CaseError, UserError
-from gapbeam.solver.models.model import Model, body_key, build_model
+from gapbeam.solver.models.body import body_key
+from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.run_case import run_case
 from gapbeam.solver.system.semi_discrete import VALUE, imaged
 from gapbeam.studies.trials.response import respond

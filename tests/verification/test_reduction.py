@@ -17,7 +17,8 @@ from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.march.stepwise_march import march
 from gapbeam.solver.messages.errors import NotConverged
-from gapbeam.solver.models.model import Model, body_key, build_body, build_model, model_of
+from gapbeam.solver.models.body import body_key
+from gapbeam.solver.models.model import Model, build_body, build_model, model_of
 from gapbeam.solver.models.reduction.contact_lines import across_lines
 from gapbeam.solver.models.reduction.reduced_body import reduced_body
 from gapbeam.solver.models.reduction.vibration_modes import Modes, lowest_modes, with_rigid_motions

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import gapbeam
 import gapbeam.solver.march.simulation
 from gapbeam.solver.messages.errors import CaseError, UserError
-from gapbeam.solver.models.model import body_key
+from gapbeam.solver.models.body import body_key
 from gapbeam.solver.seat.start import start_of_case
 from gapbeam.solver.system.semi_discrete import VALUE
 from tests.verification.test_own_contact import AREA, GRAVITY, LENGTH, MASS, PLACES, stops, tables

@@ -29,9 +29,9 @@ from gapbeam.meshes.tagged_mesh import Section, TaggedMesh
 from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.assembly.assembled_system import assembled_system
 from gapbeam.solver.assembly.face_quadrature import PointRule
-from gapbeam.solver.case.beam_motions import axial_restraint, motions_in_words
+from gapbeam.solver.case.beam_motions import motions_in_words
 from gapbeam.solver.case.beam_profile import BeamProfile
-from gapbeam.solver.case.case import Case, Contact, Damping, Friction, Output, Wear
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import (
     Default,
     overhang_frequency,
@@ -40,16 +40,13 @@ from gapbeam.solver.case.computed_defaults import (
     slip_velocity,
     tangent_stiffness,
 )
-from gapbeam.solver.case.model_choice import resolved_frequency
 from gapbeam.solver.case.solution_tables import (
     AutoModel,
     BeamModel,
     FullModel,
-    Gates,
     ModelTable,
     ReducedModel,
     RigidModel,
-    Time,
 )
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
@@ -62,7 +59,7 @@ from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_larg
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.beam_body import beam_body, rigid_body
 from gapbeam.solver.models.bending_stiffness import refuse_poor_bending
-from gapbeam.solver.models.body import TURNED, Body, ProbeRow, mesh_beam, mesh_dofs, point_rule
+from gapbeam.solver.models.body import TURNED, Body, ProbeRow, body_key, mesh_beam, mesh_dofs, point_rule
 from gapbeam.solver.models.contact_setting import (
     contact_setting,
     friction_of,
@@ -82,7 +79,6 @@ from gapbeam.solver.models.time_step import (
 )
 from gapbeam.solver.supports.layout import BodyMotion, body_motions
 from gapbeam.solver.supports.support import Support
-from gapbeam.solver.supports.support_tables import without_play
 from gapbeam.solver.system.dense_operators import DenseOperators, MassesBeside
 from gapbeam.solver.system.operators import Array, Interface, RankOnes
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem
@@ -182,52 +178,6 @@ def _rows(contact: ContactOperator, motions: Sequence[BodyMotion]) -> tuple[csr_
         if tangents > 1 and one.support.around:
             sliding[there, -1, number] = -aside if one.bends else up
     return csr_matrix(opening), csr_matrix(sliding.reshape(contact.size * tangents, len(motions)))
-
-
-def body_key(case: Case) -> Case:
-    """Return a case with everything taken out that a body does not depend on; equal for cases that share a body.
-
-    Clearance, law, stiffness and damping of the contact, structural damping, all of a load but its place and direction,
-    time, analysis, gates and output are cheap to change, as long as the start stays in the bending plane or leaves it.
-    The restraint along the beam is part of the body. Where it follows from loads and play, it is given in the key.
-    """
-    axial = axial_restraint(case).value
-    return case.model_copy(
-        update={
-            "title": "",
-            "damping": Damping(),
-            "support": without_play(case.support),
-            "contact": _contact(case),
-            "wear": None if case.wear is None else Wear(),
-            "load": tuple(load.without_cheap_keys() for load in case.load),
-            "figure": (),
-            "time": _time(case),
-            "analysis": case.analysis.for_body,
-            "model": case.model.model_copy(update={"reasons": ()}),
-            "restraint": case.restraint.model_copy(update={"axial": axial}) if axial > 0.0 else case.restraint,
-            "gates": Gates(),
-            "output": Output(),
-        }
-    )
-
-
-def _contact(case: Case) -> Contact:
-    return case.contact.model_copy(
-        update={
-            "law": Contact.model_fields["law"].get_default(),
-            "stiffness": "auto",
-            "damping": 0.0,
-            "tension": "clipped",
-            "touch_depth": "auto",
-            "friction": None if case.friction is None else Friction(coefficient=1.0),
-        }
-    )
-
-
-def _time(case: Case) -> Time:
-    """Return the scheme of explicit steps, and the frequency up to which the spans of a beam are resolved."""
-    key = Time(end=1.0, step="auto", frequency=resolved_frequency(case))
-    return key.model_copy(update={"scheme": case.time.scheme}) if case.time.scheme.explicit else key
 
 
 LOG = logging.getLogger("gapbeam")
@@ -483,7 +433,7 @@ def model_of(case: Case, body: Body) -> Model:
 
     Args:
         case: The case.
-        body: The body of that case or of one with the same `gapbeam.solver.models.model.body_key`.
+        body: The body of that case or of one with the same `gapbeam.solver.models.body.body_key`.
 
     Raises:
         UserError: An explicit scheme cannot march the step.

@@ -23,7 +23,8 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.value_words import flat
 from gapbeam.solver.messages.errors import CaseError, OutOfMemory, RunError
 from gapbeam.solver.messages.wording import counted, printable
-from gapbeam.solver.models.model import Model, body_key
+from gapbeam.solver.models.body import body_key
+from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.results_folder import finite
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.identification.identification_file import FloatArray, Problem, Values

@@ -28,7 +28,8 @@ from gapbeam.solver.case.reading.overrides import unit_of_key
 from gapbeam.solver.case.reading.value_words import flat
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.messages.errors import Interrupted, RunError, UserError
-from gapbeam.solver.models.model import Model, body_key
+from gapbeam.solver.models.body import body_key
+from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.checkpoint.same_model import checksum_of
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun, smoothing_of

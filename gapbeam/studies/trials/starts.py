@@ -29,8 +29,8 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.loads.scene_load_choice import AnyLoad
 from gapbeam.solver.march.simulation import Simulation
-from gapbeam.solver.models.body import Body
-from gapbeam.solver.models.model import Model, body_key, build_body, model_of
+from gapbeam.solver.models.body import Body, body_key
+from gapbeam.solver.models.model import Model, build_body, model_of
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State, imaged
 

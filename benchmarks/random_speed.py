@@ -20,6 +20,7 @@ from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.plan_arrays import factor_rows
 from gapbeam.solver.march.simulation import Simulation, Wanted, marched
 from gapbeam.solver.models.model import build_model
+from gapbeam.solver.run.run_consumers import steps_between
 from gapbeam.solver.run.stop_rule import statistics_of
 
 CASE = Path(__file__).parents[1] / "cases" / "tube-turbulence.toml"
@@ -44,9 +45,10 @@ def main(words: Sequence[str]) -> None:
     tables = tomllib.loads(CASE.read_text())
     for support in tables["support"]:
         support["region"] = {"type": support["region"], "contact": contact}
-    model = build_model(read_case(tables, keys), MPI.COMM_SELF)
+    case = read_case(tables, keys)
+    model = build_model(case, MPI.COMM_SELF)
     simulation = Simulation(model)
-    plan, every = simulation.plan, round(float(model.case.output.history_interval or model.step) / model.step)
+    plan, every = simulation.plan, steps_between(case, model.step)["history_interval"]
     start = simulation.start(simulation.seat_or_failure())
     loop = CompiledLoop(plan)
     *_, last = loop.blocks(start, every, steps=BEFORE)
@@ -60,7 +62,7 @@ def main(words: Sequence[str]) -> None:
             pass
 
     def whole() -> None:
-        recorder = Recorder(model, statistics=statistics_of(model, every))
+        recorder = Recorder(model, statistics=statistics_of(case, model, every))
         accounts = Accounts.opened(plan.system, plan.law, last.end, plan.dt)
         recorder.row(last.end, accounts)
         for _ in marched(plan, last.end, accounts, recorder, Wanted(every), MPI.COMM_SELF):

@@ -24,6 +24,7 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import missed_share
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.march.simulation import Simulation, Wanted, marched
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.run_consumers import steps_between
 from gapbeam.solver.run.stop_rule import statistics_of
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Indices
@@ -70,9 +71,9 @@ class CaseMarches:
         """Return the statistics of a march."""
         model = self._model(seed)
         simulation = Simulation(model)
-        start = simulation.start(simulation.seat_or_failure())
-        every = round((model.case.output.history_interval or model.step) / model.step)
-        recorder = Recorder(model, statistics=statistics_of(model, every))
+        case, start = simulation.case, simulation.start(simulation.seat_or_failure())
+        every = steps_between(case, model.step)["history_interval"]
+        recorder = Recorder(model, statistics=statistics_of(case, model, every))
         accounts = Accounts.opened(model.system, model.law, start, model.step)
         recorder.row(start, accounts)
         for _ in marched(simulation.plan, start, accounts, recorder, Wanted(every), MPI.COMM_SELF):

@@ -99,21 +99,21 @@ def describe_case(case: Case, comm: MPI.Comm) -> CaseDescription:
     model = build_model(case, comm)
     refuse_energy_creators(model)
     prediction = predict(model, time.perf_counter() - started, comm)
-    case, step = model.case, model.step
+    case = model.case  # its step is a number
     sections = {
-        "Model": tuple(_model_rows(model)),
+        "Model": tuple(_model_rows(case, model)),
         "Computed defaults": tuple(_once(_default_rows(default) for default in model.defaults)),
-        "Dynamics": tuple(_dynamics_rows(model)),
+        "Dynamics": tuple(_dynamics_rows(case, model)),
         "Run": (
             ("scheme", case.time.scheme.type, ""),
             *_analysis_rows(case),
-            *_adaptive_rows(model),
-            ("steps", f"{prediction.steps}", f"of {step:.6g} s up to {case.time.end:g} s"),
+            *_adaptive_rows(case, model),
+            ("steps", f"{prediction.steps}", f"of {model.step:.6g} s up to {case.time.end:g} s"),
             *_cost_rows(prediction),
         ),
     }
     ended = [f"the run ends at its start: {prediction.ended}"] if prediction.ended else []
-    return CaseDescription(case.title, sections, (*ended, *_warnings(model)), prediction)
+    return CaseDescription(case.title, sections, (*ended, *_warnings(case, model)), prediction)
 
 
 def _cost_rows(cost: Prediction) -> list[Row]:
@@ -160,7 +160,7 @@ def _mesh_rows(case: Case, meshed: MeshedBeam) -> list[Row]:
     ]
 
 
-def _model_rows(model: Model) -> list[Row]:
+def _model_rows(case: Case, model: Model) -> list[Row]:
     contact = model.system.contact
     areas = np.bincount(contact.faces, weights=contact.weights)
     unit, factor = shown("m", float(np.sqrt(areas.max(initial=0.0))))
@@ -172,20 +172,16 @@ def _model_rows(model: Model) -> list[Row]:
         for area, names in alike.items()
     )
     return [
-        *_mesh_rows(model.case, model.body.meshed),
-        *(
-            []
-            if model.dofs == model.mesh_dofs
-            else [("marched", f"{model.dofs} DOFs", f"model {model.case.model.type}")]
-        ),
-        *(("model auto", "", reason) for reason in model.case.model.reasons),
-        *(("beam motion", name, why) for name, why in motions_in_words(model.case)),
+        *_mesh_rows(case, model.body.meshed),
+        *([] if model.dofs == model.mesh_dofs else [("marched", f"{model.dofs} DOFs", f"model {case.model.type}")]),
+        *(("model auto", "", reason) for reason in case.model.reasons),
+        *(("beam motion", name, why) for name, why in motions_in_words(case)),
         ("contact points", f"{contact.size}", f"on {contact.interface.size} interface DOFs; {faces}"),
     ]
 
 
-def _dynamics_rows(model: Model) -> list[Row]:
-    case, duration = model.case, model.contact_duration
+def _dynamics_rows(case: Case, model: Model) -> list[Row]:
+    duration = model.contact_duration
     bounded = "first bending frequency, Euler-Bernoulli, at most that of a shear wave"
     rows = [(bending_words(case), f"{overhang_frequency(case):.4g} Hz", bounded)]
     for spring in _restraints(case):
@@ -255,25 +251,18 @@ def _start_rows(case: Case, analysis: Transient) -> list[Row]:
     return [("start", analysis.start, "; ".join(words))] if words else []
 
 
-def _adaptive_rows(model: Model) -> list[Row]:
-    if not model.case.time.adaptive:
+def _adaptive_rows(case: Case, model: Model) -> list[Row]:
+    if not case.time.adaptive:
         return []
-    shortest = model.step / 2**model.case.time.max_halvings
+    shortest = model.step / 2**case.time.max_halvings
     wanted = RESOLVING_SHARE * model.contact_duration
     words = f"an impact asks for {wanted:.2g} s" + (", which is out of reach" if shortest > wanted else "")
-    return [
-        ("adaptive steps", f"down to {shortest:.2g} s", f"time.max_halvings = {model.case.time.max_halvings}; {words}")
-    ]
+    return [("adaptive steps", f"down to {shortest:.2g} s", f"time.max_halvings = {case.time.max_halvings}; {words}")]
 
 
-def _warnings(model: Model) -> list[str]:
-    accepted = accepted_energy_creators(model)
-    return [
-        *warnings(model.case),
-        *accepted,
-        *remarks_on_model(model),
-        *_restraint_warnings(model),
-    ]
+def _warnings(case: Case, model: Model) -> list[str]:
+    parts = (warnings(case), accepted_energy_creators(model), remarks_on_model(case, model), _restraint_warnings(case))
+    return [words for part in parts for words in part]
 
 
 def _memory_warnings(case: Case, meshed: MeshedBeam, comm: MPI.Comm) -> list[str]:
@@ -281,8 +270,7 @@ def _memory_warnings(case: Case, meshed: MeshedBeam, comm: MPI.Comm) -> list[str
     return [] if fault is None else [f"{fault}: gapbeam run refuses it unless gates.accept_lack_of_memory = true"]
 
 
-def _restraint_warnings(model: Model) -> list[str]:
-    case = model.case
+def _restraint_warnings(case: Case) -> list[str]:
     wanted = [load.forcing_frequency for load in case.load if load.forcing_frequency is not None]
     lowest = min([overhang_frequency(case), *wanted])
     held = {one.motion.name for joint in case.joint for one in joint.attached()}  # there the restraint has no say

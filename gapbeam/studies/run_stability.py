@@ -112,8 +112,8 @@ def usual_axes(case: Path, axes: Sequence[Axis], fixed: Sequence[str] = ()) -> l
     missing = [key for key in ("contact.stiffness", "time.step") if key not in given]
     if not missing:
         return []
-    model = CaseSubject(sound_cases(case, fixed, axes)[0]).model
-    acts = model.case.contact.formulation.takes_stiffness
+    subject = CaseSubject(sound_cases(case, fixed, axes)[0])
+    model, acts = subject.model, subject.case.contact.formulation.takes_stiffness
     values = {one.key: one.value for one in model.defaults if acts} | {"time.step": model.step}
     times = {"contact.stiffness": OF_STIFFNESS, "time.step": OF_STEP}
     found = [

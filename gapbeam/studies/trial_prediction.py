@@ -33,7 +33,6 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.solution_tables import FullModel
 from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
-from gapbeam.solver.march.stepwise_march import March
 from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.messages.errors import Interrupted, RunError
 from gapbeam.solver.models.energy_creation import refuse_energy_creators
@@ -146,7 +145,7 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
         LOG.info("seated in %.2g s; marches some steps to see what they cost", setup["seat"])
     plan, folder = trial.plan, on_rank_zero(comm, lambda: Path(tempfile.mkdtemp(prefix="gapbeam-check-")))
     try:
-        trials = _Trials(trial.model, plan, seat, folder, comm)
+        trials = _Trials(trial, seat, folder)
         first, done = tried(trials.march, min(MOST, plan.steps), comm)
     finally:
         on_rank_zero(comm, lambda: shutil.rmtree(folder, ignore_errors=True))
@@ -161,7 +160,7 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
         plan.steps,
         done.per_step,
         done.back_substitution,
-        1 + _fields(model.case, plan.dt, plan.steps),
+        1 + _fields(trial.case, plan.dt, plan.steps),
         done.per_field,
         float(sum(peak_memory(comm))),
         done.words,
@@ -236,20 +235,19 @@ class TriedSteps:
 class _Trials:
     """Marches a few steps from the seat, with their output into a folder that nobody keeps."""
 
-    model: Model
-    plan: March
+    trial: Simulation
     seat: Seat
     folder: Path
-    comm: MPI.Comm
 
     def march(self, steps: int) -> TriedSteps:
-        consumers = RunConsumers(self.model, self.folder, self.comm, self.seat.state)
+        case, model, plan = self.trial.case, self.trial.model, self.trial.plan
+        consumers = RunConsumers(case, model, self.folder, self.seat.state)
         words, early = f"measured now: {steps} steps from the seat with the loads at their full amplitude", False
         ended = ""
         with consumers, Signals(None) as signals:
             signals.march_begins()
             try:
-                consumers.follow(replace(self.plan, steps=steps), None, None, Interruption(self.comm, signals))
+                consumers.follow(replace(plan, steps=steps), None, None, Interruption(consumers.comm, signals))
             except Interrupted:
                 raise
             except RunError as error:
@@ -260,15 +258,15 @@ class _Trials:
         tally = consumers.accounts.tally
         parts = max(tally.steps, 1)
         whole = parts if early else steps
-        output = _fields(self.model.case, self.plan.dt, whole) * per_field
+        output = _fields(case, plan.dt, whole) * per_field
         per_step = max(tally.march - output, tally.advance, 1.0e-9) / whole
         return TriedSteps(whole, tally.march, per_step, tally.back_substitution / parts, per_field, words, early, ended)
 
     def _field(self, consumers: RunConsumers) -> float:
         """Return the wall time of a field, s: several are written at once where the march is compiled."""
-        at_once = AT_ONCE if why_not_compiled(self.plan) is None else 1
+        at_once = AT_ONCE if why_not_compiled(self.trial.plan) is None else 1
         clock = time.perf_counter()
-        consumers.fields.write(Snapshots.of_states([self.seat.state] * at_once), self.model)
+        consumers.fields.write(Snapshots.of_states([self.seat.state] * at_once), consumers.model)
         return (time.perf_counter() - clock) / at_once
 
 

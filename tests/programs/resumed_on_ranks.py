@@ -31,7 +31,7 @@ for name, (keys, stop) in json.loads(sys.argv[2]).items():
     comm.barrier()
     case = read_case(DEMO, keys)
     model = build_model(case, comm)
-    left = last_checkpoint(folder / "from-one", case, model, comm, steps_between(model))
+    left = last_checkpoint(folder / "from-one", case, model, comm, steps_between(case, model.step))
     assert left is not None
     layout, state = layout_of(left.model, comm), left.paused.state
     before = read_checkpoint(found(folder / "from-one")[0])

@@ -253,7 +253,7 @@ def test_a_rattling_beam_is_at_no_resonance_of_the_formula() -> None:
     model = gapbeam.model(gapbeam.read_case(CLAMPED, words)).model
     content = FrequencyContent(np.full(100, 45.8))
     ledger = Ledger(1.0, 1.0, 0.0, 2.0, np.zeros(2), structural=0.1, largest_kinetic=1.0, absolute_work=1.1)
-    smooth, rattling = (of_resonance(model, content, ledger, contacts) for contacts in (0, 1000))
+    smooth, rattling = (of_resonance(model.case, model, content, ledger, contacts) for contacts in (0, 1000))
     assert smooth.closest == rattling.closest > 0.5
     assert (smooth.verdict, rattling.verdict) == ("failure", "warning")
     assert rattling.estimate is None

@@ -60,7 +60,7 @@ class Stopped:
 
     def last(self, folder: Path) -> Left | None:
         """Return where the run in a folder was left."""
-        return last_checkpoint(folder, self.case, self.model, MPI.COMM_SELF, steps_between(self.model))
+        return last_checkpoint(folder, self.case, self.model, MPI.COMM_SELF, steps_between(self.case, self.model.step))
 
 
 @pytest.fixture(scope="module")

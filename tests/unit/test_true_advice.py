@@ -129,7 +129,7 @@ def test_a_conserving_scheme_is_advised_where_it_can_be_taken(keys: dict[str, An
     accounts = Accounts.opened(model.system, model.law, seated(model).state, model.step)
     accounts.ledger = lossy
     with pytest.raises(EnergyLost, match=r"took 0.5 J, 50.0% .* [Tt]ry a smaller time.step") as lost:
-        judge_run(model, accounts, [])
+        judge_run(model.case, accounts, [])
     assert ("discrete-gradient, which takes none" in str(lost.value)) == advised
 
 

@@ -72,7 +72,7 @@ def test_round_off_is_bounded_or_refused(
     estimate = built.model.body.bending.round_off
     assert estimate <= MOST_NOISE
     assert abs(share_of_theory(built, 2.0 * length / aspect) - 1.0) < 3.0e-3 + estimate
-    assert any("round-off in the stiffness" in words for words in remarks_on_model(built.model)) == (
+    assert any("round-off in the stiffness" in words for words in remarks_on_model(built.model.case, built.model)) == (
         estimate > NOTABLE_NOISE
     )
 
@@ -84,7 +84,7 @@ def test_estimates_follow_the_slenderness(dimension: int) -> None:
     for aspect in (500.0, 1000.0):
         case = gapbeam.read_case(tables(0.5, aspect, dimension=dimension, model="full"))
         model = gapbeam.model(case).model
-        assert not any("round-off in the stiffness" in words for words in remarks_on_model(model))
+        assert not any("round-off in the stiffness" in words for words in remarks_on_model(model.case, model))
         found.append(model.body.bending.round_off)
     assert found[1] / found[0] == pytest.approx(16.0, rel=0.2)
     with pytest.raises(UserError, match=r"round-off .* 100 % and more: the beam is 1e\+04 times as long"):
@@ -131,7 +131,9 @@ def test_locking_is_known(name: str) -> None:
     assert built.model.body.bending.off >= 0.999 * missing / (1.0 - missing)
     lost = 1.0 - share_of_theory(built, 0.04, strain)
     assert 0.5 * missing - 0.01 < lost < 1.2 * missing + 0.01
-    said = [words for words in remarks_on_model(built.model) if "of the deflection of the beam" in words]
+    said = [
+        words for words in remarks_on_model(built.model.case, built.model) if "of the deflection of the beam" in words
+    ]
     assert len(said) == (given["degree"] == 1)
     assert all("try mesh.degree = 2" in words for words in said)
 
@@ -154,7 +156,9 @@ def test_long_cells_of_degree_two_lock(poisson: float, aspect: float, size: floa
     found = built.model.body.bending
     lost = 1.0 - share_of_theory(built, 1.0 / aspect, 1.0 - poisson**2 if dimension == 2 else 1.0)
     assert 0.1 * found.missing - 2e-3 < lost < found.missing + found.round_off + 2e-3
-    said = [words for words in remarks_on_model(built.model) if "of the deflection of the beam" in words]
+    said = [
+        words for words in remarks_on_model(built.model.case, built.model) if "of the deflection of the beam" in words
+    ]
     assert bool(said) == (found.missing > 0.02)
     assert all("a smaller mesh.size" in words for words in said)
     assert lost < 0.02 or said

@@ -297,7 +297,8 @@ def test_coarse_meshes_have_smaller_bases_than_asked_for() -> None:
 
 def test_a_basis_that_is_too_small_is_reported() -> None:
     def remarks(**model: object) -> str:
-        return " ".join(remarks_on_model(beam_model({"model": {"type": "reduced", **model}})))
+        made = beam_model({"model": {"type": "reduced", **model}})
+        return " ".join(remarks_on_model(made.case, made))
 
     assert remarks() == ""
     assert "the modes of the basis reach to" in remarks(modes=1)

@@ -90,8 +90,8 @@ def test_free_motion_is_no_resonance(load: dict[str, Any] | None, verdict: str) 
     free = Ledger(1.0, 1.0, 0.0, 2.0, np.zeros(len(loads)), largest_kinetic=1.0)
     fed = replace(free, absolute_work=1.5)
     model = replace(model, case=model.case.model_copy(update={"time": model.case.time.model_copy(update={"end": 1.0})}))
-    assert of_resonance(model, content, free, 0).verdict == "holds"
-    assert of_resonance(model, content, fed, 0).verdict == verdict
+    assert of_resonance(model.case, model, content, free, 0).verdict == "holds"
+    assert of_resonance(model.case, model, content, fed, 0).verdict == verdict
 
 
 def test_modes_that_the_step_does_not_resolve_are_named() -> None:

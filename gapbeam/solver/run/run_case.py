@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from gapbeam.meshes.rank_zero import all_there, on_rank_zero
 from gapbeam.meshes.versions.installed_versions import versions
 from gapbeam.solver.case.analysis_table import Periodic
-from gapbeam.solver.case.case import Case, case_to_toml, with_checksums
+from gapbeam.solver.case.case import Case, Output, case_to_toml, with_checksums
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.solution_tables import FullModel
@@ -176,27 +176,28 @@ def _run_case(
         model = build_model(case, comm)
     signals.check()
     refuse_energy_creators(model)
-    if not isinstance(model.case.analysis, Periodic):
-        sizes = size_of_results(model)
+    if not isinstance(case.analysis, Periodic):
+        sizes = size_of_results(case.output, model)
         on_rank_zero(comm, lambda: check_space(folder, *sizes))
     with locked(folder, comm):
         left = find_left(folder, case, model, comm) if resume else None
         if isinstance(left, dict):
             return Outcome(folder, 0, f"was done before: {left['message']}", left)
-        consumers, begin = None, left_state(model, folder, comm) if left is None else None
+        consumers, begin = None, left_state(case.analysis, model, folder, comm) if left is None else None
         if left is None:
             on_rank_zero(comm, lambda: prepare_folder(folder))
         else:
             model = left.model
-            # or a refusal, before anything in the folder changes
-            consumers = RunConsumers(model, folder, comm, left, rule)
+        case = model.case  # its step is a number
+        if left is not None:  # or a refusal, before anything in the folder changes
+            consumers = RunConsumers(case, model, folder, left, rule)
         with log_file(folder, comm, earlier):
-            summary = _opening(model)
+            summary = _opening(case, model)
             together = cache(lambda: comm.size == 1 or all_there(ends))
             try:
-                _write_opening(model, folder, comm, summary)
+                _write_opening(case, folder, comm, summary)
                 with signals.turned(), disk_reported(folder), out_of_memory_reported(MARCHED):
-                    _run(model, folder, comm, summary, left, begin, consumers, rule, signals, together)
+                    _run(case, model, folder, comm, summary, left, begin, consumers, rule, signals, together)
             except RunError as error:
                 if not together():  # the others wait for this rank
                     raise
@@ -215,30 +216,30 @@ def _run_case(
                 raise
             summary["wall_time"]["total"] = time.perf_counter() - signals.started
             summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
-            _close(folder, comm, summary, model)
+            _close(folder, comm, summary, case.output, model.step)
     small = comm.size == 1 and not isinstance(case.model, FullModel)
     return Outcome(folder, summary["exit_status"], summary["message"], summary, model.body if small else None)
 
 
-def _write_opening(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:
+def _write_opening(case: Case, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:
     def write() -> None:
         with written(folder / CASE_FILE):
             made = ", ".join(f"{name} {version}" for name, version in summary["versions"].items())
-            text = f"{AS_RUN}, with every default, by {made}.\n{case_to_toml(model.case)}"
+            text = f"{AS_RUN}, with every default, by {made}.\n{case_to_toml(case)}"
             write_beside(folder / CASE_FILE, text)
             write_summary(folder, summary)
 
     on_rank_zero(comm, write)
 
 
-def _close(folder: Path, comm: MPI.Comm, summary: dict[str, Any], model: Model) -> None:
+def _close(folder: Path, comm: MPI.Comm, summary: dict[str, Any], output: Output, step: float) -> None:
     """Write the summary; of a run that is done, the checkpoints go, unless they are kept. Collective."""
 
     def write() -> None:
         with written(folder / SUMMARY_FILE):
             write_summary(folder, summary)
             if summary["status"] == "completed":
-                remove_unasked(folder, model)
+                remove_unasked(folder, output, step)
 
     try:
         on_rank_zero(comm, write)
@@ -248,9 +249,9 @@ def _close(folder: Path, comm: MPI.Comm, summary: dict[str, Any], model: Model) 
             summary["status"], summary["exit_status"], summary["message"] = "failed", error.exit_status, str(error)
 
 
-def _opening(model: Model) -> dict[str, Any]:
+def _opening(case: Case, model: Model) -> dict[str, Any]:
     """Return the summary of a run that has only been set up, and log it."""
-    case, contact = model.case, model.system.contact
+    contact = model.system.contact
     crowding = filter(None, [crowded(model.space.mesh.comm)])
     summary: dict[str, Any] = {
         "title": case.title,
@@ -258,11 +259,11 @@ def _opening(model: Model) -> dict[str, Any]:
         "exit_status": None,
         "reason": None,
         "message": "",
-        "warnings": [*warnings(case), *accepted_energy_creators(model), *remarks_on_model(model), *crowding],
+        "warnings": [*warnings(case), *accepted_energy_creators(model), *remarks_on_model(case, model), *crowding],
         "versions": versions() | model.body.made_by,
         "forcing": _forcing(case),
         "smoothing": dict(zip(("window", "reason"), smoothing_window(case), strict=True)),
-        "model": summaries.describe_model(model),
+        "model": summaries.describe_model(case, model),
         "defaults": [vars(default) for default in model.defaults],
         "wall_time": dict(model.seconds),
         "resumed": [],
@@ -281,6 +282,7 @@ def _opening(model: Model) -> dict[str, Any]:
 
 
 def _run(
+    case: Case,
     model: Model,
     folder: Path,
     comm: MPI.Comm,
@@ -310,34 +312,35 @@ def _run(
         clock = time.perf_counter()
         CompiledLoop.compile_ahead(plan, start if left is None else left.paused, signals.check)
         summary["wall_time"]["compilation"] = time.perf_counter() - clock
-    if left is None and isinstance(model.case.analysis, Periodic):
+    if left is None and isinstance(case.analysis, Periodic):
         from gapbeam.solver.periodic.periodic_response import ProbeFigures
         from gapbeam.solver.run.periodic_search import search
 
         signals.march_begins()
         assert isinstance(seat, Seat)
-        response = search(model, seat.state, model.case.analysis, folder, comm, summary, interruption)
+        response = search(model, seat.state, case.analysis, folder, comm, summary, interruption)
         model, plan, start = response.steady.model, response.steady.plan, response.start
+        case = model.case
         probes = ProbeFigures(model)
         steps = probes.listening(response.steps)
     if response is None:
-        kept = {"seat": summary["seat"], "resumed": summary["resumed"], "every": steps_between(model)}
-        checkpoints = Checkpoints(folder, model, comm, kept, model.case.output.checkpoint_interval)
-    consumers = consumers or RunConsumers(model, folder, comm, start, rule)
+        kept = {"seat": summary["seat"], "resumed": summary["resumed"], "every": steps_between(case, model.step)}
+        checkpoints = Checkpoints(folder, case, model, comm, kept)
+    consumers = consumers or RunConsumers(case, model, folder, start, rule)
     signals.march_begins()
     try:
         with out_of_memory_reported(MARCHED), consumers:
             consumers.follow(plan, steps, summary["forcing"]["period"], interruption, checkpoints)
     except RunError:
         if together():
-            describe_march(model, folder, comm, summary, consumers)
+            describe_march(summary, consumers)
         raise
     finally:
         if response is not None:
             summary["periodic"]["probes"] = probes.figures(response.steady.periods)
-    findings = describe_march(model, folder, comm, summary, consumers)
+    findings = describe_march(summary, consumers)
     accounts = consumers.accounts
-    judge_run(model, accounts, findings)
+    judge_run(case, accounts, findings)
     judge_curve(summary.get("periodic", {}).get("curve"))
     refuse_not_met(summary.get("statistics", {}).get("until"))
     summary["status"], summary["exit_status"] = "completed", 0

@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from gapbeam.meshes.rank_zero import on_rank_zero
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.diagnostics.assumption import let_pass, limited
 from gapbeam.solver.diagnostics.contact_episodes import Episodes
 from gapbeam.solver.diagnostics.energy_gates import remedy_for
@@ -39,17 +40,16 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Snapshots, State, Step
 
 if TYPE_CHECKING:
-    from mpi4py import MPI
+    pass
 
 LEAST_BLOCKS = 32  # of a run with many fields: an assumption that is broken beyond all sense ends it after a few
 
 
-def steps_between(model: Model) -> dict[str, int]:
-    """Return the steps between records, and between fields, by the keys of [output]."""
-    output, dt = model.case.output, model.step
+def steps_between(case: Case, step: float) -> dict[str, int]:
+    """Return the steps, s, between records, and between fields, by the keys of [output]."""
     return {
-        "history_interval": round((output.history_interval or dt) / dt),
-        "fields_interval": max(1, round((output.fields_interval or model.end / 100.0) / dt)),
+        "history_interval": round((case.output.history_interval or step) / step),
+        "fields_interval": max(1, round((case.output.fields_interval or case.time.end / 100.0) / step)),
     }
 
 
@@ -59,17 +59,17 @@ class RunConsumers:
     Collective to make and to use.
 
     Args:
-        model: The model.
+        case: The case of the march.
+        model: Its model.
         folder: Results folder. Where a march goes on, nothing in it changes before `follow`.
-        comm: Its ranks.
         start: State from which the march starts, or in which it was left.
         rule: Rule by which it may end early; None: at its end only.
 
     Attributes:
+        case: As given, as are `model`, `folder` and `rule`.
         recorder: Makes records.
         accounts: Ledger, gates, episodes, peaks and counts.
         fields: Writer of the fields.
-        rule: As given.
         plastic_set: Plastic set of contact points, (m,), m; None: nothing yields.
         met: Whether the interval that the rule asks for is narrow enough.
 
@@ -79,18 +79,17 @@ class RunConsumers:
     """
 
     def __init__(
-        self, model: Model, folder: Path, comm: MPI.Comm, start: State | Left, rule: StopRule | None = None
+        self, case: Case, model: Model, folder: Path, start: State | Left, rule: StopRule | None = None
     ) -> None:
-        self.model, self.comm, self.rule, self.met = model, comm, rule, False
-        self._folder = folder
+        self.case, self.model, self.rule, self.met = case, model, rule, False
+        self.folder, self.comm = folder, model.space.mesh.comm
         self._checkpoints: Checkpoints | None = None
-        points = PointContact(model.system, model.law) if model.case.output.points else None
-        statistics = statistics_of(model, steps_between(model)["history_interval"])
+        points = PointContact(model.system, model.law) if case.output.points else None
+        statistics = statistics_of(case, model, steps_between(case, model.step)["history_interval"])
         self.recorder = Recorder(model, watch_of(model), gauges_of(model), statistics, points)
         left = start if isinstance(start, Left) else None
         self._start = start.paused if isinstance(start, Left) else start
         begin = self._start if isinstance(self._start, State) else self._start.state
-        case = model.case
         self.accounts = Accounts.opened(model.system, model.law, begin, model.step, case.gates, remedy_for(case))
         if left is not None:
             left.restore(self.accounts, self.recorder)
@@ -98,9 +97,9 @@ class RunConsumers:
         self._looked = 0.0  # last time at which the rule could have ended the march, s
         self._passed: tuple[bytes, ...] = ()  # largest pose and penetration that were let pass
         kept, opened = None if left is None else int(left.header["records"]), list[HistoryWriter]()
-        on_rank_zero(comm, lambda: opened.append(HistoryWriter(folder, self.recorder.labels, kept)))
+        on_rank_zero(self.comm, lambda: opened.append(HistoryWriter(folder, self.recorder.labels, kept)))
         self._history = opened[0] if opened else None
-        self._progress = ProgressFile(folder, model.end, quiet=comm.rank != 0)
+        self._progress = ProgressFile(folder, case.time.end, quiet=self.comm.rank != 0)
         self.plastic_set: Array | None = None
         self.fields = FieldWriter(folder, model, None if left is None else left.header["fields"])
 
@@ -126,7 +125,7 @@ class RunConsumers:
                 to then is on disk, or up to the last checkpoint.
         """
         self._checkpoints = checkpoints
-        case, every = self.model.case, steps_between(self.model)
+        case, every = self.case, steps_between(self.case, self.model.step)
         fields_every = every["fields_interval"]
         if isinstance(self._start, State):
             self._record(self.recorder.row(self._start, self.accounts), Snapshots.of_states([self._start]))
@@ -134,7 +133,7 @@ class RunConsumers:
             self._let_pass(self.accounts.peaks, self.accounts.episodes)
         together = plan.steps // (fields_every * LEAST_BLOCKS) if self.rule is None else 1
         stops = fields_every * min(AT_ONCE, max(1, together))
-        wanted = Wanted(every["history_interval"], stops, True, kept_steps(self.model), fields_every)
+        wanted = Wanted(every["history_interval"], stops, True, kept_steps(case.output, self.model.step), fields_every)
         if steps is None:
             blocks_of_steps = marched(plan, self._start, self.accounts, self.recorder, wanted, self.comm)
         else:
@@ -224,11 +223,11 @@ class RunConsumers:
         except NotWritten:
             self._history.abandon()
             raise
-        write_impacts(self._folder, self.model.system.contact.face_names, self.accounts.impacts.ended)
+        write_impacts(self.folder, self.model.system.contact.face_names, self.accounts.impacts.ended)
         statistics = self.recorder.statistics
         rates = statistics.work_rates() if isinstance(statistics, PointStatistics) else ()
-        write_wear(self._folder, self.accounts.sliding, self.accounts.time, face_wear(self.model.case), rates)
-        write_points(self._folder, self.recorder.points, self.accounts.peaks.impulse)
+        write_wear(self.folder, self.accounts.sliding, self.accounts.time, face_wear(self.case), rates)
+        write_points(self.folder, self.recorder.points, self.accounts.peaks.impulse)
 
     def costs(self) -> Mapping[str, float]:
         """Return the cost of the checkpoints: their number, and their wall time, s."""
@@ -266,8 +265,8 @@ class RunConsumers:
             return
         self._passed = largest
         try:
-            case = self.model.case
-            let_pass(limited([*of_pose(watch, case), *of_contact(case, peaks, episodes)], case.gates))
+            found = [*of_pose(watch, self.case), *of_contact(self.case, peaks, episodes)]
+            let_pass(limited(found, self.case.gates))
         except AssumptionBroken:
             watch.end()  # blocks that are computed already are recorded, but say no more about where it broke
             raise
@@ -307,7 +306,7 @@ class RunConsumers:
         if wish.ends:
             resumes = "" if self._checkpoints is None else "; `resume=True` continues from there"
             raise Interrupted(
-                f"{wish.words} at t = {step_block.time:.6g} s of {self.model.end:g} s; "
+                f"{wish.words} at t = {step_block.time:.6g} s of {self.case.time.end:g} s; "
                 f"the results up to then are on disk{resumes}",
                 wish.exit_status,
             )

@@ -187,25 +187,26 @@ def decay_time(case: Case) -> float:
     return 1.0 / rate if rate > 0.0 else 0.0
 
 
-def statistics_of(model: Model, every: int) -> RunStatistics | None:
-    """Return the statistics to gather in a run of a model; None where it has none.
+def statistics_of(case: Case, model: Model, every: int) -> RunStatistics | None:
+    """Return the statistics to gather in a run of a case; None where it has none.
 
     Args:
-        model: The model.
+        case: The case.
+        model: Its model.
         every: Steps between records.
     """
-    return gathered_statistics(model, every, decay_time(model.case)) if has_statistics(model.case) else None
+    return gathered_statistics(case, model, every, decay_time(case)) if has_statistics(case) else None
 
 
-def gathered_statistics(model: Model, every: int, decay: float = 0.0) -> RunStatistics:
-    """Return the statistics to gather for a model, whatever moves it: noise, or chaos.
+def gathered_statistics(case: Case, model: Model, every: int, decay: float = 0.0) -> RunStatistics:
+    """Return the statistics to gather for a case, whatever moves it: noise, or chaos.
 
     Args:
-        model: The model.
+        case: The case.
+        model: Its model.
         every: Steps between records.
         decay: As in `RunStatistics`.
     """
-    case = model.case
     faces, probes = tuple(model.system.contact.face_names), tuple(model.probes)
     slides = model.system.contact.measures_sliding
     own = tuple(one for one in case.figure if one.is_sampled)

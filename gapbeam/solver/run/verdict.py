@@ -18,7 +18,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from math import inf
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -58,34 +57,34 @@ from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.run.stop_rule import has_statistics
 from gapbeam.solver.schema.record_table import SLIP_MODES
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import ContactOperator
 
 if TYPE_CHECKING:
-    from mpi4py import MPI
+    pass
 
 
-def doubts_of(model: Model, accounts: Accounts) -> Doubts:
-    """Return the doubts on the statistics of a march."""
-    time = model.case.time
-    step = accounts.tally.shortest if time.adaptive else model.step
-    ended = dict(zip(model.system.contact.face_names, accounts.impacts.ended, strict=True))
+def doubts_of(case: Case, accounts: Accounts) -> Doubts:
+    """Return the doubts on the statistics of a march of a case."""
+    contact, step = accounts.system.contact, accounts.tally.shortest if case.time.adaptive else accounts.tally.dt
+    ended = dict(zip(contact.face_names, accounts.impacts.ended, strict=True))
     rubbed = {} if (work := accounts.sliding.by_face) is None else dict(zip(ended, work, strict=True))
-    noise, struck = has_statistics(model.case), model.system.contact.slip_modes.impact_time
+    noise, struck = has_statistics(case), contact.slip_modes.impact_time
     return Doubts(
         {face: missed_share(one, step) for face, one in ended.items()},
         energy_bias(accounts.ledger) if noise else 0.0,
         {face: float(np.median(one.rows[:, DURATION])) / step for face, one in ended.items() if one.count},
-        time.scheme.measured_bias if noise else (),
+        case.time.scheme.measured_bias if noise else (),
         struck / step if struck > 0.0 else inf,
         frozenset(face for face, done in rubbed.items() if done <= accounts.ledger.round_off),
     )
 
 
-def noise_remarks(model: Model) -> Iterator[str]:
+def noise_remarks(case: Case, model: Model) -> Iterator[str]:
     """Yield a warning of energy that the scheme, in its step, adds to or takes from a motion under noise."""
-    case = model.case
     if not has_statistics(case):
         return
-    steps = model.contact_duration / shortest_step(case)
+    shortest = model.step / 2**case.time.max_halvings if case.time.adaptive else model.step
+    steps = model.contact_duration / shortest
     row = bias_at(case.time.scheme.measured_bias, steps)
     if row is not None and abs(row.mean_square) > LEAST:
         side = "low" if row.mean_square < 0.0 else "high"
@@ -95,12 +94,6 @@ def noise_remarks(model: Model) -> Iterator[str]:
             f"{abs(row.mean_square):.0%} {side} and its mean contact force {row.mean_force:+.0%} off; longer contacts "
             "and more damping make that less, which the run measures; the scheme discrete-gradient changes none"
         )
-
-
-def shortest_step(case: Case) -> float:
-    """Return the shortest step of a case, s; its step is known."""
-    assert case.time.step != "auto"
-    return case.time.step / 2**case.time.max_halvings if case.time.adaptive else case.time.step
 
 
 LOG = logging.getLogger("gapbeam")
@@ -114,11 +107,10 @@ UNDER_NOISE_MEANING = (
 )
 
 
-def figures(model: Model, recorder: Recorder, accounts: Accounts) -> dict[str, Any]:
-    """Return the figures of energy, gates, contact and restraint for the summary."""
-    faces, peaks = model.system.contact.face_names, accounts.peaks
-    deepest = float(np.max(peaks.deepest))
-    clearance = abs(model.case.layout.clearance)
+def figures(clearance: float, recorder: Recorder, accounts: Accounts) -> dict[str, Any]:
+    """Return the figures of energy, gates, contact and restraint for the summary; the clearance is in m."""
+    contact, peaks, friction = accounts.system.contact, accounts.peaks, accounts.law.friction
+    deepest, clearance = float(np.max(peaks.deepest)), abs(clearance)
     found = {
         "energy": describe_energy(accounts.ledger, accounts.gates),
         "gates": describe_gates(accounts.gates),
@@ -126,16 +118,15 @@ def figures(model: Model, recorder: Recorder, accounts: Accounts) -> dict[str, A
             "largest": deepest,
             "relative_to_clearance": deepest / clearance if clearance > 0.0 else None,
         },
-        "peak_contact_force": dict(zip(faces, (float(x) for x in peaks.force), strict=True)),
+        "peak_contact_force": dict(zip(contact.face_names, (float(x) for x in peaks.force), strict=True)),
         "restraint": {
             "largest_energy": recorder.largest_restraint_energy,
             "share_of_energy": recorder.restraint_share,
         },
     }
-    if model.law.friction is not None:
-        largest = dict(zip(faces, (float(x) for x in peaks.friction), strict=True))
-        figures = {key: value for key, value in vars(model.law.friction).items() if value is not None}
-        by_face = {key: _by_face(model, value) for key, value in figures.items()}
+    if friction is not None:
+        largest = dict(zip(contact.face_names, (float(x) for x in peaks.friction), strict=True))
+        by_face = {key: _by_face(contact, value) for key, value in vars(friction).items() if value is not None}
         found["friction"] = by_face | {"peak_force": largest}
     return found
 
@@ -148,26 +139,23 @@ def friction_words(accounts: Accounts) -> str:
     return f"largest friction force: {forces}; friction took {ledger.friction_loss:.3g} J{share}"
 
 
-def contact_words(model: Model, peaks: Peaks) -> str:
-    """Return the peaks of contact in one line."""
-    faces = model.system.contact.face_names
+def contact_words(clearance: float, faces: Sequence[str], peaks: Peaks) -> str:
+    """Return the peaks of contact in one line, the penetration beside a clearance, m."""
     forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, peaks.force, strict=True))
-    deepest, clearance = max(float(np.max(peaks.deepest)), 0.0), model.case.layout.clearance
+    deepest = max(float(np.max(peaks.deepest)), 0.0)
     size = "interference" if clearance < 0.0 else "clearance"
     share = f", {deepest / abs(clearance):.2%} of the {size}" if clearance != 0.0 else ""
     return f"largest contact force of a step: {forces}; largest penetration {deepest:.3g} m{share}"
 
 
-def assumptions(
-    model: Model, recorder: Recorder, accounts: Accounts, content: FrequencyContent | None
-) -> list[Finding]:
+def assumptions(case: Case, recorder: Recorder, accounts: Accounts, content: FrequencyContent | None) -> list[Finding]:
     """Return the findings on every assumption. Collective."""
-    case, ledger, gates = model.case, accounts.ledger, accounts.gates
+    ledger, gates = accounts.ledger, accounts.gates
     found = [] if recorder.watch is None else of_pose(recorder.watch, case)
     found += of_contact(case, accounts.peaks, accounts.episodes)
     share, held = recorder.restraint_share, f"{recorder.largest_restraint_energy:.3g} J"
     found.append(Finding(RESTRAINED, share, estimate=share, detail=held))
-    found += of_frequencies(model, content, ledger, accounts.episodes.count)
+    found += of_frequencies(case, recorder.model, content, ledger, accounts.episodes.count)
     if has_statistics(case):
         off = energy_bias(ledger)
         noisy = Assumption(*UNDER_NOISE, LEAST, None, UNDER_NOISE_MEANING + _conserving(case))
@@ -194,10 +182,10 @@ def remarks(accounts: Accounts, findings: Sequence[Finding]) -> list[str]:
     return found
 
 
-def remarks_on_model(model: Model) -> list[str]:
+def remarks_on_model(case: Case, model: Model) -> list[str]:
     """Return the remarks on a basis, or on steps by iterations, before their use, one sentence each."""
-    found = [*basis_remarks(model.body.basis, frequency_of_interest(model.case)[0]), *noise_remarks(model)]
-    found += bending_remarks(model.case, model.body.bending)
+    found = [*basis_remarks(model.body.basis, frequency_of_interest(case)[0]), *noise_remarks(case, model)]
+    found += bending_remarks(case, model.body.bending)
     if model.solver is not None and model.solver.iterative:
         found.append(
             f"{model.dofs} DOFs are marched by conjugate gradients ({model.solver.reason}), several solves of "
@@ -206,14 +194,14 @@ def remarks_on_model(model: Model) -> list[str]:
     return found
 
 
-def resolution_remarks(model: Model, tally: Tally) -> list[str]:
+def resolution_remarks(case: Case, model: Model, tally: Tally) -> list[str]:
     """Return the contacts that adaptive steps could not resolve, one sentence or none."""
     if tally.unresolved == 0:
         return []
     return [
         f"{tally.unresolved} steps of {tally.shortest:.2g} s do not resolve how faces open and close, which takes "
         f"{RESOLVING_SHARE * model.contact_duration:.2g} s: peak forces and accelerations follow the step; try more "
-        f"time.max_halvings, a smaller time.step or a softer {model.case.layout.stiffness_keys}"
+        f"time.max_halvings, a smaller time.step or a softer {case.layout.stiffness_keys}"
     ]
 
 
@@ -243,17 +231,17 @@ def judge_curve(curve: Mapping[str, Any] | None) -> None:
     )
 
 
-def judge_run(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> None:
-    """Pass a run that reached its end, or raise.
+def judge_run(case: Case, accounts: Accounts, findings: Sequence[Finding]) -> None:
+    """Pass a run of a case that reached its end, or raise.
 
     Raises:
         EnergyCreated: More energy was created over the run than the gate of an impact allows.
         EnergyLost: The scheme took more of the energy than the gates allow.
         AssumptionBroken: A limit beyond which the figures mean nothing is passed.
     """
-    scheme, gates = model.scheme.type, accounts.gates
+    scheme, gates = case.time.scheme.type, accounts.gates
     gates.judge(scheme, accounts.ledger)
-    gates.judge_loss(scheme, accounts.ledger, _conserving(model.case))
+    gates.judge_loss(scheme, accounts.ledger, _conserving(case))
     let_pass(findings)
 
 
@@ -264,16 +252,15 @@ def _conserving(case: Case) -> str:
     return ", or the scheme discrete-gradient, which takes none"
 
 
-def _by_face(model: Model, values: float | Array) -> float | dict[str, float]:
+def _by_face(contact: ContactOperator, values: float | Array) -> float | dict[str, float]:
     """Return a figure that all contact points share, or that of each face by its name."""
     if isinstance(values, float | int):
         return float(values)
-    contact = model.system.contact
     return {name: float(values[contact.faces == face][0]) for face, name in enumerate(contact.face_names)}
 
 
 def wear_figures(
-    model: Model,
+    case: Case,
     accounts: Accounts,
     statistics: Mapping[str, Any] | None,
     gathered: RunStatistics | None,
@@ -282,19 +269,20 @@ def wear_figures(
     """Return the figures of wear for the summary; None for a case without [wear].
 
     Args:
-        model: Model of the run.
+        case: The case.
         accounts: Accounts at the end of the run.
         statistics: Statistics in the summary; None: the run has none.
         gathered: Gathered records that the statistics come from; None: there are none.
         doubts: Doubts on the statistics.
     """
-    wear, work, parts = model.case.wear, accounts.sliding.by_face, accounts.sliding.parts_by_face
+    wear, work, parts = case.wear, accounts.sliding.by_face, accounts.sliding.parts_by_face
     if wear is None or work is None or parts is None:
         return None
     intervals = {} if statistics is None else {one["name"]: one for one in statistics["figures"]}
     faces = {}
-    maps = _largest(model, gathered)
-    for (face, of_case), done, of_face in zip(face_wear(model.case).items(), work, parts, strict=True):
+    contact = accounts.system.contact
+    maps = _largest(contact, gathered)
+    for (face, of_case), done, of_face in zip(face_wear(case).items(), work, parts, strict=True):
         slides = float(face not in doubts.still)
         figure, done, of_face = intervals.get(f"face.{face}.{WORK_RATE}"), slides * done, slides * of_face
         by_mode: dict[str, Any] = {"work_by_mode": dict(zip(SLIP_MODES, of_face.tolist(), strict=True))}
@@ -308,18 +296,17 @@ def wear_figures(
             | _of_map(maps.get(face) if slides else None, of_case.coefficient)
             | all_rates(work_rate(float(done), accounts.time, figure), of_case.coefficient, of_case.area)
         )
-    limits = model.system.contact.slip_modes._asdict()
+    limits = contact.slip_modes._asdict()
     few = doubts.too_few_steps
     doubt = None if few is None else f"its parts are not resolved: wear.impact_time {few}"
     return {"area": wear.area, "seconds": accounts.time, **limits, "parts_doubt": doubt, "faces": faces}
 
 
-def _largest(model: Model, gathered: RunStatistics | None) -> dict[str, dict[str, Any]]:
+def _largest(contact: ContactOperator, gathered: RunStatistics | None) -> dict[str, dict[str, Any]]:
     """Return the place of the largest work rate per area of each face, W/m^2, with its interval."""
     series = gathered.point_series() if isinstance(gathered, PointStatistics) else np.zeros((0, 0))
     if not len(series):
         return {}
-    contact = model.system.contact
     found = {}
     for number, name in enumerate(contact.face_names):
         mine = np.flatnonzero(contact.faces == number)
@@ -344,44 +331,43 @@ def _of_map(largest: Mapping[str, Any] | None, coefficient: float | None) -> dic
     return {"largest": dict(largest) | {"depth_rate": depth}}
 
 
-def describe_march(
-    model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any], consumers: RunConsumers
-) -> list[Finding]:
+def describe_march(summary: dict[str, Any], consumers: RunConsumers) -> list[Finding]:
     """Add the figures, findings and remarks of a march to the summary, and log them. Collective."""
-    accounts = consumers.accounts
-    summary |= figures(model, consumers.recorder, accounts)
+    case, model, accounts = consumers.case, consumers.model, consumers.accounts
+    folder, comm, clearance = consumers.folder, consumers.comm, case.layout.clearance
+    summary |= figures(clearance, consumers.recorder, accounts)
     if consumers.plastic_set is not None:
         faces, names = model.system.contact.faces, model.system.contact.face_names
         sets = [float(np.max(consumers.plastic_set[faces == face], initial=0.0)) for face in range(len(names))]
         summary["plastic_set"] = dict(zip(names, sets, strict=True))
     summary["contact_episodes"] = accounts.episodes.figures()
-    summary["impacts"] = impact_figures(accounts.impacts, model.case.layout, accounts.tally.steps * model.step)
+    summary["impacts"] = impact_figures(accounts.impacts, case.layout, accounts.tally.steps * model.step)
     summary["convergence"] = accounts.tally.convergence()
     summary["wall_time"] |= accounts.tally.seconds()
     summary["checkpoints"] = consumers.costs()
-    end = min(model.end, accounts.tally.steps * model.step)
-    if generated := [found for load in model.case.load if (found := load.generated(end, model.case.load)) is not None]:
+    end = min(case.time.end, accounts.tally.steps * model.step)
+    if generated := [found for load in case.load if (found := load.generated(end, case.load)) is not None]:
         summary["random_loads"] = generated
     statistics, rule = consumers.recorder.statistics, consumers.rule
-    if own := model.case.figure:
+    if own := case.figure:
         labels = consumers.recorder.labels
         summary["figures"] = on_rank_zero(comm, lambda: recorded_figures(own, folder, labels))
-    doubts = doubts_of(model, accounts)
+    doubts = doubts_of(case, accounts)
     if statistics is not None:
         summary["statistics"] = statistics.describe(doubts)
         if rule is not None:
             summary["statistics"]["until"] = rule.judge(statistics, accounts.time, consumers.met, doubts)
         LOG.info("%s", in_words(summary["statistics"]))
-    worn = wear_figures(model, accounts, summary.get("statistics"), statistics, doubts)
+    worn = wear_figures(case, accounts, summary.get("statistics"), statistics, doubts)
     if worn is not None:
         summary["wear"] = worn
         LOG.info("%s", wear_words(worn))
-    findings = assumptions(model, consumers.recorder, accounts, recorded_content(model, folder, comm))
+    findings = assumptions(case, consumers.recorder, accounts, recorded_content(model, folder, comm))
     summary["assumptions"] = [finding.as_data() for finding in findings]
-    noted = [*remarks(accounts, findings), *resolution_remarks(model, accounts.tally)]
+    noted = [*remarks(accounts, findings), *resolution_remarks(case, model, accounts.tally)]
     summary["warnings"] += noted
     LOG.debug("%s", in_one_line(findings))
-    LOG.debug("%s", contact_words(model, accounts.peaks))
+    LOG.debug("%s", contact_words(clearance, model.system.contact.face_names, accounts.peaks))
     if model.law.friction is not None:
         LOG.info("%s", friction_words(accounts))
     for remark in noted:

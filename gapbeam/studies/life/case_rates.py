@@ -196,7 +196,7 @@ class CaseRates:
         case = self.case
         interval = case.output.history_interval or model.step
         every = record_steps(() if has_statistics(case) else case.load, case.time.end, model.step, interval)
-        return statistics_of(model, every) or RunStatistics(
+        return statistics_of(case, model, every) or RunStatistics(
             tuple(model.system.contact.face_names), tuple(model.probes), bends_in_two_planes(case),
             every * model.step, decay_time(case), True,
         )  # fmt: skip

@@ -121,22 +121,22 @@ def find_modes(
         model = build_model(case, comm)
         states = held_modes(model, count, FITTED)
         write_mode_fields(folder / SEATED, model, states[0])
-        described = describe_model(model)
+        described = describe_model(case, model)
 
         section = None if case.mesh.file is None else model.body.meshed.section
 
         def compared() -> ModesResult:
-            found = compare_modes(model.case, states, count, measured or {}, accuracy, section)
-            data = {"title": model.case.title, "versions": versions(), "model": described} | as_data(found)
+            found = compare_modes(case, states, count, measured or {}, accuracy, section)
+            data = {"title": case.title, "versions": versions(), "model": described} | as_data(found)
             write_json(folder / "modes.json", data)
             picture = draw_mode_shapes(as_data(found), folder / "modes.png")
-            moving = moving_along(model.case)
+            moving = moving_along(case)
             carried = (
                 [f"{', '.join(moving)} moves along with the model, not with the theory"]
                 if moving and found.free
                 else []
             )
-            if not model.case.profile.prismatic:
+            if not case.profile.prismatic:
                 carried.append("beam with [[segment]]: not compared, the theory is for prismatic beams")
             lines = (other_modes(states[0]), *carried, *remarks(found))
             paths = (folder / "modes.json", picture, folder / SEATED / FIELDS_FILE)

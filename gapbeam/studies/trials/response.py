@@ -158,8 +158,9 @@ def _march(
     watched: bool,
     rings: bool,
 ) -> None:
-    plan = replace(Simulation(model).plan, steps=steps)
-    accounts = Accounts.opened(model.system, model.law, start, plan.dt, model.case.gates, remedy_for(model.case))
+    simulation = Simulation(model)
+    case, plan = simulation.case, replace(simulation.plan, steps=steps)
+    accounts = Accounts.opened(model.system, model.law, start, plan.dt, case.gates, remedy_for(case))
     recorder = Recorder(model, watch_of(model) if watched else None, gauges_of(model), response.statistics)
     every = None if interval is None else max(1, round(interval / plan.dt))
     rows = [] if every is None else [recorder.row(start, accounts)]
@@ -177,14 +178,14 @@ def _march(
         if response.steps:
             _figures(response, accounts)
         if response.statistics is not None:
-            response.doubts = doubts_of(model, accounts)
+            response.doubts = doubts_of(case, accounts)
     if not watched:
-        accounts.gates.judge(model.scheme.type, accounts.ledger)
+        accounts.gates.judge(case.time.scheme.type, accounts.ledger)
         return
     content = content_of_history(response.history, [load.static for load in model.system.loads])
-    findings = assumptions(model, recorder, accounts, content)
+    findings = assumptions(case, recorder, accounts, content)
     response.findings = [one for one in findings if not (rings and one.assumption.name == RESONANT.name)]
-    judge_run(model, accounts, response.findings)
+    judge_run(case, accounts, response.findings)
 
 
 def _figures(response: TrialResponse, accounts: Accounts) -> None:

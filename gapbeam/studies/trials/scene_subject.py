@@ -152,7 +152,7 @@ class CaseSubject:
         """See `Subject`."""
         model = self.model
         interval = self.case.output.history_interval or model.step
-        statistics = statistics_of_response(model, interval)
+        statistics = statistics_of_response(self.case, model, interval)
         return respond(model, begin.state, span(model)[0], interval, watched=True, rings=rings, statistics=statistics)
 
     def stays_linear(self, history: xr.Dataset, after: float) -> bool:
@@ -176,20 +176,21 @@ class CaseSubject:
         return state if same_places(depth, state.depth) else None
 
 
-def statistics_of_response(model: Model, interval: float) -> RunStatistics | None:
+def statistics_of_response(case: Case, model: Model, interval: float) -> RunStatistics | None:
     """Return the statistics to gather of a response; None where it is no transient.
 
     A response to a periodic force may turn out chaotic: its statistics are gathered, too. Its force holds it up, so
     that the damping of the beam is no time that its motion remembers.
 
     Args:
-        model: The model.
+        case: The case.
+        model: Its model.
         interval: Time between records, s.
     """
-    if not isinstance(model.case.analysis, Transient):
+    if not isinstance(case.analysis, Transient):
         return None
     every = max(1, round(interval / model.step))
-    return statistics_of(model, every) or gathered_statistics(model, every)
+    return statistics_of(case, model, every) or gathered_statistics(case, model, every)
 
 
 def keeps_contacts(history: xr.Dataset, after: float) -> bool:

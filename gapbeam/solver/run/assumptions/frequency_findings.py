@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import hypot, isfinite, pi, sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import h5py
 import numpy as np
@@ -73,11 +73,14 @@ RIGID = Assumption(
 )  # fmt: skip
 
 
-def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledger, contacts: int) -> Iterator[Finding]:
+def of_frequencies(
+    case: Case, model: Model, content: FrequencyContent | None, ledger: Ledger, contacts: int
+) -> Iterator[Finding]:
     """Yield the findings on a motion with a frequency content; none where nothing moves.
 
     Args:
-        model: The model.
+        case: The case.
+        model: Its model.
         content: Energy content of the probes.
         ledger: The energies of the run.
         contacts: Number of contacts that ended.
@@ -86,12 +89,12 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
     """
     if content is None or ledger.at_rest:
         return
-    case, highest = model.case, content.highest
+    highest = content.highest
     detail = f"half of the energy lies below {content.middle:.4g} Hz, 99 % below {highest:.4g} Hz"
-    damping, error = of_scheme(model, content)
+    damping, error = of_scheme(case, model, content)
     yield of_step(model, content, error, detail)
     yield Finding(UNDAMPED, damping, estimate=damping, detail=detail)
-    yield of_resonance(model, content, ledger, contacts)
+    yield of_resonance(case, model, content, ledger, contacts)
     if isinstance(case.model, RigidModel):
         yield of_rigid(case, content)
         return
@@ -102,7 +105,7 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
         yield Finding(SLENDER, wave.thickness, detail=wave.words)
         finer = replace(ON_MESH, meaning=ON_MESH.meaning.replace("a smaller mesh.size", "more elements in [model]"))
     else:
-        spacing, finer = node_distance(model), ON_MESH
+        spacing, finer = node_distance(case, model.space.mesh), ON_MESH
     yield Finding(finer, spacing / wave.length, detail=wave.words)
     basis, held = model.body.basis, replace(IN_BASIS, meaning=NO_MODES.format(case.model.more_modes))
     if basis is not None and basis.highest_mode > 0.0:
@@ -153,13 +156,13 @@ def of_rigid(case: Case, content: FrequencyContent) -> Finding:
     return Finding(RIGID, moved / own, detail=f"{moved:.4g} Hz, {own:.4g} Hz")
 
 
-def of_scheme(model: Model, content: FrequencyContent) -> tuple[float, float]:
+def of_scheme(case: Case, model: Model, content: FrequencyContent) -> tuple[float, float]:
     """Return the share of the amplitude that the scheme takes, and its mean period error, by energy.
 
     Of a motion that structural damping of ratio z_s holds down, numerical damping z takes z / (z + z_s); of one that
     goes on for T without it, 1 - exp(-z w T). The smaller of both counts, and of both the share that vibrates.
     """
-    case, omega = model.case, 2.0 * pi * content.frequencies
+    omega = 2.0 * pi * content.frequencies
     weights = np.full(PARTS, 1.0 / PARTS)
     ratios = np.abs(scheme_error(case.time.scheme, omega * model.step).damping_ratio)
     own = rayleigh_ratio(model.system, omega) + (case.damping.ratio or 0.0)
@@ -188,7 +191,7 @@ def of_step(model: Model, content: FrequencyContent, error: float, detail: str) 
     )  # fmt: skip
 
 
-def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger, contacts: int) -> Finding:
+def of_resonance(case: Case, model: Model, content: FrequencyContent, ledger: Ledger, contacts: int) -> Finding:
     """Return the scheme's reduction of the amplitude of a resonance, where the run is at one.
 
         1 - z_o / sqrt((z_o + z)^2 + e^2),    at most w T (z + e)
@@ -201,7 +204,7 @@ def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger, contac
     faces open and close in cycles of the loads, the formula is no more than a hint, and ends no run: contact limits the
     amplitude, too.
     """
-    case, omega = model.case, 2.0 * pi * content.middle
+    omega = 2.0 * pi * content.middle
     cycles, driven = max(content.middle * case.time.end, 1.0), forcing_frequencies(case.load)
     stored = ledger.largest_kinetic
     exchanged = ledger.absolute_work / cycles / stored if stored > 0.0 else np.inf
@@ -237,9 +240,8 @@ def _taken(ratios: Array, own: Array, turns: Array) -> Array:
     return np.asarray(np.where(whole, 1.0, np.minimum(held, -np.expm1(-ratios * turns))))
 
 
-def node_distance(model: Model) -> float:
-    """Return the distance of nodes along the beam where cells are longest, m. Collective."""
-    case, mesh = model.case, model.space.mesh
+def node_distance(case: Case, mesh: Any) -> float:
+    """Return the distance of nodes along the beam where cells of a mesh are longest, m. Collective."""
     if case.mesh.file is None:
         return (case.mesh.size or case.profile.thickest) / case.mesh.degree
     cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gapbeam.meshes.rank_zero import on_rank_zero
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, Output
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
@@ -83,16 +83,16 @@ class Left:
             ) from error
 
 
-def kept_steps(model: Model) -> frozenset[int]:
-    """Return the steps after which a run keeps its state."""
-    return frozenset(max(1, round(time / model.step)) for time in model.case.output.keep_states)
+def kept_steps(output: Output, step: float) -> frozenset[int]:
+    """Return the steps, s, after which a run keeps its state."""
+    return frozenset(max(1, round(time / step)) for time in output.keep_states)
 
 
-def remove_unasked(folder: Path, model: Model) -> None:
-    """Remove the checkpoints of a run that is done, but those that its case keeps; on rank 0."""
-    if model.case.output.keep_checkpoint:
+def remove_unasked(folder: Path, output: Output, step: float) -> None:
+    """Remove the checkpoints of a run in steps, s, that is done, but those that it keeps; on rank 0."""
+    if output.keep_checkpoint:
         return
-    if steps := kept_steps(model):
+    if steps := kept_steps(output, step):
         remove_but(folder, steps, 0)
     else:
         clear(folder, CHECKPOINT_FOLDER)
@@ -103,10 +103,10 @@ class Checkpoints:
 
     Args:
         folder: Results folder.
-        model: The model.
+        case: The case of the march.
+        model: Its model.
         comm: Its ranks.
         kept: Other contents of a checkpoint, for JSON.
-        interval: Wall time between them, s; 0: none but those that are asked for.
 
     Attributes:
         kept_steps: Steps after which the run keeps its state.
@@ -116,14 +116,14 @@ class Checkpoints:
     Collective to make and to write.
     """
 
-    def __init__(self, folder: Path, model: Model, comm: MPI.Comm, kept: Mapping[str, Any], interval: float) -> None:
-        self._folder, self._comm, self._interval = folder, comm, interval
+    def __init__(self, folder: Path, case: Case, model: Model, comm: MPI.Comm, kept: Mapping[str, Any]) -> None:
+        self._folder, self._comm, self._interval = folder, comm, case.output.checkpoint_interval
         self._layout = layout_of(model, comm)
         self._kept = dict(kept) | {"basis": self._layout.basis, "modes": self._layout.modes, "ranks": comm.size}
-        self._kept |= {"case": on_rank_zero(comm, lambda: keys_of(model.case)), "measures": measures_of(model)}
-        self._next = time.perf_counter() + interval
+        self._kept |= {"case": on_rank_zero(comm, lambda: keys_of(case)), "measures": measures_of(model)}
+        self._next = time.perf_counter() + self._interval
         self.count, self.seconds = 0, 0.0
-        self.kept_steps = kept_steps(model)
+        self.kept_steps = kept_steps(case.output, model.step)
 
     @property
     def due(self) -> bool:

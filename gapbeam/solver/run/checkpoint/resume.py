@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gapbeam.meshes.rank_zero import on_rank_zero
-from gapbeam.solver.case.analysis_table import Periodic, Transient
+from gapbeam.solver.case.analysis_table import Analysis, Periodic, Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
@@ -74,7 +74,7 @@ def find_left(folder: Path, case: Case, model: Model, comm: MPI.Comm) -> Left | 
         refuse_another_case(folder, model, comm, frozenset(FREE - {"time.end"}))
         on_rank_zero(comm, lambda: refuse_cut(folder))
         return summary
-    left = last_checkpoint(folder, case, model, comm, steps_between(model))
+    left = last_checkpoint(folder, case, model, comm, steps_between(case, model.step))
     if left is None:
         refuse_another_case(folder, model, comm, frozenset(FREE))
         LOG.info("%s has no checkpoint: the run starts", folder)
@@ -87,7 +87,7 @@ ROUND_OFF = 1.0e-9  # of the largest entry of mass and stiffness
 DEEPER = 1.0e-7  # of the thickness: round-off of points that touch
 
 
-def left_state(model: Model, folder: Path, comm: MPI.Comm) -> State | None:
+def left_state(analysis: Analysis, model: Model, folder: Path, comm: MPI.Comm) -> State | None:
     """Return the state at t = 0 that a case takes from another results folder; None: it takes none.
 
     u, v, contact pressure, friction and plastic sets are those of the last checkpoint, or of that at
@@ -95,6 +95,7 @@ def left_state(model: Model, folder: Path, comm: MPI.Comm) -> State | None:
     t = 0.
 
     Args:
+        analysis: Table [analysis] of the case.
         model: The model of the case.
         folder: Folder of the results of the case.
         comm: Its ranks.
@@ -105,7 +106,6 @@ def left_state(model: Model, folder: Path, comm: MPI.Comm) -> State | None:
 
     Collective.
     """
-    analysis = model.case.analysis
     if not isinstance(analysis, Transient) or analysis.state is None:
         return None
     source = Path(analysis.state)

@@ -13,6 +13,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.schema.record_table import FIELDS, HISTORY, STRESS_FIELDS, VECTOR_FIELDS
 
 if TYPE_CHECKING:
+    from gapbeam.solver.case.case import Output
     from gapbeam.solver.models.model import Model
 
 LOG = logging.getLogger("gapbeam")
@@ -20,13 +21,13 @@ VALUE = 8  # bytes
 LARGE = 1.0e10  # bytes: reported before they are written
 
 
-def size_of_results(model: Model) -> tuple[float, float]:
-    """Return the bytes of the history and of the fields of a march to time.end."""
-    case, labels = model.case, Recorder(model).labels
+def size_of_results(output: Output, model: Model) -> tuple[float, float]:
+    """Return the bytes of the history and of the fields of a march of a model to its end."""
+    labels = Recorder(model).labels
     values = 1 + sum(prod(len(labels[dimension]) for dimension in record.dims[1:]) for record in HISTORY)
-    records = case.time.end / (case.output.history_interval or model.step)
-    fields = case.time.end / (case.output.fields_interval or case.time.end / 100.0)
-    names = (*FIELDS, *(STRESS_FIELDS if case.output.stress else ()))
+    records = model.end / (output.history_interval or model.step)
+    fields = model.end / (output.fields_interval or model.end / 100.0)
+    names = (*FIELDS, *(STRESS_FIELDS if output.stress else ()))
     per_node = sum(3 if name in VECTOR_FIELDS else 1 for name in names)
     return VALUE * values * records, VALUE * per_node * model.tagged.vertex_count * fields
 

@@ -22,23 +22,23 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 
-def describe_model(model: Model) -> dict[str, Any]:
-    """Return the size of a model. Collective."""
+def describe_model(case: Case, model: Model) -> dict[str, Any]:
+    """Return the size of the model of a case. Collective."""
     contact, comm = model.system.contact, model.space.mesh.comm
     topology = model.space.mesh.topology
     parts: dict[str, Any] = {} if model.body.basis is None else {"basis": vars(model.body.basis)}
     if model.solver is not None:
         parts["solver"] = vars(model.solver)
-    if isinstance(model.case.model, BeamModel):
-        parts["motions"] = beam_motions(model.case)
-    if model.case.model.reasons:
-        parts["reasons"] = list(model.case.model.reasons)
+    if isinstance(case.model, BeamModel):
+        parts["motions"] = beam_motions(case)
+    if case.model.reasons:
+        parts["reasons"] = list(case.model.reasons)
     return parts | {
-        "type": model.case.model.type,
-        "dimension": model.case.mesh.dimension,
+        "type": case.model.type,
+        "dimension": case.mesh.dimension,
         "cell": topology.cell_name(),
         "cells": topology.index_map(topology.dim).size_global,
-        "degree": model.case.mesh.degree,
+        "degree": case.mesh.degree,
         "bending": vars(model.body.bending) | {"off": model.body.bending.off},
         "dofs": model.dofs,
         "mesh_dofs": model.mesh_dofs,
@@ -46,7 +46,7 @@ def describe_model(model: Model) -> dict[str, Any]:
         "interface_dofs": contact.interface.size,
         "ranks": comm.size,
         "contact_facets_per_rank": comm.allgather(sum(map(len, model.body.meshed.faces.values()))),
-        "supports": describe_supports(model.case),
+        "supports": describe_supports(case),
         "rayleigh": {"mass": model.system.mass_damping, "stiffness": model.system.stiffness_damping},
     }
 

@@ -363,7 +363,7 @@ def _unbalanced(simulation: Simulation, seat: Seat, openings: Array, works: Arra
     forces = contact.weights * seat.state.pressure
     if np.any(forces < 0.0):
         return "contact pulls"
-    rigid = RigidMotions.of_model(model)
+    rigid = RigidMotions.of_body(model.body, model.system.operators.size)
     restraint = model.system.operators.apply_restraint(seat.state.u[0])
     kept = [name for name in NAMES if name in (IN_PLANE if simulation.case.mesh.dimension == 2 else ACROSS)]
     held = {next(iter(one.names)): shape @ restraint for one, shape in zip(rigid.motions, rigid.shapes, strict=True)}

@@ -62,7 +62,7 @@ def main(words: Sequence[str]) -> None:
             pass
 
     def whole() -> None:
-        recorder = Recorder(model, statistics=statistics_of(case, model, every))
+        recorder = Recorder(case, model, statistics=statistics_of(case, model, every))
         accounts = Accounts.opened(plan.system, plan.law, last.end, plan.dt)
         recorder.row(last.end, accounts)
         for _ in marched(plan, last.end, accounts, recorder, Wanted(every), MPI.COMM_SELF):

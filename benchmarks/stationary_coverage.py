@@ -73,7 +73,7 @@ class CaseMarches:
         simulation = Simulation(model)
         case, start = simulation.case, simulation.start(simulation.seat_or_failure())
         every = steps_between(case, model.step)["history_interval"]
-        recorder = Recorder(model, statistics=statistics_of(case, model, every))
+        recorder = Recorder(case, model, statistics=statistics_of(case, model, every))
         accounts = Accounts.opened(model.system, model.law, start, model.step)
         recorder.row(start, accounts)
         for _ in marched(simulation.plan, start, accounts, recorder, Wanted(every), MPI.COMM_SELF):

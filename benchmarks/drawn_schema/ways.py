@@ -59,7 +59,7 @@ def begun(model: Model, in_memory: bool) -> State:
     simulation = Simulation(model)
     seat = simulation.seat_or_failure()
     if not in_memory:
-        return simulation.start(seat, left_state(simulation.case.analysis, model, Path(), MPI.COMM_SELF))
+        return simulation.start(seat, left_state(simulation.case, model, Path(), MPI.COMM_SELF))
     first = gapbeam.model(before(model.case)).model
     end = respond(first, seated(first).state, Simulation(first).steps).end
     assert end is not None

@@ -98,8 +98,8 @@ def describe_case(case: Case, comm: MPI.Comm) -> CaseDescription:
         started += meshed.seconds
     model = build_model(case, comm)
     refuse_energy_creators(model)
-    prediction = predict(model, time.perf_counter() - started, comm)
     case = model.case  # its step is a number
+    prediction = predict(model, time.perf_counter() - started, comm)
     sections = {
         "Model": tuple(_model_rows(case, model)),
         "Computed defaults": tuple(_once(_default_rows(default) for default in model.defaults)),

@@ -134,7 +134,8 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
 
     Collective.
     """
-    trial = Simulation(model_of(at_full_amplitude(model.case), model.body))
+    case = model.case
+    trial = Simulation(model_of(at_full_amplitude(case), model.body))
     clock = time.perf_counter()
     if comm.rank == 0:
         LOG.info("model made in %.2g s: %d DOFs, %d contact points; seats the beam", spent, *_size(model))
@@ -153,7 +154,7 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
     if not done.ended:
         if comm.rank == 0:
             LOG.info("sets up the comparison runs of its error estimate")
-        errors, companions = cost_of_errors(model, comm)
+        errors, companions = cost_of_errors(case, model, comm)
     return Prediction(
         setup,
         min(max(0.0, first.steps * (first.per_step - done.per_step)), LOADED),
@@ -349,19 +350,19 @@ def coarser(case: Case, share: float) -> Case:
 RECORDS = 256  # of each companion that is tried out
 
 
-def cost_of_errors(model: Model, comm: MPI.Comm) -> tuple[float, int]:
+def cost_of_errors(case: Case, model: Model, comm: MPI.Comm) -> tuple[float, int]:
     """Return the wall time that the error estimate of a run takes, s, and the number of its companions.
 
     Each companion is set up as it will be, and marched for some records, all together for at most LONGEST s; the rest
     of its steps take as long. What is compiled in the first steps of the first companion is kept, and does not count.
 
     Args:
-        model: Model of the run.
+        case: Case of the run.
+        model: Its model.
         comm: Its ranks; the first one works, as it does for the estimate.
 
     Collective.
     """
-    case = model.case
     if error_way(case) == "none" or not isinstance(case.analysis, Transient) or case.analysis.state is not None:
         return 0.0, 0
     computed = {default.key: default.value for default in model.defaults}

@@ -563,8 +563,8 @@ def test_numbers_beyond_reason(key: str, value: float) -> None:
 def test_results_that_the_disk_has_no_room_for(tmp_path: Path) -> None:
     """The size agrees with the files that are written; too large, it is refused before anything is."""
     model = beam_model({"time": {"end": 0.02, "step": 1e-4}}, ({"type": "gravity"},), {"tip": 0.51})
-    history, fields = size_of_results(model.case.output, model)
-    writer, labels = HistoryWriter(tmp_path, Recorder(model).labels), Recorder(model).labels
+    history, fields = size_of_results(model.case, model)
+    writer, labels = HistoryWriter(tmp_path, Recorder(model.case, model).labels), Recorder(model.case, model).labels
     sizes = {record.name: [len(labels[dimension]) for dimension in record.dims[1:]] for record in HISTORY}
     writer.append({"time": np.zeros(1)} | {name: np.zeros((1, *size)) for name, size in sizes.items()})
     writer.close()

@@ -318,4 +318,4 @@ def test_histories_of_another_form(change: Callable[[h5py.File], None], rubbing:
     case: Case = rubbing.case
     assert case.title
     with pytest.raises(UserError, match=r"history\.h5 cannot be read \((contact_force|its times)"):
-        HistoryWriter(folder, Recorder(rubbing.model).labels, 3)
+        HistoryWriter(folder, Recorder(rubbing.case, rubbing.model).labels, 3)

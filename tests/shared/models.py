@@ -66,7 +66,7 @@ def beam_model(
 
 def seat_of(model: Model, carries_acceleration: bool = False) -> Seat:
     """Return the static seat of a model."""
-    rigid = lambda: RigidMotions.of_model(model)  # noqa: E731
+    rigid = lambda: RigidMotions.of_body(model.body, model.system.operators.size)  # noqa: E731
     return find_seat(model.system, model.law, model.seat_springs, carries_acceleration, rigid)
 
 

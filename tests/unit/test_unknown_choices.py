@@ -82,7 +82,7 @@ def test_models(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_analyses() -> None:
     """An unknown analysis does not start as a transient one."""
     with pytest.raises(AssertionError, match="made-up"):
-        start_of_case(cast(Any, SimpleNamespace(case=case_with("analysis"))), None)
+        start_of_case(cast(Any, case_with("analysis")), cast(Any, None), None)
 
 
 def test_kernels_march_the_schemes_that_they_know_only(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -244,7 +244,7 @@ def test_recorded_area_is_that_of_the_patches() -> None:
     state = seat_of(model).state
     row = {
         name: rows[0]
-        for name, rows in Recorder(model)
+        for name, rows in Recorder(model.case, model)
         .row(state, Accounts.opened(model.system, model.law, state, model.step))
         .items()
     }
@@ -263,7 +263,7 @@ def test_fields_show_the_resultant_spread_over_its_patch(tmp_path: Path) -> None
     """
     model = held([0.0125, 0.0375])
     contact, state = model.system.contact, seat_of(model).state
-    writer = FieldWriter(tmp_path, model)
+    writer = FieldWriter(tmp_path, model.case, model)
     writer.write(Snapshots.of_states([state]), model)
     writer.close()
     with h5py.File(tmp_path / "fields.h5") as file:

@@ -161,7 +161,7 @@ def test_floating_beam_stays_behind_when_its_support_moves(dimension: int) -> No
     for dt in (1.0e-3, 5.0e-4):
         base = {"type": "base_motion", "amplitude": 20.0, "frequency": 20.0}
         model = floating(beam_model({"mesh": SOLID if dimension == 3 else {}}, (base,), {"tip": LENGTH}))
-        recorder = Recorder(model)
+        recorder = Recorder(model.case, model)
         start = at_rest(model)
         accounts = Accounts.opened(model.system, model.law, start, dt)
         recorder.row(start, accounts)

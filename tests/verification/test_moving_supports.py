@@ -263,7 +263,7 @@ def test_a_beam_in_holes_that_move_sideways() -> None:
     ends = [probe.evaluate(states[k].u[0], simulation.model.system.operators) for k in (0, -1)]
     assert ends[1][1] - ends[0][1] == pytest.approx(-2.0 * amplitude, abs=2.0e-5)
     assert abs(ends[1][2]) < 1.5e-5
-    watch, last = watch_of(simulation.model), states[-1]
+    watch, last = watch_of(simulation.model.case, simulation.model), states[-1]
     watch.see(np.array([last.time]), last.u[:1], np.array([1.0]))
     assert 0.0 < watch.closest[ASIDE, 0] < 2.0e-5 / (0.5 * THICKNESS), "motion in the holes, not with them"
     assert watch.closest[TRAVEL, 0] < 2.0e-5 / THICKNESS

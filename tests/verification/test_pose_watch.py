@@ -34,7 +34,7 @@ MODELS: dict[str, Mapping[str, Any]] = {
 
 def watched(model: Model, u: Array) -> PoseWatch:
     """Return a watch that has looked at one pose."""
-    watch = watch_of(model)
+    watch = watch_of(model.case, model)
     watch.see(np.zeros(1), u[None], np.zeros(1))
     return watch
 
@@ -87,7 +87,7 @@ def test_sag_of_a_cantilever(kind: str) -> None:
     assert place == pytest.approx(0.05, abs=0.01)
     # sigma = E k t/2, E I k = rho A g s^2 / 2 at a distance s from the free end
     assert found[STRESS, 0] == pytest.approx(3.0 * YOUNG * unit * (LENGTH - place) ** 2 / THICKNESS, rel=0.06)
-    overhang, faces = LENGTH - 0.05, watch_of(model).rows
+    overhang, faces = LENGTH - 0.05, watch_of(model.case, model).rows
     (displacement,), (gradient,) = faces.poses(seat_of(model).state.u[VALUE][None])
     end, edge = np.argmax(faces.places[:, 0]), np.argmin(np.abs(faces.places[:, 0] - 0.05))
     turn = [abs(gradient[k, 1, 0] - gradient[k, 0, 1]) / 2.0 for k in (end, edge)]
@@ -111,7 +111,7 @@ def test_when_a_record_is_looked_at() -> None:
     times, u = np.linspace(0.0, 1.0e-2, 5001), np.zeros((5001, model.dofs))
     energy = np.zeros(5001)
     u[777, 1::2], energy[777] = 0.2, 1.0
-    whole, parts = watch_of(model), watch_of(model)
+    whole, parts = watch_of(model.case, model), watch_of(model.case, model)
     whole.see(times, u, energy)
     for first in range(0, 5001, 613):
         parts.see(times[first : first + 613], u[first : first + 613], energy[first : first + 613])

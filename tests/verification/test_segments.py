@@ -302,7 +302,7 @@ def test_stress_is_that_of_the_segment(kind: str) -> None:
         ],
     )
     squares, shapes = model.system.operators.modes
-    gauges = gauges_of(model)
+    gauges = gauges_of(model.case, model)
     assert gauges is not None
     axial, mises = gauges.stresses((shapes @ ((model.body.patterns[0] @ shapes) / squares))[None])
     wanted = [-0.58 * 6.0 / (WIDTH * THICK**2), -0.2 * 6.0 / (WIDTH * THIN**2)]

@@ -45,7 +45,7 @@ def model_of(direction: list[float] | None, **more: Any) -> Model:
 
 def stresses(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Return axial and von Mises stress at rest, (3,) each, Pa."""
-    gauges = gauges_of(model)
+    gauges = gauges_of(model.case, model)
     assert gauges is not None
     axial, equivalent = gauges.stresses(Simulation(model).seat().state.u[VALUE][None])
     return axial[0], equivalent[0]

@@ -27,7 +27,7 @@ ASKED = {"output": {"stress": True}}
 
 def written(model: Model, state: State, folder: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the corners and both stresses of a state, as they are read from the files."""
-    writer = FieldWriter(folder, model)
+    writer = FieldWriter(folder, model.case, model)
     writer.write(Snapshots.of_states([state]), model)
     writer.close()
     with Fields(folder / FIELDS_FILE) as fields:
@@ -52,7 +52,7 @@ def test_bending_under_weight(name: str, tmp_path: Path) -> None:
     assert np.abs(equivalent - np.abs(wanted))[outside].max() < 0.015 * size
     probed = [int(np.argmin(np.linalg.norm(points - place, axis=1))) for place in _places(model)]
     assert np.abs(points[probed, 0] - PLACE).max() < 1e-12
-    gauges = gauges_of(model)
+    gauges = gauges_of(model.case, model)
     assert gauges is not None
     at_probes = gauges.stresses(state.u[VALUE][None])
     assert axial[probed] == pytest.approx(at_probes[0][0], rel=1e-9, abs=1e-9 * size)

@@ -282,7 +282,7 @@ def test_a_body_is_moved_from_the_seat() -> None:
     body = {"mass": 0.3, "stiffness": 2.0e4, "displacement": -1.0e-3, "velocity": 0.2}
     simulation = gapbeam.model(gapbeam.read_case(tables([under_the_middle(body)])))
     seat = simulation.seat().state
-    state = start_of_case(simulation.model, seat)
+    state = start_of_case(simulation.case, simulation.model, seat)
     assert state.u[VALUE][-1] - seat.u[VALUE][-1] == pytest.approx(-1.0e-3, rel=1e-12)
     assert state.v[VALUE][-1] == pytest.approx(0.2, rel=1e-12)
     assert state.u[VALUE][:-1] == pytest.approx(seat.u[VALUE][:-1], rel=1e-12)
@@ -293,7 +293,7 @@ def test_starts_of_bodies_that_are_refused() -> None:
     inside = {"mass": 0.3, "stiffness": 2.0e4, "displacement": 2.0e-3}
     simulation = gapbeam.model(gapbeam.read_case(tables([under_the_middle(inside, clearance=1.0e-3)], analysis=FALLS)))
     with pytest.raises(UserError, match=r"body.displacement moves stop_below 0.001 m into the beam"):
-        start_of_case(simulation.model, None)
+        start_of_case(simulation.case, simulation.model, None)
     at_rest = {"mass": 0.3, "stiffness": 2.0e4, "displacement": "rest"}
     with pytest.raises(CaseError, match=r"starts at the seat[\s\S]*undeformed"):
         gapbeam.read_case(tables([under_the_middle(at_rest)]))

@@ -243,7 +243,7 @@ def test_fields_hold_the_pressure_of_every_support(
         pytest.skip("a circle needs a stiffness of the whole support")
     simulation = gapbeam.model(gapbeam.read_case(tables))
     made, seat = simulation.model, simulation.seat()
-    writer = FieldWriter(tmp_path, made)
+    writer = FieldWriter(tmp_path, made.case, made)
     writer.write(Snapshots.of_states([seat.state]), made)
     writer.close()
     with h5py.File(tmp_path / "fields.h5") as file:

@@ -216,7 +216,8 @@ class Recorder:
     """Turn instants into records, with sums carried from record to record.
 
     Attributes:
-        model: The model.
+        case: The case.
+        model: Its model.
         watch: Observer of the pose at every record; None: there is none.
         gauges: Gauges, which read the stress at probes; None: no probe asks for it.
         statistics: Collector of the statistics of a random motion; None: there is none.
@@ -225,6 +226,7 @@ class Recorder:
         largest_energy: Largest kinetic, strain and contact energy together at a record so far, J.
     """
 
+    case: Case
     model: Model
     watch: PoseWatch | None = None
     gauges: Gauges | None = None
@@ -239,9 +241,9 @@ class Recorder:
     @cached_property
     def labels(self) -> dict[str, tuple[str, ...]]:
         """Names along the labeled dimensions of the history; tangents are there with friction only."""
-        model = self.model
+        case, model = self.case, self.model
         rubs = model.law.friction is not None
-        shifted = any(isinstance(one.place, SupportWalls) and not one.place.opens for one in model.case.load)
+        shifted = any(isinstance(one.place, SupportWalls) and not one.place.opens for one in case.load)
         return {
             "probe": tuple(model.probes),
             "moved_probe": tuple(model.probes) if shifted else (),
@@ -252,14 +254,14 @@ class Recorder:
             "slip_mode": SLIP_MODES if model.system.contact.measures_sliding else (),
             "tangent": TANGENTS[model.dimension] if rubs else (),
             "load": tuple(load.name for load in model.system.loads),
-            "across": COMPONENTS[3][1:] if model.case.layout.holes else (),
+            "across": COMPONENTS[3][1:] if case.layout.holes else (),
             "moving": tuple(model.system.loads[one.load].name for one in model.system.contact.walls.motions),
             "support_body": tuple(dict.fromkeys(one.support.name for one in model.bodies)),
             "support_axis": tuple(sorted({one.axis_name for one in model.bodies})),
-            "joint": tuple(joint.name for joint in model.case.joint),
+            "joint": tuple(joint.name for joint in case.joint),
             "translation": self._motions(turns=False),
             "turn": self._motions(turns=True),
-            "gauge": tuple(probe.name for probe in model.case.probe if probe.stress),
+            "gauge": tuple(probe.name for probe in case.probe if probe.stress),
         }
 
     @property
@@ -352,11 +354,11 @@ class Recorder:
 
     def _motions(self, turns: bool) -> tuple[str, ...]:
         """Return the motions of cross-sections that joints of the model hold or spring: turns, or displacements."""
-        return tuple(name for name in model_motions(self.model.case) if MeanMotion(0.0, name).turns == turns)
+        return tuple(name for name in model_motions(self.case) if MeanMotion(0.0, name).turns == turns)
 
     def _joint_rows(self, instants: Instants, reactions: Reactions) -> Rows:
         """Return the forces and moments of the joints. Collective."""
-        system, case = self.model.system, self.model.case
+        system, case = self.model.system, self.case
         assert instants.joint_contact is not None
         factors = system.load_factor_rows(np.atleast_1d(instants.times))
         whole = reactions.total(instants.u, instants.v, factors, instants.joint_contact, system.operators)
@@ -423,8 +425,7 @@ class Recorder:
     @cached_property
     def _line(self) -> Array:
         """Shift of the line of the supports at the probes by a unit of each motion of walls, (k, probes, d)."""
-        case = self.model.case
-        return support_line(case, [float(axis_point(probe.point)[0]) for probe in case.probe])
+        return support_line(self.case, [float(axis_point(probe.point)[0]) for probe in self.case.probe])
 
     def _probes(self, x: Array) -> Array:
         """Return the motions of the probes for DOFs x, (times, n): (times, probes, components)."""

@@ -104,16 +104,16 @@ class Simulation:
         """
         model = self.model
         contact = model.system.contact
-        refuse_other_faces(model.case, contact, np.zeros(contact.interface.size), "undeformed")
+        refuse_other_faces(self.case, contact, np.zeros(contact.interface.size), "undeformed")
         seat = find_seat(
             model.system,
             model.law,
             model.seat_springs,
             self.scheme.carries_acceleration,
-            lambda: RigidMotions.of_model(model),
+            lambda: RigidMotions.of_body(model.body, model.system.operators.size),
         )
         values = contact.interface.trace(seat.state.u[VALUE], model.system.operators)
-        refuse_other_faces(model.case, contact, values, "at the seat")
+        refuse_other_faces(self.case, contact, values, "at the seat")
         return seat
 
     def seat_or_failure(self) -> Seat | NotConverged:
@@ -127,7 +127,7 @@ class Simulation:
 
     def start(self, seat: Seat | NotConverged, left: State | None = None) -> State:
         """Return the state at t = 0 that the case asks for; arguments, errors as in `start_of_case`. Collective."""
-        return start_of_case(self.model, seat.state if isinstance(seat, Seat) else None, left)
+        return start_of_case(self.case, self.model, seat.state if isinstance(seat, Seat) else None, left)
 
     def march(self, start: State | Seat | None = None, steps: int | None = None) -> Iterator[Step]:
         """Yield the accepted steps one by one; the loop may be left at any of them.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.case.case import law_at
+from gapbeam.solver.case.case import Case, law_at
 from gapbeam.solver.case.computed_defaults import contact_modulus, slowest_touch, stiffness_unit
 from gapbeam.solver.case.model_choice import nominal_area, own_stiffness
 from gapbeam.solver.integrators.stable_step import stable_step
@@ -26,7 +26,8 @@ def energy_creator(model: Model) -> Fault | None:
     augmented-lagrangian and nitsche. An explicit step does not bear a damper whose coefficient grows as the speed at
     touch goes to zero.
     """
-    case, scheme, formulation = model.case, model.case.time.scheme, model.case.contact.formulation
+    case, scheme = model.case, model.scheme
+    formulation = case.contact.formulation
     massless = case.contact.mass == "redistributed"
     if not scheme.creates_energy_on(massless):
         return None
@@ -34,7 +35,7 @@ def energy_creator(model: Model) -> Fault | None:
         found, expected, advice = scheme.excess
         runs = "gates.accept_energy_growth = true runs it anyway"
         return Fault(("time", "scheme"), f"{found}: known to make energy at impacts", expected, f"{advice}; {runs}")
-    if scheme.explicit and (fault := _damped_by_touch(model)) is not None:
+    if scheme.explicit and (fault := _damped_by_touch(case, model)) is not None:
         return fault
     stiffest = scheme.contact_range_on(massless).stiffest
     modulus, factor = contact_modulus(case), slope_factor(case)
@@ -47,7 +48,7 @@ def energy_creator(model: Model) -> Fault | None:
         if share <= (1.0 + ROUNDED) * stiffest:
             return None
         contact = f"a contact of {model.support.stiffness_per_area:.4g} {unit}, {share:.3g} E/h{at_depth} ({words})"
-        softer = _softest_of_stiffest(model, stiffest * body)
+        softer = _softest_of_stiffest(case, model, stiffest * body)
     else:
         # multipliers stand on a soft penalty
         stiff = f" and as stiff as {share:.3g} E/h" if formulation.left_by_multipliers is None else ""
@@ -64,9 +65,9 @@ def energy_creator(model: Model) -> Fault | None:
     )
 
 
-def _softest_of_stiffest(model: Model, slope: float) -> str:
+def _softest_of_stiffest(case: Case, model: Model, slope: float) -> str:
     """Return the key of the stiffest contact with the value that has a slope, Pa/m, at `compared_depth`, in words."""
-    case, points = model.case, model.case.contact.points
+    points = case.contact.points
     usual = next((default.value for default in model.defaults if default.key == "contact.stiffness"), 0.0)
 
     def slope_at(support: OneSupport) -> float:
@@ -80,12 +81,11 @@ def _softest_of_stiffest(model: Model, slope: float) -> str:
     return f"{stiffness_key(support)} = {area * slope / slope_factor(case, law_at(case.contact, support)):.3g}"
 
 
-def _damped_by_touch(model: Model) -> Fault | None:
+def _damped_by_touch(case: Case, model: Model) -> Fault | None:
     """Return the fault of explicit steps where mass meets contact that is damped by the speed at touch, or None.
 
     The stable step does not count such damping: it would be too short for all but the slowest touch.
     """
-    case = model.case
     laws = [law_at(case.contact, support) for support in case.layout.supports]
     damped = next((law for law in laws if law.by_touch_speed and law.dissipates), None)
     if damped is None:

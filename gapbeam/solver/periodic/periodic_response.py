@@ -43,11 +43,13 @@ class SteadyModel:
     """A model whose loads have their full amplitude at all times.
 
     Attributes:
-        model: The model; its run is one period of the response.
+        case: The case; its run is one period of the response.
+        model: Its model.
         periods: Forcing periods in that.
         steps: Steps in it.
     """
 
+    case: Case
     model: Model
     periods: int
     steps: int
@@ -110,7 +112,7 @@ def steady(model: Model, analysis: Periodic) -> SteadyModel:
     case = case.model_copy(update={"load": loads, "time": timed})
     made = model_of(case, model.body)
     made = replace(made, defaults=model.defaults)
-    return SteadyModel(made, analysis.periods, analysis.periods * count)
+    return SteadyModel(made.case, made, analysis.periods, analysis.periods * count)
 
 
 def frozen(model: Model) -> Case:
@@ -134,7 +136,7 @@ def varied(start: SteadyModel, key: str, value: float) -> SteadyModel:
         key: As in `gapbeam.solver.case.checks.periodic_checks.value_of`.
         value: Its value, in the unit of the key.
     """
-    case = start.model.case
+    case = start.case
     table, _, rest = key.partition(".")
     if table == "load":
         name, field = rest.split(".")
@@ -148,7 +150,8 @@ def varied(start: SteadyModel, key: str, value: float) -> SteadyModel:
         case = case.model_copy(update={table: getattr(case, table).model_copy(update={rest: value})})
     period = start.periods / forcing_frequencies(case.load)[0]
     timed = case.time.model_copy(update={"end": period, "step": period / start.steps})
-    return replace(start, model=model_of(case.model_copy(update={"time": timed}), start.model.body))
+    case = case.model_copy(update={"time": timed})
+    return replace(start, case=case, model=model_of(case, start.model.body))
 
 
 def _timed(model: Model, step: float) -> Model:
@@ -410,9 +413,9 @@ def _balanced(
     begin, steps = series_steps(period_map.modal, held.model.law, solution, held.model.step, held.steps)
     advice = "analysis.method = shooting, or more analysis.harmonics"
     remarks = [*_stability_remarks(judgment, advice), *_harmonic_remarks(found)]
-    accepting = held.model.case.gates.model_copy(update={"accept_energy_growth": True})
-    model = replace(held.model, case=held.model.case.model_copy(update={"gates": accepting}))
-    return PeriodicResponse(replace(held, model=model), begin, steps, figures, remarks, x)
+    gates = held.case.gates.model_copy(update={"accept_energy_growth": True})
+    accepting = replace(held, case=held.case.model_copy(update={"gates": gates}))
+    return PeriodicResponse(accepting, begin, steps, figures, remarks, x)
 
 
 def stability_figures(judgment: Judgment) -> dict[str, Any]:

@@ -120,7 +120,7 @@ def _follow_curve(
     started = time.perf_counter()
     held, x = response.steady, response.x
     assert x is not None
-    case = held.model.case
+    case = held.case
     tables = {"support": case.support, "contact": case.contact}
     value = value_of(asked.key, tables, dict(enumerate(case.load)))
     assert value is not None

@@ -177,13 +177,13 @@ def _run_case(
     signals.check()
     refuse_energy_creators(model)
     if not isinstance(case.analysis, Periodic):
-        sizes = size_of_results(case.output, model)
+        sizes = size_of_results(case, model)
         on_rank_zero(comm, lambda: check_space(folder, *sizes))
     with locked(folder, comm):
         left = find_left(folder, case, model, comm) if resume else None
         if isinstance(left, dict):
             return Outcome(folder, 0, f"was done before: {left['message']}", left)
-        consumers, begin = None, left_state(case.analysis, model, folder, comm) if left is None else None
+        consumers, begin = None, left_state(case, model, folder, comm) if left is None else None
         if left is None:
             on_rank_zero(comm, lambda: prepare_folder(folder))
         else:
@@ -319,8 +319,8 @@ def _run(
         signals.march_begins()
         assert isinstance(seat, Seat)
         response = search(model, seat.state, case.analysis, folder, comm, summary, interruption)
-        model, plan, start = response.steady.model, response.steady.plan, response.start
-        case = model.case
+        steady, start = response.steady, response.start
+        case, model, plan = steady.case, steady.model, steady.plan
         probes = ProbeFigures(model)
         steps = probes.listening(response.steps)
     if response is None:

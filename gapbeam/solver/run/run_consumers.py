@@ -86,7 +86,7 @@ class RunConsumers:
         self._checkpoints: Checkpoints | None = None
         points = PointContact(model.system, model.law) if case.output.points else None
         statistics = statistics_of(case, model, steps_between(case, model.step)["history_interval"])
-        self.recorder = Recorder(model, watch_of(model), gauges_of(model), statistics, points)
+        self.recorder = Recorder(case, model, watch_of(case, model), gauges_of(case, model), statistics, points)
         left = start if isinstance(start, Left) else None
         self._start = start.paused if isinstance(start, Left) else start
         begin = self._start if isinstance(self._start, State) else self._start.state
@@ -101,7 +101,7 @@ class RunConsumers:
         self._history = opened[0] if opened else None
         self._progress = ProgressFile(folder, case.time.end, quiet=self.comm.rank != 0)
         self.plastic_set: Array | None = None
-        self.fields = FieldWriter(folder, model, None if left is None else left.header["fields"])
+        self.fields = FieldWriter(folder, case, model, None if left is None else left.header["fields"])
 
     def follow(
         self,

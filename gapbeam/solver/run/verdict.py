@@ -107,10 +107,10 @@ UNDER_NOISE_MEANING = (
 )
 
 
-def figures(clearance: float, recorder: Recorder, accounts: Accounts) -> dict[str, Any]:
-    """Return the figures of energy, gates, contact and restraint for the summary; the clearance is in m."""
+def figures(recorder: Recorder, accounts: Accounts) -> dict[str, Any]:
+    """Return the figures of energy, gates, contact and restraint for the summary."""
     contact, peaks, friction = accounts.system.contact, accounts.peaks, accounts.law.friction
-    deepest, clearance = float(np.max(peaks.deepest)), abs(clearance)
+    deepest, clearance = float(np.max(peaks.deepest)), abs(recorder.case.layout.clearance)
     found = {
         "energy": describe_energy(accounts.ledger, accounts.gates),
         "gates": describe_gates(accounts.gates),
@@ -148,9 +148,9 @@ def contact_words(clearance: float, faces: Sequence[str], peaks: Peaks) -> str:
     return f"largest contact force of a step: {forces}; largest penetration {deepest:.3g} m{share}"
 
 
-def assumptions(case: Case, recorder: Recorder, accounts: Accounts, content: FrequencyContent | None) -> list[Finding]:
+def assumptions(recorder: Recorder, accounts: Accounts, content: FrequencyContent | None) -> list[Finding]:
     """Return the findings on every assumption. Collective."""
-    ledger, gates = accounts.ledger, accounts.gates
+    case, ledger, gates = recorder.case, accounts.ledger, accounts.gates
     found = [] if recorder.watch is None else of_pose(recorder.watch, case)
     found += of_contact(case, accounts.peaks, accounts.episodes)
     share, held = recorder.restraint_share, f"{recorder.largest_restraint_energy:.3g} J"
@@ -334,8 +334,8 @@ def _of_map(largest: Mapping[str, Any] | None, coefficient: float | None) -> dic
 def describe_march(summary: dict[str, Any], consumers: RunConsumers) -> list[Finding]:
     """Add the figures, findings and remarks of a march to the summary, and log them. Collective."""
     case, model, accounts = consumers.case, consumers.model, consumers.accounts
-    folder, comm, clearance = consumers.folder, consumers.comm, case.layout.clearance
-    summary |= figures(clearance, consumers.recorder, accounts)
+    folder, comm = consumers.folder, consumers.comm
+    summary |= figures(consumers.recorder, accounts)
     if consumers.plastic_set is not None:
         faces, names = model.system.contact.faces, model.system.contact.face_names
         sets = [float(np.max(consumers.plastic_set[faces == face], initial=0.0)) for face in range(len(names))]
@@ -362,12 +362,12 @@ def describe_march(summary: dict[str, Any], consumers: RunConsumers) -> list[Fin
     if worn is not None:
         summary["wear"] = worn
         LOG.info("%s", wear_words(worn))
-    findings = assumptions(case, consumers.recorder, accounts, recorded_content(model, folder, comm))
+    findings = assumptions(consumers.recorder, accounts, recorded_content(model, folder, comm))
     summary["assumptions"] = [finding.as_data() for finding in findings]
     noted = [*remarks(accounts, findings), *resolution_remarks(case, model, accounts.tally)]
     summary["warnings"] += noted
     LOG.debug("%s", in_one_line(findings))
-    LOG.debug("%s", contact_words(clearance, model.system.contact.face_names, accounts.peaks))
+    LOG.debug("%s", contact_words(case.layout.clearance, model.system.contact.face_names, accounts.peaks))
     if model.law.friction is not None:
         LOG.info("%s", friction_words(accounts))
     for remark in noted:

@@ -15,6 +15,7 @@ names the mode.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from math import pi
 
 import numpy as np
@@ -226,7 +227,8 @@ def held_modes(model: Model, count: int, more: int = 0) -> tuple[HeldModes, Held
             "the mesh"
         )
     wanted = min(max(count, more), most)
-    seat = find_seat(model.system, law, model.seat_springs, rigid=lambda: RigidMotions.of_model(model))
+    rigid = partial(RigidMotions.of_body, model.body, model.system.operators.size)
+    seat = find_seat(model.system, law, model.seat_springs, rigid=rigid)
     everywhere = np.full(contact.size, compared_depth(model.case))
     states = {
         SEATED: law.static(seat.state.depth).slope,

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import null_space
@@ -21,12 +20,9 @@ from scipy.linalg import null_space
 from gapbeam.solver.case.analysis_table import NAMES, RigidMotion, unit_motions
 from gapbeam.solver.contact.solve.unopposed_motion import unopposed_motion
 from gapbeam.solver.loads.attachments import MotionName
-from gapbeam.solver.models.body import rigid_parts
+from gapbeam.solver.models.body import Body, rigid_parts
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
-
-if TYPE_CHECKING:
-    from gapbeam.solver.models.model import Model
 
 AWAY = 1.0  # lengths of the beam: what would move farther before its stiffness stops it is free
 STRAIGHT = 1.0e-2  # of the largest component: less is not worth words
@@ -48,20 +44,20 @@ class RigidMotions:
     length: float
 
     @classmethod
-    def of_model(cls, model: Model) -> RigidMotions:
-        """Return the rigid motions of the beam of a model; supports with a mass stand still. Collective."""
-        length = model.length
+    def of_body(cls, body: Body, size: int) -> RigidMotions:
+        """Return the rigid motions of a body, on DOFs of which those of supports with a mass come last. Collective."""
+        length = body.case.beam.length
         shapes, motions = list[Array](), list[RigidMotion]()
         for unit in unit_motions():
             motion = _combined((unit,), np.array([1.0 if any(unit.translation) else 1.0 / length]))
-            for part in rigid_parts(model.body, motion):
+            for part in rigid_parts(body, motion):
                 if np.any(part):
                     shapes.append(part)
                     motions.append(motion)
-        padded = np.zeros((len(shapes), model.system.operators.size))
+        padded = np.zeros((len(shapes), size))
         for row, part in zip(padded, shapes, strict=True):
             row[: len(part)] = part
-        holds = [one.motion for joint in model.case.joint for one in joint.attached() if one.held]
+        holds = [one.motion for joint in body.case.joint for one in joint.attached() if one.held]
         if not holds:
             return cls(padded, tuple(motions), length)
         held = [[motion.section(one.x)[one.name] for motion in motions] for one in holds]

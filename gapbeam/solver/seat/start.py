@@ -18,6 +18,7 @@ from typing import assert_never
 import numpy as np
 
 from gapbeam.solver.case.analysis_table import Periodic, StartMode, Transient, centered_pose
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.body import rigid_parts
 from gapbeam.solver.models.model import Model
@@ -28,11 +29,12 @@ from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDisc
 INSIDE = 1.0e-7  # of the thickness: round-off of a start that touches
 
 
-def start_of_case(model: Model, seat: State | None, left: State | None = None) -> State:
+def start_of_case(case: Case, model: Model, seat: State | None, left: State | None = None) -> State:
     """Return the state at t = 0 that a case asks for.
 
     Args:
-        model: The model of the case.
+        case: The case.
+        model: Its model.
         seat: The static seat; None: there is none, and the case needs none.
         left: The state that another run left, at t = 0, where the case starts from one.
 
@@ -43,33 +45,33 @@ def start_of_case(model: Model, seat: State | None, left: State | None = None) -
 
     Collective.
     """
-    match model.case.analysis:
+    match case.analysis:
         case Transient(state=str(folder)) as analysis:
             if left is None:
                 raise UserError(
                     f"[analysis] state = {folder!r} is read by `gapbeam run` alone; expected a start that studies and "
                     'single marches find themselves; try start = "seat" or [analysis.motion]'
                 )
-            return _with_motions(model, _with_bodies(model, left), analysis)
+            return _with_motions(case, analysis, model, _with_bodies(model, left))
         case Transient(start="undeformed" | "centered") as analysis:
-            return _with_motions(model, _with_bodies(model, undeformed(model.system)), analysis)
+            return _with_motions(case, analysis, model, _with_bodies(model, undeformed(model.system)))
         case Transient() as analysis:
             assert seat is not None
-            return _with_motions(model, _with_bodies(model, seat), analysis)
+            return _with_motions(case, analysis, model, _with_bodies(model, seat))
         case Periodic():
             assert seat is not None
             return seat
         case _:
-            assert_never(model.case.analysis)
+            assert_never(case.analysis)
 
 
-def _with_motions(model: Model, state: State, analysis: Transient) -> State:
+def _with_motions(case: Case, analysis: Transient, model: Model, state: State) -> State:
     """Return a state plus the motion that an analysis adds. Collective."""
     length = model.length
     places, speeds = list[Array](), list[Array]()
     asked = list[str]()
     if analysis.start == "centered":
-        places += rigid_parts(model.body, centered_pose(model.case.support))
+        places += rigid_parts(model.body, centered_pose(case.support))
         asked.append('start = "centered"')
     if analysis.motion is not None:
         places += rigid_parts(model.body, analysis.motion.pose(length))

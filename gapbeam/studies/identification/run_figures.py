@@ -223,7 +223,7 @@ def _along(
 def _figures(held: SteadyModel, start: State, figures: Sequence[MotionFigure | ForceFigure]) -> Array:
     """Return figures of a response from a state on it."""
     model = held.model
-    every = steps_between_records(figures, model.step, model.case.output.history_interval)
+    every = steps_between_records(figures, model.step, held.case.output.history_interval)
     response = respond(model, start, CYCLES * held.steps, every * model.step)
     if response.exit_status:
         raise NotConverged(f"the march beside the response: {response.message}")

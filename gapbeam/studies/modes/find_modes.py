@@ -120,7 +120,7 @@ def find_modes(
         on_rank_zero(comm, lambda: _made(folder / SEATED))
         model = build_model(case, comm)
         states = held_modes(model, count, FITTED)
-        write_mode_fields(folder / SEATED, model, states[0])
+        write_mode_fields(folder / SEATED, case, model, states[0])
         described = describe_model(case, model)
 
         section = None if case.mesh.file is None else model.body.meshed.section

@@ -161,7 +161,9 @@ def _march(
     simulation = Simulation(model)
     case, plan = simulation.case, replace(simulation.plan, steps=steps)
     accounts = Accounts.opened(model.system, model.law, start, plan.dt, case.gates, remedy_for(case))
-    recorder = Recorder(model, watch_of(model) if watched else None, gauges_of(model), response.statistics)
+    recorder = Recorder(
+        case, model, watch_of(case, model) if watched else None, gauges_of(case, model), response.statistics
+    )
     every = None if interval is None else max(1, round(interval / plan.dt))
     rows = [] if every is None else [recorder.row(start, accounts)]
     try:
@@ -183,7 +185,7 @@ def _march(
         accounts.gates.judge(case.time.scheme.type, accounts.ledger)
         return
     content = content_of_history(response.history, [load.static for load in model.system.loads])
-    findings = assumptions(case, recorder, accounts, content)
+    findings = assumptions(recorder, accounts, content)
     response.findings = [one for one in findings if not (rings and one.assumption.name == RESONANT.name)]
     judge_run(case, accounts, response.findings)
 

@@ -153,7 +153,7 @@ def seated(model: Model) -> Start:
     """
     simulation = Simulation(model)
     begin = simulation.start(simulation.seat_or_failure())
-    return Start(begin, "seat" if model.case.analysis.needs_seat else model.case.analysis.start)
+    return Start(begin, "seat" if simulation.case.analysis.needs_seat else simulation.case.analysis.start)
 
 
 def kicked(model: Model, number: int, seed: int) -> Start:

@@ -52,9 +52,9 @@ class ModelPose:
         return values[:, : count * d].reshape(-1, count, d), values[:, count * d :].reshape(-1, count, d, d)
 
 
-def watch_of(model: Model) -> PoseWatch:
-    """Return the watch on the pose of a model. Collective."""
-    case, rows = model.case, surface_rows(model.space, np.concatenate(list(model.body.meshed.faces.values())))
+def watch_of(case: Case, model: Model) -> PoseWatch:
+    """Return the watch on the pose of a model of a case. Collective."""
+    rows = surface_rows(model.space, np.concatenate(list(model.body.meshed.faces.values())))
     pose, places = _pose_at(model, rows), rows.cell_middles
     walls, on_faces = model.system.contact.walls, pose.places[: pose.on_faces, 0]
     of_bodies = body_shifts(case.layout, on_faces, pose.dimension)
@@ -70,7 +70,7 @@ def watch_of(model: Model) -> PoseWatch:
     return PoseWatch(pose, scales_of(case, places), moved)
 
 
-def gauges_of(model: Model) -> Gauges | None:
+def gauges_of(case: Case, model: Model) -> Gauges | None:
     """Return the stress gauges of probes that ask for stress; None where none does.
 
     Raises:
@@ -78,7 +78,7 @@ def gauges_of(model: Model) -> Gauges | None:
 
     Collective.
     """
-    asked = [probe for probe in model.case.probe if probe.stress]
+    asked = [probe for probe in case.probe if probe.stress]
     if not asked:
         return None
     points, numbers = body_points(
@@ -86,7 +86,7 @@ def gauges_of(model: Model) -> Gauges | None:
     )
     places = np.array([axis_point(probe.point)[0] for probe in asked])
     shares = 1.0 / np.bincount(numbers, minlength=len(asked))
-    return Gauges(_pose_at(model, rows_at(model.space, points)), scales_of(model.case, places), numbers, shares)
+    return Gauges(_pose_at(model, rows_at(model.space, points)), scales_of(case, places), numbers, shares)
 
 
 def _pose_at(model: Model, found: SurfaceRows) -> ModelPose:

@@ -208,7 +208,7 @@ def last_checkpoint(folder: Path, case: Case, model: Model, comm: MPI.Comm, ever
             same = model_as_it_was(folder, case, model, header, comm)
             refuse_other_matrices(same.body, model.body, comm)
             paused, exact = restored(contents, header, layout_of(same, comm))
-            refuse_implausible(paused, header, same, comm)
+            refuse_implausible(paused, header, case, same, comm)
             return Left(same, paused, exact, header)
         except (BrokenCheckpoint, np.linalg.LinAlgError) as broken:  # no modes: a mass is not positive
             reasons.append(f"{path}: {broken}")

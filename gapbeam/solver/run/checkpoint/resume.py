@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gapbeam.meshes.rank_zero import on_rank_zero
-from gapbeam.solver.case.analysis_table import Analysis, Periodic, Transient
+from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
@@ -87,7 +87,7 @@ ROUND_OFF = 1.0e-9  # of the largest entry of mass and stiffness
 DEEPER = 1.0e-7  # of the thickness: round-off of points that touch
 
 
-def left_state(analysis: Analysis, model: Model, folder: Path, comm: MPI.Comm) -> State | None:
+def left_state(case: Case, model: Model, folder: Path, comm: MPI.Comm) -> State | None:
     """Return the state at t = 0 that a case takes from another results folder; None: it takes none.
 
     u, v, contact pressure, friction and plastic sets are those of the last checkpoint, or of that at
@@ -95,8 +95,8 @@ def left_state(analysis: Analysis, model: Model, folder: Path, comm: MPI.Comm) -
     t = 0.
 
     Args:
-        analysis: Table [analysis] of the case.
-        model: The model of the case.
+        case: The case.
+        model: Its model.
         folder: Folder of the results of the case.
         comm: Its ranks.
 
@@ -106,6 +106,7 @@ def left_state(analysis: Analysis, model: Model, folder: Path, comm: MPI.Comm) -
 
     Collective.
     """
+    analysis = case.analysis
     if not isinstance(analysis, Transient) or analysis.state is None:
         return None
     source = Path(analysis.state)
@@ -115,7 +116,7 @@ def left_state(analysis: Analysis, model: Model, folder: Path, comm: MPI.Comm) -
     try:
         header: dict[str, Any] = on_rank_zero(comm, partial(checked_header, path, local))
         contents = local[0] if local else None
-        on_rank_zero(comm, lambda: _refuse_another_model(path, header, layout))
+        on_rank_zero(comm, lambda: _refuse_another_model(path, keys_of(case), header, layout))
         paused, _ = restored(contents, header, layout)
     except BrokenCheckpoint as broken:
         raise _fault(path, f"cannot be used: {broken}") from broken
@@ -174,9 +175,9 @@ def _fault(
     return UserError(f"[analysis] state: {place} {words}; expected {expected}; try {advice}")
 
 
-def _refuse_another_model(path: Path, header: dict[str, Any], layout: DofLayout) -> None:
+def _refuse_another_model(path: Path, keys: dict[str, Any], header: dict[str, Any], layout: DofLayout) -> None:
     """Refuse a checkpoint of another beam, support or mesh, or of other matrices; on rank 0."""
-    keys, before = keys_of(layout.model.case), header["case"]
+    before = header["case"]
     faults = differences(keys, before, frozenset(key for key in keys.keys() | before.keys() if not _counts(key)))
     if faults:
         raise UserError(

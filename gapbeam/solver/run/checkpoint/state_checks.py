@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gapbeam.meshes.rank_zero import on_rank_zero
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.diagnostics.energy_ledger import open_ledger
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
@@ -50,13 +51,14 @@ BEYOND_PEAK = 10.0  # of the largest force of a face so far: what a point may ca
 OF_A_STEP = 1.0e-3  # how far a time may be from a whole number of steps
 
 
-def refuse_implausible(paused: Paused, header: dict[str, Any], model: Model, comm: MPI.Comm) -> None:
+def refuse_implausible(paused: Paused, header: dict[str, Any], case: Case, model: Model, comm: MPI.Comm) -> None:
     """Refuse a state that is not one of the model, or that the accounts do not belong to.
 
     Args:
         paused: The march, on the DOFs of this rank.
         header: Other contents of the checkpoint.
-        model: The model.
+        case: The case.
+        model: Its model.
         comm: Its ranks.
 
     Raises:
@@ -65,8 +67,8 @@ def refuse_implausible(paused: Paused, header: dict[str, Any], model: Model, com
     Collective.
     """
     state = paused.state
-    found = [*_of_accounts(paused, header, model), *_of_header(paused, header, model.step)]
-    found += [*_of_parts(state, model), *_of_images(state, model), *_of_points(state, model)]
+    found = [*_of_accounts(paused, header, Recorder(case, model)), *_of_header(paused, header, model.step)]
+    found += [*_of_parts(state, model, case.time.adaptive), *_of_images(state, model), *_of_points(state, model)]
     found += [*_of_modes(paused, model), *_of_ledger(state, header, model)]
     faults = comm.bcast(found)
     if faults:
@@ -95,9 +97,10 @@ def _leaves(entry: Any) -> list[Any]:
     return [number for place in entry.values() for number in (place if isinstance(place, list) else [place])]
 
 
-def _of_accounts(paused: Paused, header: dict[str, Any], model: Model) -> Iterator[str]:
+def _of_accounts(paused: Paused, header: dict[str, Any], recorder: Recorder) -> Iterator[str]:
     """Fill accounts that nobody keeps from a checkpoint."""
-    accounts, recorder = Accounts.opened(model.system, model.law, paused.state, model.step), Recorder(model)
+    model = recorder.model
+    accounts = Accounts.opened(model.system, model.law, paused.state, model.step)
     try:
         restore(accounts, recorder, header["accounts"])
     except MALFORMED as error:
@@ -115,14 +118,14 @@ def _of_accounts(paused: Paused, header: dict[str, Any], model: Model) -> Iterat
         yield "a friction traction is far beyond the largest force so far"
 
 
-def _of_parts(state: State, model: Model) -> Iterator[str]:
+def _of_parts(state: State, model: Model, adaptive: bool) -> Iterator[str]:
     """Check the parts of a state that a march of the case carries along."""
     friction = model.law.friction
     sticks = friction is not None and friction.static_coefficient is not None
     needed = {
         "a": model.scheme.carries_acceleration,
         "touch_speed": model.law.touch_product is not None,
-        "closed_since": model.case.time.adaptive,
+        "closed_since": adaptive,
         "plastic_set": model.law.keeps_set,
         "slip": sticks,
         "slides": sticks,

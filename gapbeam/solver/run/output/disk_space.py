@@ -13,7 +13,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.schema.record_table import FIELDS, HISTORY, STRESS_FIELDS, VECTOR_FIELDS
 
 if TYPE_CHECKING:
-    from gapbeam.solver.case.case import Output
+    from gapbeam.solver.case.case import Case
     from gapbeam.solver.models.model import Model
 
 LOG = logging.getLogger("gapbeam")
@@ -21,9 +21,9 @@ VALUE = 8  # bytes
 LARGE = 1.0e10  # bytes: reported before they are written
 
 
-def size_of_results(output: Output, model: Model) -> tuple[float, float]:
-    """Return the bytes of the history and of the fields of a march of a model to its end."""
-    labels = Recorder(model).labels
+def size_of_results(case: Case, model: Model) -> tuple[float, float]:
+    """Return the bytes of the history and of the fields of a march to time.end."""
+    labels, output = Recorder(case, model).labels, case.output
     values = 1 + sum(prod(len(labels[dimension]) for dimension in record.dims[1:]) for record in HISTORY)
     records = model.end / (output.history_interval or model.step)
     fields = model.end / (output.fields_interval or model.end / 100.0)

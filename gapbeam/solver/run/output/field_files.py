@@ -26,6 +26,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.meshes.mesh_readings import vector_space
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.assembly.face_quadrature import FacePoints, at_nodes, face_points, gather_points
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output import parallel_tables
@@ -71,7 +72,7 @@ class FieldWriter:
     Collective to make and to write with.
     """
 
-    def __init__(self, folder: Path, model: Model, times: Sequence[float] | None = None) -> None:
+    def __init__(self, folder: Path, case: Case, model: Model, times: Sequence[float] | None = None) -> None:
         mesh = model.space.mesh
         self._comm = mesh.comm
         self._space = vector_space(mesh, 1)
@@ -96,7 +97,7 @@ class FieldWriter:
             ),
         }
         self._shapes = {name: table.shape for name, table in mesh_tables.items()}
-        self._stress = StressFields.of_model(model, self._space)
+        self._stress = StressFields.of_case(case, model, self._space)
         names = (*FIELDS, *(STRESS_FIELDS if self._stress else ()))
         self._grid_text = FieldGrid(cell, self._shapes["points"], self._shapes["cells"], names)
         self.times: list[float] = list(times or ())  # of each field written
@@ -295,18 +296,19 @@ def _fill(file: h5py.File, tables: Mapping[str, ParallelTable], pieces: Pieces) 
 LARGEST = 0.05  # displacement of a node, of the length of the beam
 
 
-def write_mode_fields(folder: Path, model: Model, modes: HeldModes) -> None:
+def write_mode_fields(folder: Path, case: Case, model: Model, modes: HeldModes) -> None:
     """Write the shapes of all modes to fields.xdmf and fields.h5; the largest motion is 5 % of the length of the beam.
 
     Args:
         folder: Folder for the files.
-        model: The model.
+        case: The case.
+        model: Its model.
         modes: Its modes in one state of contact.
 
     Collective.
     """
     comm, contact = model.space.mesh.comm, model.system.contact
-    writer = FieldWriter(folder, model)
+    writer = FieldWriter(folder, case, model)
     try:
         for frequency, shape in zip(modes.frequencies, modes.shapes.T, strict=True):
             bodies = shape[model.body.operators.size :]  # of supports, beside which the beam may be at rest
@@ -391,7 +393,7 @@ def coverage(found: Branches) -> dict[str, Any]:
 
 def unit_of(key: str, steady: SteadyModel) -> str:
     """Return the unit of the key that varies along a curve."""
-    case, field = steady.model.case, key.rsplit(".", 1)[1]
+    case, field = steady.case, key.rsplit(".", 1)[1]
     if key.startswith("load."):
         return next(load for load in case.load if load.name == key.split(".")[1]).curve_units[field]
     contact = {"stiffness": case.contact.stiffness_unit, "damping": case.contact.damping_unit}

@@ -10,6 +10,7 @@ from scipy.sparse import issparse
 
 from gapbeam.meshes.serial_mesh import SerialSpace
 from gapbeam.solver.assembly.face_quadrature import CornerGradients
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.diagnostics.assumption import PoseScales, axial_stress, deformation
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.pose_rows import scales_of
@@ -31,16 +32,16 @@ class StressFields:
     displacement: Any
 
     @classmethod
-    def of_model(cls, model: Model, linear: Any) -> StressFields | None:
-        """Return the stress fields of a model whose case asks for them, at corners of a linear space. Collective."""
-        if not model.case.output.stress:
+    def of_case(cls, case: Case, model: Model, linear: Any) -> StressFields | None:
+        """Return the stress fields of a case that asks for them, at corners of a linear space. Collective."""
+        if not case.output.stress:
             return None
         displacement = None
         if not isinstance(model.space, SerialSpace):
             from dolfinx import fem
 
             displacement = fem.Function(model.space)
-        return cls(CornerGradients.of_spaces(model.space, linear), scales_of(model.case, np.zeros(1)), displacement)
+        return cls(CornerGradients.of_spaces(model.space, linear), scales_of(case, np.zeros(1)), displacement)
 
     def at_corners(self, values: Array) -> dict[str, Array]:
         """Return the stresses at the corners that this rank owns, (n,) each, Pa.

@@ -122,14 +122,13 @@ def write_report(
     Arguments, what is returned and errors are as in `gapbeam.report`; beside these the kinds of folders that studies
     write, the most particular first, and a function of a run's folder that returns data of its live model, or None.
     """
-    if begin is None and end is None:
-        recognized(results, (*kinds, RUN))
+    found = recognized(results, (*kinds, RUN)) if begin is None and end is None else None
     page = page if page is not None else page_of(results)
     _check(page, page.with_suffix(".pdf"), pdf is not False, overwrite)
     with as_written(*results, into=page):
         words: list[str | Path] = ["gapbeam", "report", *results]
-        if begin is None and end is None:
-            made = report_on(results, shell_command(*words), kinds)
+        if found is not None:
+            made = report_on(results, shell_command(*words), found)
             data = live(results[0]) if len(results) == 1 and (results[0] / HISTORY_FILE).is_file() else None
             if data is not None:
                 words_of_it = LIVE.format(modes=data["modes"], step=1e3 * data["step"])

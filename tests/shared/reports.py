@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Sequence
+from pathlib import Path
 
 from gapbeam.commands.study_choice import report_kinds
 from gapbeam.postprocess.report import folder_report
+from gapbeam.postprocess.report.blocks import Report
 
-report_on = partial(folder_report.report_on, kinds=report_kinds())
+
+def report_on(folders: Sequence[Path], command: str) -> Report:
+    """Return the report on results folders of any kind."""
+    kinds = folder_report.recognized(folders, (*report_kinds(), folder_report.RUN))
+    return folder_report.report_on(folders, command, kinds)

@@ -69,14 +69,12 @@ def report_on(folders: Sequence[Path], command: str, kinds: Sequence[Kind]) -> R
     Args:
         folders: Folders, at least one.
         command: Command that makes the report.
-        kinds: Kinds of results folders that studies write, the most particular first; runs are known besides.
+        kinds: Kind of every folder, of `recognized`.
 
     Raises:
-        ResultsError: A folder that is not there, holds nothing that is known, or a file that cannot be read; all faults
-            of the folders at once.
+        ResultsError: A file that cannot be read.
     """
-    found = recognized(folders, (*kinds, RUN))
-    if all(kind is RUN for kind in found):
+    if all(kind is RUN for kind in kinds):
         runs = [open_results(folder) for folder in folders]
         if len(runs) == 1:
             return run_report(runs[0], command)
@@ -87,13 +85,13 @@ def report_on(folders: Sequence[Path], command: str, kinds: Sequence[Kind]) -> R
         )
     meta = {"results": ", ".join(map(str, folders)), "made by": command}
     if len(folders) == 1:
-        title = f"{found[0].title}: {folders[0].resolve().name}"
-        return Report(title, f"In `{folders[0]}`", _as_sections(found[0].blocks(folders[0], command)), meta)
+        title = f"{kinds[0].title}: {folders[0].resolve().name}"
+        return Report(title, f"In `{folders[0]}`", _as_sections(kinds[0].blocks(folders[0], command)), meta)
     parts = [
         _renamed(
             ReportSection(f"{kind.title}: {folder}", f"part-{number}", kind.blocks(folder, command)), f"part-{number}"
         )
-        for number, (kind, folder) in enumerate(zip(found, folders, strict=True), start=1)
+        for number, (kind, folder) in enumerate(zip(kinds, folders, strict=True), start=1)
     ]
     parts += _beside_curves(folders)
     return Report("Results", ", ".join(f"`{folder}`" for folder in folders), parts, meta)

@@ -6,7 +6,6 @@ repeated as often as needed.
 
 from __future__ import annotations
 
-import os
 import socket
 import time
 from collections.abc import Mapping
@@ -25,7 +24,7 @@ from gapbeam.postprocess.results.columns_of_run import chosen_records, impacts_o
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.postprocess.signals.cycle_counts import in_span
-from gapbeam.solver.schema.record_table import HISTORY, LOCK_FILE, LOG_FILE, PROGRESS_FILE, SUMMARY_FILE
+from gapbeam.solver.schema.record_table import HISTORY, LOCK_FILE, LOG_FILE, PROGRESS_FILE, SUMMARY_FILE, lives
 
 TAIL = 65536  # bytes of the log that are looked at
 BEGUN = 20.0  # s after which a run that holds its folder has a summary
@@ -98,7 +97,7 @@ def look_at(folder: Path) -> RunWatch:
     status = summary.get("status")
     warning, last = _log_lines(folder / LOG_FILE)
     state: State
-    if holder and (elsewhere or _lives(holder.get("pid"))):
+    if holder and (elsewhere or lives(holder.get("pid"))):
         state = "running" if progress else "starting"
     else:
         state = "gone" if status in (None, "running") else "ended"
@@ -119,10 +118,6 @@ def _refuse_study(folder: Path) -> None:
                 expected="the results folder of a run",
                 remedy="give the folder of one run; a study shows its progress itself",
             )
-
-
-def _lives(process: object) -> bool:
-    return isinstance(process, int) and os.path.exists(f"/proc/{process}")  # noqa: PTH110 - a Path is no quicker
 
 
 def _json(path: Path) -> dict[str, Any]:

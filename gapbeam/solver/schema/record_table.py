@@ -89,6 +89,11 @@ OF_ROTATIONS = {
 NUMBERED = re.compile(r"(.+) \d+")
 
 
+def lives(process: object) -> bool:
+    """Return whether the process that a lock names by its number lives on this machine."""
+    return isinstance(process, int) and Path(f"/proc/{process}").exists()
+
+
 def faces_of(contacts: Iterable[str | int]) -> dict[str, list[str | int]]:
     """Return the contacts of each face: "gland 1", "gland 2", ... are those of "gland"; others stand alone."""
     found: dict[str, list[str | int]] = {}

@@ -28,7 +28,7 @@ import numpy as np
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.run.output.atomic_files import new_file, no_place, part_of
 from gapbeam.solver.schema import record_table as records
-from gapbeam.solver.schema.record_table import LOCK_FILE
+from gapbeam.solver.schema.record_table import LOCK_FILE, lives
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -251,7 +251,7 @@ def _check(place: int, path: Path) -> dict[str, Any]:
         locks = False
     left = _holder(place)
     elsewhere = left.get("host") not in (None, socket.gethostname())
-    if elsewhere or (not locks and _lives(left.get("pid"))):
+    if elsewhere or (not locks and lives(left.get("pid"))):
         raise _held(path, left)
     return left
 
@@ -270,10 +270,6 @@ def _holder(place: int) -> dict[str, Any]:
     except ValueError:
         return {}
     return found if isinstance(found, dict) else {}
-
-
-def _lives(process: object) -> bool:
-    return isinstance(process, int) and Path(f"/proc/{process}").exists()
 
 
 FILES = (

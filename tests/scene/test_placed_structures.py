@@ -199,3 +199,55 @@ def test_places_that_cannot_be_meant_are_refused_by_their_key(slip: str) -> None
     change, where, words = SLIPS[slip]
     change(given)
     check_refused(given, where, words)
+
+
+def decks(axis: Any, second: Any, gap: float, **pair: Any) -> Tables:
+    """Return two frames, 1 m thick: from the origin along an axis, and behind a gap from its end on."""
+    ways = [np.asarray(one, dtype=float) / np.linalg.norm(one) for one in (axis, second)]
+    start = (40.0 + gap) * ways[0]
+    routes = {
+        "east": [[0.0, 0.0, 0.0], (40.0 * ways[0]).tolist()],
+        "west": [start.tolist(), (start + 40.0 * ways[1]).tolist()],
+    }
+    material = {"young_modulus": 3e10, "poisson_ratio": 0.2, "density": 2500.0}
+    made = {"type": "frame", "thickness": 1.0, "material": material}
+    ends = [{"name": "end", "structure": name, "nearest": route[at], "direction": ways[0].tolist()}
+            for (name, route), at in zip(routes.items(), (1, 0), strict=True)]  # fmt: skip
+    return {
+        "structure": [{"name": name, "model": {**made, "route": route}} for name, route in routes.items()],
+        "joint": [
+            {"type": "clamped", "structure": "east", "at": 0.0},
+            {"type": "clamped", "structure": "west", "at": 40.0},
+        ],
+        "point": ends,
+        "pair": [{"name": "gap", "law": {"type": "kelvin-voigt", "stiffness": 1e9}, **pair}],
+        "load": [{"type": "constant_force", "point": "east.end", "amplitude": 1e8}],
+        "time": TIME,
+    }
+
+
+NAMED = {"between": ["east.end", "west.end"], "region": {"type": "half-plane", "clearance": 0.05}}
+NEAREST = {"between": ["east", "west"], "at": "nearest"}
+
+
+@pytest.mark.parametrize("axis", [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [3.0, -2.0, 1.0]])
+@pytest.mark.parametrize("pair", [NAMED, NEAREST], ids=["named", "nearest"])
+def test_frames_that_butt_touch_with_their_ends(axis: Any, pair: Any) -> None:
+    """P / k = x + f / k, f = K (x - f / k - gap) with k = E A / L: an expansion joint across which two decks press."""
+    scene = gb.scene(decks(axis, axis, 0.05, **pair))
+    k, stop = 3e10 / 40.0, 1e9
+    force = (1e8 / k - 0.05) / (2.0 / k + 1.0 / stop)
+    assert np.abs(gb.seat(scene).F).max() == pytest.approx(force, rel=1e-6)
+
+
+@pytest.mark.parametrize("turn", [90.0, 30.0])
+def test_the_side_of_a_frame_keeps_the_end_of_another_one_away(turn: float) -> None:
+    """The second one turns by an angle a: half of its thickness times sin a lies in the way of the end."""
+    reach = 0.5 * np.sin(np.radians(turn))
+    across = [np.cos(np.radians(turn)), 0.0, np.sin(np.radians(turn))]
+    for share in (0.9, 1.1):
+        given = decks([1.0, 0.0, 0.0], across, share * reach, **NAMED)
+        if share < 1.0:
+            check_refused(given, '"gap".*between', rf"overlap by {0.1 * reach:.3g}")
+        else:
+            assert len(gb.scene(given).contacts) == 1

@@ -21,6 +21,7 @@ from gapbeam.solver.scene_file.structure_tables import (
     PinnedBody,
     PointTable,
 )
+from gapbeam.solver.system.operators import Array
 
 NEAREST_PARTS = 400
 """Parts of the axes of a frame, about, between which its nearest places are looked for."""
@@ -40,11 +41,19 @@ def extent_of(table: BodyTable, model: ElementFrame, members: Sequence[MemberTab
     """
     axes = _axes(table, model, members)
     stations = axes.stations((), axes.length / NEAREST_PARTS, ANGLE)
-    places = np.array([route.at(float(s)) for route, some in zip(axes.routes, stations, strict=True) for s in some])
+    lines = [np.array([route.at(float(s)) for s in some]) for route, some in zip(axes.routes, stations, strict=True)]
+    places, along = np.vstack(lines), np.vstack([_sides(line) for line in lines])
     thick = [model.thickness, *(one.outer_sizes(model)[0] for one in members)]
     halves = tuple(0.5 * one for one, some in zip(thick, stations, strict=True) for _ in some)
-    body = PlacedBody(tuple(map(str, range(len(places)))), places, half=max(halves), halves=halves)
+    body = PlacedBody(tuple(map(str, range(len(places)))), places, half=max(halves), halves=halves, axes=along)
     return body, axes.routes[0].length
+
+
+def _sides(line: Array) -> Array:
+    """Return the directions of a line before and behind each of its places, (places, 2, 3)."""
+    ways = np.diff(line, axis=0)
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    return np.stack([ways[[0, *range(len(ways))]], ways[[*range(len(ways)), -1]]], axis=1)
 
 
 def stations_of(points: Sequence[PointTable], nearest: Mapping[str, Any], extent: PlacedBody | None) -> Directed:

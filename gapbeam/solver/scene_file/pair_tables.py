@@ -360,16 +360,17 @@ def meeting_faults(
     way: Array = second[0] - first[0]
     distance, longest = float(np.linalg.norm(way)), max(body.extent for body in extents)
     clearance = abs(float(getattr(pair.region, "clearance", 0.0)))
-    ends = zip(extents, (first[0], second[0]), strict=True)
-    halves = sum(body.half_at(body.nearest(place)[0]) for body, place in ends)
-    if longest > 0.0 and distance > longest + clearance + halves:
+    if longest > 0.0 and distance > longest + clearance + sum(body.half for body in extents):
         yield Fault(
             (*key, "between"), f"points {distance:g} m apart, farther than their structures are long ({longest:g} m)",
             "structures that meet", "look at origin and axis of their places, and at the units of nodes",
         )  # fmt: skip
-    elif isinstance(pair.region, HalfPlaneRegion) and halves > 0.0 and first[1] is not None and not pair.interference:
+    elif isinstance(pair.region, HalfPlaneRegion) and first[1] is not None and not pair.interference:
         normal = np.atleast_1d(np.asarray(pair.region.normal, dtype=float)) @ first[1]
-        ahead = float(normal @ way / np.linalg.norm(normal))
+        normal /= np.linalg.norm(normal)
+        ends = zip(extents, (first[0], second[0]), strict=True)
+        halves = sum(body.half_at(body.nearest(place)[0], normal) for body, place in ends)
+        ahead = float(normal @ way)
         beside = float(np.sqrt(max(distance**2 - ahead**2, 0.0)))
         deep = halves - ahead
         if ahead >= 0.0 and beside < halves and deep > SAME * halves:

@@ -26,6 +26,7 @@ class PlacedBody:
         ways: Directions in which points of the line move, (motions, 3); None: nodes move in any.
         half: Distance from the line to the surface, m; 0 for nodes; the largest of a frame.
         halves: Half of each of the names, m; empty: `half` of all.
+        axes: Directions of the axis before and behind each of the names, (count, 2, 3); None: a straight line.
     """
 
     names: tuple[str, ...]
@@ -33,6 +34,7 @@ class PlacedBody:
     ways: Array | None = None
     half: float = 0.0
     halves: tuple[float, ...] = ()
+    axes: Array | None = None
 
     @property
     def extent(self) -> float:
@@ -43,9 +45,17 @@ class PlacedBody:
         """Return the place at a length along the line, m."""
         return np.asarray(self.places[0] + x * self._unit)
 
-    def half_at(self, name: str | float) -> float:
-        """Return the distance from a node, or a length along the line, to the surface, m."""
-        return self.halves[self.names.index(str(name))] if self.halves else self.half
+    def half_at(self, name: str | float, way: Array) -> float:
+        """Return the distance from a node, or a length along the line, to the surface along a way, m; 0 along the axis.
+
+        Args:
+            name: The node, or the length along the line, m.
+            way: A unit vector, (3,): structures that butt touch with their ends.
+        """
+        number = self.names.index(str(name)) if self.names else 0
+        axes = self._unit[None] if self.axes is None else self.axes[number]
+        across = max(1.0 - float(np.min((axes @ way) ** 2)), 0.0)
+        return (self.halves[number] if self.halves else self.half) * float(np.sqrt(across))
 
     def nearest(self, place: Array) -> tuple[str | float, Array]:
         """Return the node, or the length along the line, that is nearest to a place, and where it is."""
@@ -114,7 +124,9 @@ def nearest_places(first: PlacedBody, second: PlacedBody) -> NearestPlaces:
             )
         direction = body.ways[0]
         normal = 1 if direction @ apart > 0.0 else -1
-    return NearestPlaces(a[0], b[0], direction, normal, distance - first.half_at(a[0]) - second.half_at(b[0]))
+    return NearestPlaces(
+        a[0], b[0], direction, normal, distance - first.half_at(a[0], direction) - second.half_at(b[0], direction)
+    )
 
 
 Found = tuple[str | float, Array]

@@ -104,8 +104,8 @@ def _of_structures(
     shapes, times = shapes_of(run.folder), film_times(run.folder)
     if shapes is None or not len(times):
         raise RenderError(
-            f"{run.folder} has no shapes: no structure has a place in space. To try: add `place` to [[structure]], or "
-            "draw the records by `gapbeam plot`"
+            f"{run.folder} has no shapes: no structure has nodes with a place in space: masses, beams and bars have "
+            "none. To try: add `place` to matrices with nodes, or draw the records by `gapbeam plot`"
         )
     target.mkdir(parents=True, exist_ok=True)
     path = target / "shapes.png"

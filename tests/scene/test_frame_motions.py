@@ -85,3 +85,30 @@ def test_a_base_motion_that_leaves_a_neighbor_out_is_named(tie: str, shaken: str
     found = [one for one in outcome.summary["warnings"] if f"the inertia of {other} is left out" in one]
     assert len(found) == (tie != "nothing" and shaken != "all"), outcome.summary["warnings"]
     assert all(f"quake shakes {shaken}, but not {other}" in one for one in found)
+
+
+@pytest.mark.parametrize("turned", [0.0, 33.0])
+@pytest.mark.parametrize("motions", [1, 2, 3])
+@pytest.mark.parametrize("way", [0, 1, 2])
+def test_a_base_motion_along_which_nothing_moves_is_named(
+    way: int, motions: int, turned: float, tmp_path: Path
+) -> None:
+    """Masses move along their own z, z and y, or in any direction: what shakes them across that is a mistake."""
+    c, s = np.cos(np.radians(turned)), np.sin(np.radians(turned))
+    place = {"axis": [c, s, 0.0], "across": [0.0, 0.0, 1.0]}
+    direction = [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]][way]
+    given = masses(motions) | {"load": [SHAKER | {"direction": direction}]}
+    for one in given["structure"]:
+        one["place"] = place
+    outcome = gb.run(given, output=tmp_path / "run")
+    found = [one for one in outcome.summary["warnings"] if "quake moves nothing" in one]
+    still = float(np.abs(outcome.history["displacement"]).max()) < 1e-15
+    assert len(found) == still == (way < 3 - motions)
+
+
+def test_a_base_motion_that_moves_one_of_two_structures_is_no_mistake(tmp_path: Path) -> None:
+    """A second mass, which moves along y alone, is not shaken along z; the first one is."""
+    given = masses() | {"load": [SHAKER | {"direction": [0.0, 0.0, 1.0]}]}
+    given["structure"][0]["place"], given["structure"][1]["place"] = {}, {"across": [0.0, 1.0, 0.0]}
+    outcome = gb.run(given, output=tmp_path / "run")
+    assert not [one for one in outcome.summary["warnings"] if "moves nothing" in one]

@@ -138,7 +138,7 @@ def test_structures_without_places_and_their_stresses_are_not_drawn(tmp_path: Pa
     scene = gb.Scene(mass, loads=[gb.Force(mass["at"], 1.0)])
     gb.run(scene, output=tmp_path / "box", step=1e-2, end=1.0, errors=False)
     assert not list((tmp_path / "box").glob("shapes.*"))
-    with pytest.raises(gb.RenderError, match="no structure has a place in space"):
+    with pytest.raises(gb.RenderError, match="no structure has nodes with a place in space: masses"):
         gb.render(tmp_path / "box")
     gb.run(arm_in_a_gap(), output=tmp_path / "a", **ASKED)
     with pytest.raises(OptionError, match="drawn as lines, without stress"):

@@ -176,7 +176,7 @@ def remarks_of(accounts: SceneAccounts, findings: Sequence[Finding]) -> list[str
     """Return the remarks on the figures, one sentence each."""
     found = [one.remark for one in findings if one.verdict == WARNING]
     found += fit_doubts(accounts.scene.feedbacks)
-    found += _still_neighbors(accounts.scene)
+    found += _still_neighbors(accounts.scene) + _idle_motions(accounts.scene)
     if not accounts.balanced:
         found.append(
             "the scheme promises no energy balance: energy that is missing counts as its dissipation, so that the "
@@ -196,4 +196,20 @@ def _still_neighbors(scene: Scene) -> list[str]:
         f"base motion {shaken[moved]} shakes {names[moved]}, but not {names[other]}, which touches it or is joined to "
         f"it: the inertia of {names[other]} is left out; give all structures the base motion"
         for moved, other in sorted(still)
+    ]
+
+
+def _idle_motions(scene: Scene) -> list[str]:
+    """Return a sentence for each base motion along which no structure of the scene moves."""
+    moves = dict[str, bool]()
+    for load in scene.loads:
+        if isinstance(load, BaseMotion):
+            name = load.name.removesuffix(f"-{load.structure.name}")
+            moved = float(np.abs(load.pattern).max(initial=0.0)) > EPS * abs(load.structure.M).max()
+            moves[name] = moves.get(name, False) or moved
+    return [
+        f"base motion {name or '?'} moves nothing: no structure has a motion along its direction; look at that, and at "
+        "axis and across of the places"
+        for name, moved in moves.items()
+        if not moved
     ]

@@ -276,8 +276,8 @@ def _cone(simulation: Simulation) -> tuple[Array, Array]:
     Stations in round holes give two rows of both signs: nothing leaves a hole.
     """
     model = simulation.model
-    case, contact = model.case, model.system.contact
-    length, flat = case.beam.length, case.mesh.dimension == 2
+    case, contact = simulation.case, model.system.contact
+    length, flat = model.length, model.dimension == 2
     motions = [
         (one, 1.0 if any(one.translation) else 1.0 / length)
         for name, one in zip(NAMES, unit_motions(), strict=True)

@@ -98,21 +98,20 @@ def answer(case: Case, body: Body, set_up: float, periods: int) -> Answer:
         model.dofs,
         model.mesh_dofs,
         steady(as_history(response.history, response.labels), frequency),
-        surface_stress(model, model.expand(quarter.end.u[VALUE])),
+        surface_stress(case, model, model.expand(quarter.end.u[VALUE])),
         float(quarter.end.pressure.max()),
         set_up,
         response.seconds / response.steps,
     )
 
 
-def surface_stress(model: Model, u: Array) -> float:
+def surface_stress(case: Case, model: Model, u: Array) -> float:
     """Return the axial stress on the underside just outside the edge of the base, on the axis, Pa."""
-    case, mesh = model.case, model.space.mesh
-    dimension = mesh.geometry.dim
+    mesh, dimension = model.space.mesh, model.dimension
     place = np.zeros(3)
     place[0], place[dimension - 1] = case.layout.end + OUTSIDE, -0.5 * case.beam.thickness
     if case.model.type == "beam":  # the fields of a beam have no strain across: its stress is E z w''
-        return _beam_stress(model, u, place)
+        return case.material.young_modulus * _slope(model, u, place)
     tree = geometry.bb_tree(mesh, dimension)
     near = geometry.compute_collisions_points(tree, place.reshape(1, 3))
     cell = int(geometry.compute_colliding_cells(mesh, near, place.reshape(1, 3)).links(0)[0])
@@ -125,13 +124,13 @@ def surface_stress(model: Model, u: Array) -> float:
     return float(np.ravel(axial.eval(mesh, np.array([cell], dtype=np.int32)))[0])
 
 
-def _beam_stress(model: Model, u: Array, place: Array) -> float:
-    """Return E du_x/dx on the underside from the motions of the nodes there, Pa."""
+def _slope(model: Model, u: Array, place: Array) -> float:
+    """Return du_x/dx on the underside from the motions of the nodes there."""
     nodes = model.space.tabulate_dof_coordinates()[:, :2]
     low = np.flatnonzero(np.isclose(nodes[:, 1], place[1]))
     low = low[np.argsort(nodes[low, 0])]
     slope = np.gradient(u.reshape(-1, 2)[low, 0], nodes[low, 0])
-    return float(model.case.material.young_modulus * np.interp(place[0], nodes[low, 0], slope))
+    return float(np.interp(place[0], nodes[low, 0], slope))
 
 
 def errors(one: Answer, reference: Answer) -> dict[str, float]:

@@ -20,7 +20,7 @@ from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.plan_arrays import factor_rows
 from gapbeam.solver.march.simulation import Simulation, Wanted, marched
 from gapbeam.solver.models.model import build_model
-from gapbeam.solver.run.run_consumers import steps_between
+from gapbeam.solver.run.checkpoint.checkpoints import steps_between
 from gapbeam.solver.run.stop_rule import statistics_of
 
 CASE = Path(__file__).parents[1] / "cases" / "tube-turbulence.toml"

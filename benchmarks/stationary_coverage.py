@@ -24,7 +24,7 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import missed_share
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.march.simulation import Simulation, Wanted, marched
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.run.run_consumers import steps_between
+from gapbeam.solver.run.checkpoint.checkpoints import steps_between
 from gapbeam.solver.run.stop_rule import statistics_of
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Indices

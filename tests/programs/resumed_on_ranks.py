@@ -15,8 +15,8 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.run.checkpoint.checkpoint_files import found, read_checkpoint
 from gapbeam.solver.run.checkpoint.checkpoints import last_checkpoint
+from gapbeam.solver.run.checkpoint.same_model import keys_of
 from gapbeam.solver.run.checkpoint.state_checks import layout_of
-from gapbeam.solver.run.run_consumers import steps_between
 from tests.shared.command import DEMO
 from tests.shared.interrupted import stopped_after
 
@@ -31,7 +31,7 @@ for name, (keys, stop) in json.loads(sys.argv[2]).items():
     comm.barrier()
     case = read_case(DEMO, keys)
     model = build_model(case, comm)
-    left = last_checkpoint(folder / "from-one", case, model, comm, steps_between(case, model.step))
+    left = last_checkpoint(folder / "from-one", case, model, comm, keys_of(model.case))
     assert left is not None
     layout, state = layout_of(left.model, comm), left.paused.state
     before = read_checkpoint(found(folder / "from-one")[0])

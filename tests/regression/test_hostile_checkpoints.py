@@ -27,10 +27,10 @@ from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.checkpoint.checkpoints import Left, last_checkpoint
 from gapbeam.solver.run.checkpoint.kept_model import EXPANSION, sum_of
 from gapbeam.solver.run.checkpoint.resume import find_left
+from gapbeam.solver.run.checkpoint.same_model import keys_of
 from gapbeam.solver.run.checkpoint.state_checks import NODES, POINTS
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.results_folder import check_folder
-from gapbeam.solver.run.run_consumers import steps_between
 from tests.shared.command import DEMO, RATTLE, alone
 from tests.shared.interrupted import stopped_after
 
@@ -60,7 +60,7 @@ class Stopped:
 
     def last(self, folder: Path) -> Left | None:
         """Return where the run in a folder was left."""
-        return last_checkpoint(folder, self.case, self.model, MPI.COMM_SELF, steps_between(self.case, self.model.step))
+        return last_checkpoint(folder, self.case, self.model, MPI.COMM_SELF, keys_of(self.model.case))
 
 
 @pytest.fixture(scope="module")

@@ -296,6 +296,20 @@ class Model:
         """Frequencies at which all loads repeat, Hz, ascending; none where a load never does."""
         return forcing_frequencies(self.case.load)
 
+    @property
+    def settled_case(self) -> Case:
+        """The case with the computed contact stiffness written into it."""
+        contact = self.case.contact
+        chosen = next((one.value for one in self.defaults if one.key == "contact.stiffness"), None)
+        if contact.stiffness != "auto" or chosen is None or not contact.formulation.follows_the_law:
+            return self.case
+        return self.case.model_copy(update={"contact": contact.model_copy(update={"stiffness": chosen})})
+
+    def with_step(self, step: float) -> Model:
+        """Return the model with another time step, s."""
+        time = self.case.time.model_copy(update={"step": step})
+        return replace(self, case=self.case.model_copy(update={"time": time}))
+
     @cached_property
     def bodies(self) -> tuple[BodyMotion, ...]:
         """The motions of support bodies, in the order of their DOFs, the last ones."""

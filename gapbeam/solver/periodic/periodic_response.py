@@ -94,7 +94,7 @@ def with_whole_steps(model: Model) -> tuple[Model, int]:
     """
     period = 1.0 / model.forcing[0]
     count = 2 * max(1, ceil(0.5 * period / model.step - WHOLE))
-    return _timed(model, step=period / count), count
+    return model.with_step(period / count), count
 
 
 def steady(model: Model, analysis: Periodic) -> SteadyModel:
@@ -105,7 +105,7 @@ def steady(model: Model, analysis: Periodic) -> SteadyModel:
     Collective.
     """
     model, count = with_whole_steps(model)
-    case = frozen(model)
+    case = model.settled_case
     loads = tuple(load.at_full_amplitude() for load in case.load)
     period = analysis.periods / forcing_frequencies(case.load)[0]
     timed = case.time.model_copy(update={"end": period})
@@ -113,17 +113,6 @@ def steady(model: Model, analysis: Periodic) -> SteadyModel:
     made = model_of(case, model.body)
     made = replace(made, defaults=model.defaults)
     return SteadyModel(made.case, made, analysis.periods, analysis.periods * count)
-
-
-def frozen(model: Model) -> Case:
-    """Return the case of a model with the computed contact stiffness written into it."""
-    case = model.case
-    if case.contact.stiffness != "auto":
-        return case
-    chosen = next((default.value for default in model.defaults if default.key == "contact.stiffness"), None)
-    if chosen is None or not case.contact.formulation.follows_the_law:
-        return case
-    return case.model_copy(update={"contact": case.contact.model_copy(update={"stiffness": chosen})})
 
 
 def varied(start: SteadyModel, key: str, value: float) -> SteadyModel:
@@ -152,14 +141,6 @@ def varied(start: SteadyModel, key: str, value: float) -> SteadyModel:
     timed = case.time.model_copy(update={"end": period, "step": period / start.steps})
     case = case.model_copy(update={"time": timed})
     return replace(start, case=case, model=model_of(case, start.model.body))
-
-
-def _timed(model: Model, step: float) -> Model:
-    """Return a model with another step. Collective."""
-    if step == model.step:
-        return model
-    case = model.case.model_copy(update={"time": model.case.time.model_copy(update={"step": step})})
-    return replace(model, case=case)
 
 
 HARMONICS_REPORTED = 5

@@ -26,7 +26,7 @@ from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
-from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, remove_unasked
+from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, remove_unasked, steps_between
 from gapbeam.solver.run.checkpoint.resume import find_left, left_state, refuse_to_resume
 from gapbeam.solver.run.interruption import Interruption, Signals, Wish
 from gapbeam.solver.run.outcome import Outcome
@@ -43,7 +43,7 @@ from gapbeam.solver.run.output.results_folder import (
     write_summary,
 )
 from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
-from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
+from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.run.stop_rule import StopRule, refuse_not_met, statistics_words
 from gapbeam.solver.run.verdict import describe_march, judge_curve, judge_run, remarks_on_model
 from gapbeam.solver.schema.record_table import CASE_FILE, SUMMARY_FILE

@@ -27,7 +27,7 @@ from gapbeam.solver.messages.errors import AssumptionBroken, Interrupted, NotWri
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
-from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, kept_steps
+from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, kept_steps, steps_between
 from gapbeam.solver.run.interruption import GivenUp, Interruption, Wish
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.hdf5_files import AT_ONCE
@@ -43,14 +43,6 @@ if TYPE_CHECKING:
     pass
 
 LEAST_BLOCKS = 32  # of a run with many fields: an assumption that is broken beyond all sense ends it after a few
-
-
-def steps_between(case: Case, step: float) -> dict[str, int]:
-    """Return the steps, s, between records, and between fields, by the keys of [output]."""
-    return {
-        "history_interval": round((case.output.history_interval or step) / step),
-        "fields_interval": max(1, round((case.output.fields_interval or case.time.end / 100.0) / step)),
-    }
 
 
 class RunConsumers:

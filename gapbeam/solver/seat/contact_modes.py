@@ -23,6 +23,7 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.elasticity import mass_of
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.time_step import compared_depth
 from gapbeam.solver.seat.escape import RigidMotions
@@ -282,7 +283,7 @@ def _modes(
         motions = tuple(sections.motion(shape) for shape in shapes.T)
         found = sum(motion.kind == "bending" for motion in motions)
         if found >= most or (found >= least and len(frequencies) < wanted):
-            kept = _of_basis(model, frequencies, motions, least)
+            kept = _of_basis(model.body, frequencies, motions, least)
             break
         if len(frequencies) < wanted:
             raise UserError(
@@ -304,13 +305,13 @@ def _modes(
     )
 
 
-def _of_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ...], count: int) -> int:
+def _of_basis(body: Body, frequencies: Array, motions: tuple[SectionMotion, ...], count: int) -> int:
     """Return the number of modes below the highest that a reduced basis was made of; all for other models.
 
     Raises:
         UserError: Not all of the bending modes wanted do.
     """
-    basis = model.body.basis
+    basis = body.basis
     if basis is None:
         return len(frequencies)
     bending = [number for number, motion in enumerate(motions) if motion.kind == "bending"]
@@ -318,7 +319,7 @@ def _of_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ..
     if highest > basis.highest_mode:
         raise UserError(
             f"{count} bending modes reach to {highest:.4g} Hz, the modes of the reduced basis only to "
-            f"{basis.highest_mode:.4g} Hz; take {model.case.model.more_modes}, or ask for fewer"
+            f"{basis.highest_mode:.4g} Hz; take {body.case.model.more_modes}, or ask for fewer"
         )
     return int(np.count_nonzero(frequencies <= basis.highest_mode))
 

@@ -27,6 +27,7 @@ from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.overrides import unit_of_key
 from gapbeam.solver.case.reading.value_words import flat
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.messages.errors import Interrupted, RunError, UserError
 from gapbeam.solver.models.body import body_key
 from gapbeam.solver.models.model import Model
@@ -308,7 +309,7 @@ class SceneSubject:
 
     @property
     def _span(self) -> tuple[int, float | None]:
-        return whole_steps(self.case.load, self.case.time.end, self.read.step)
+        return whole_steps(forcing_frequencies(self.case.load), self.case.time.end, self.read.step)
 
     def unit_of(self, key: str) -> str:
         """See `Subject`."""

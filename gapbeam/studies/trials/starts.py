@@ -261,15 +261,14 @@ def drawn_phase(loads: Sequence[AnyLoad], step: float, draw: np.random.Generator
     return ceil(rise / step - _WHOLE) + floor(draw.uniform() * period / step)
 
 
-def whole_steps(loads: Sequence[AnyLoad], end: float, step: float) -> tuple[int, float | None]:
+def whole_steps(frequencies: Sequence[float], end: float, step: float) -> tuple[int, float | None]:
     """Return the number of steps of a response, whole forcing periods up to an end, and the forcing frequency, Hz.
 
     Args:
-        loads: Loads that act.
+        frequencies: Frequencies at which the loads repeat, Hz.
         end: s.
         step: s.
     """
-    frequencies = forcing_frequencies(loads)
     if len(frequencies) != 1:
         return round(end / step), None
     periods = floor(end * frequencies[0] + 1e-9)
@@ -278,7 +277,7 @@ def whole_steps(loads: Sequence[AnyLoad], end: float, step: float) -> tuple[int,
 
 def span(model: Model) -> tuple[int, float | None]:
     """Return the steps of a response of a model, and the forcing frequency, as `whole_steps`."""
-    return whole_steps(model.case.load, model.end, model.step)
+    return whole_steps(model.forcing, model.end, model.step)
 
 
 class KeptBody:

@@ -88,6 +88,14 @@ def kept_steps(output: Output, step: float) -> frozenset[int]:
     return frozenset(max(1, round(time / step)) for time in output.keep_states)
 
 
+def steps_between(case: Case, step: float) -> dict[str, int]:
+    """Return the steps, s, between records, and between fields, by the keys of [output]."""
+    return {
+        "history_interval": round((case.output.history_interval or step) / step),
+        "fields_interval": max(1, round((case.output.fields_interval or case.time.end / 100.0) / step)),
+    }
+
+
 def remove_unasked(folder: Path, output: Output, step: float) -> None:
     """Remove the checkpoints of a run in steps, s, that is done, but those that it keeps; on rank 0."""
     if output.keep_checkpoint:
@@ -181,7 +189,7 @@ class Checkpoints:
         LOG.info("checkpoint at t = %.6g s, in %.2g s", paused.state.time, now - started)
 
 
-def last_checkpoint(folder: Path, case: Case, model: Model, comm: MPI.Comm, every: Mapping[str, int]) -> Left | None:
+def last_checkpoint(folder: Path, case: Case, model: Model, comm: MPI.Comm, keys: dict[str, Any]) -> Left | None:
     """Return the state of the last checkpoint in a results folder; None where it has none yet.
 
     Args:
@@ -189,21 +197,20 @@ def last_checkpoint(folder: Path, case: Case, model: Model, comm: MPI.Comm, ever
         case: The case that shall go on, as it was read.
         model: Its model, found anew.
         comm: Its ranks.
-        every: Steps between records and between fields.
+        keys: Values of its case by their dotted keys, of `keys_of`.
 
     Raises:
         UserError: The case differs from the one that was run, or no checkpoint can be read.
 
     Collective.
     """
-    keys = on_rank_zero(comm, lambda: keys_of(model.case))
     paths = on_rank_zero(comm, lambda: found(folder))
     reasons = []
     for path in paths:
         local: list[Contents] = []
         try:
             header = on_rank_zero(comm, partial(checked_header, path, local))
-            _refuse_another_case(path, keys, header, model, every)
+            _refuse_another_case(path, keys, header, model, steps_between(case, model.step))
             contents = local[0] if local else None
             same = model_as_it_was(folder, case, model, header, comm)
             refuse_other_matrices(same.body, model.body, comm)
@@ -278,7 +285,7 @@ def refuse(faults: list[str], what: str) -> None:
         )
 
 
-def refuse_another_case(folder: Path, model: Model, comm: MPI.Comm, free: frozenset[str]) -> None:
+def refuse_another_case(folder: Path, keys: dict[str, Any], comm: MPI.Comm, free: frozenset[str]) -> None:
     """Refuse a results folder whose `case.toml` is another case except for some keys; one without that file passes.
 
     Raises:
@@ -290,6 +297,6 @@ def refuse_another_case(folder: Path, model: Model, comm: MPI.Comm, free: frozen
     def look() -> None:
         path = folder / CASE_FILE
         if path.is_file():
-            refuse(differences(keys_of(model.case), keys_of(read_case(path)), free), f"{path} is another case")
+            refuse(differences(keys, keys_of(read_case(path)), free), f"{path} is another case")
 
     on_rank_zero(comm, look)

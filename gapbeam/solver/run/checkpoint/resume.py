@@ -26,7 +26,6 @@ from gapbeam.solver.run.checkpoint.checkpoints import Left, checked_header, last
 from gapbeam.solver.run.checkpoint.same_model import FREE, differences, earlier_summary, keys_of
 from gapbeam.solver.run.checkpoint.state_checks import DofLayout, layout_of, restored
 from gapbeam.solver.run.output.history_file import refuse_cut
-from gapbeam.solver.run.run_consumers import steps_between
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
@@ -70,13 +69,14 @@ def find_left(folder: Path, case: Case, model: Model, comm: MPI.Comm) -> Left | 
     Collective.
     """
     summary: dict[str, Any] = on_rank_zero(comm, lambda: earlier_summary(folder))
+    keys = on_rank_zero(comm, lambda: keys_of(model.case))
     if summary.get("status") == "completed":
-        refuse_another_case(folder, model, comm, frozenset(FREE - {"time.end"}))
+        refuse_another_case(folder, keys, comm, frozenset(FREE - {"time.end"}))
         on_rank_zero(comm, lambda: refuse_cut(folder))
         return summary
-    left = last_checkpoint(folder, case, model, comm, steps_between(case, model.step))
+    left = last_checkpoint(folder, case, model, comm, keys)
     if left is None:
-        refuse_another_case(folder, model, comm, frozenset(FREE))
+        refuse_another_case(folder, keys, comm, frozenset(FREE))
         LOG.info("%s has no checkpoint: the run starts", folder)
     return left
 

@@ -88,6 +88,7 @@ class SceneRun:
             statistics with intervals.
         shapes: Steps between two shapes of structures with nodes in space, for films; None: 200 over the run, fewer of
             large structures.
+        finer: Function that returns the scene with more modes, and its start: errors include what these change.
         wear: Archard's coefficient, 1/Pa, and the worn area of each contact, m^2: {"coefficient": 1e-14, "area": 1e-5}.
     """
 
@@ -110,6 +111,7 @@ class SceneRun:
     sources: Mapping[str, str] = field(default_factory=dict)
     random_loads: Sequence[Mapping[str, Any]] = ()
     shapes: int | None = None
+    finer: Callable[[], tuple[Scene, SceneState | None]] | None = None
 
     def __post_init__(self) -> None:
         """Give places of figures the names of the records."""

@@ -38,9 +38,10 @@ MESSAGES = (
 
 @dataclass
 class Site:
-    """Structures and points built so far, with their faults."""
+    """Structures and points built so far, with their faults; `finer`: so many times the modes that are asked for."""
 
     case: SceneCase
+    finer: int = 1
     bodies: dict[str, Structure] = field(default_factory=dict)
     models: dict[str, ImportedModel] = field(default_factory=dict)
     extents: dict[str, PlacedBody] = field(default_factory=dict)

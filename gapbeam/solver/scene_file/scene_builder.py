@@ -77,7 +77,7 @@ WAY = 41  # points along the way of one that moves
 
 
 def built_scene(
-    case: SceneCase, source: str, put: Callable[[list[Fault]], list[Fault]]
+    case: SceneCase, source: str, put: Callable[[list[Fault]], list[Fault]], finer: int = 1
 ) -> tuple[Scene, dict[str, FlowSpan]]:
     """Return the scene of a file, and the spans of its [[feedback]] by name.
 
@@ -85,11 +85,12 @@ def built_scene(
         case: Contents of the file.
         source: Its name in messages.
         put: Returns faults with their places in the file.
+        finer: Keep so many times the modes that reduced structures ask for, or all.
 
     Raises:
         CaseError: A structure cannot be read, or parts do not fit: all of it in the message.
     """
-    site = Site(case)
+    site = Site(case, finer)
     for number, table in enumerate(case.structure):
         try:
             _place(site, table)
@@ -246,7 +247,8 @@ def _condensed(site: Site, table: BodyTable) -> Structure:
     """
     one = site.bodies[table.name]
     if table.reduce is not None:
-        one = reduced_at_points(one, table.reduce.modes, [name for name in one.points if not SPREAD.match(name)])
+        modes = table.reduce.modes if site.finer == 1 else min(site.finer * table.reduce.modes, one.size - 1)
+        one = reduced_at_points(one, modes, [name for name in one.points if not SPREAD.match(name)])
     one = _with_masses(site, table, one)
     if table.damping:
         if one.is_large:

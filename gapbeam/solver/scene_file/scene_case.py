@@ -105,7 +105,8 @@ class SceneOutput(Table):
         default=None, description="wall time after which a run writes a checkpoint and stops, s; default none"
     )
     errors: Literal["companions", "none"] = Field(
-        default="companions", description="error estimate of a finished run, by a march with half its step; or none"
+        default="companions",
+        description="error estimate of a finished run, by half its step and twice the modes of `reduce`; or none",
     )
 
 

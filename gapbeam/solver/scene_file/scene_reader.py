@@ -14,6 +14,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from functools import partial
 from math import ceil, inf, pi, sqrt
 from pathlib import Path
 from typing import Any
@@ -134,6 +135,7 @@ class ReadScene:
         spans: Lengths of tubes in a flow, by name of the [[feedback]].
         name: Name of the file, without folder and suffix.
         reason: Reason for its step, where that is computed; empty: the file gives it.
+        finer: Function that reads the file with twice the modes; None: no structure is reduced.
     """
 
     case: SceneCase
@@ -141,6 +143,7 @@ class ReadScene:
     spans: Mapping[str, FlowSpan]
     name: str
     reason: str = ""
+    finer: Callable[[], ReadScene] | None = None
 
     @property
     def step(self) -> float:
@@ -167,7 +170,14 @@ class ReadScene:
             "wall_time": self.case.output.wall_time,
             "errors": self.case.output.errors != "none",
             "wear": None if self.case.wear is None else self.case.wear.model_dump(exclude={"depth_limit"}),
+            "finer": None if self.finer is None else self._with_more_modes,
         }
+
+    def _with_more_modes(self) -> tuple[Scene, SceneState]:
+        """Return the scene with more modes, and its start."""
+        assert self.finer is not None
+        other = self.finer()
+        return other.scene, other.start()
 
     @property
     def sources(self) -> list[tuple[str, str, str]]:
@@ -233,16 +243,19 @@ class SceneFile:
             (unit for one in (*places, f"contact.law.{value}") if (unit := unit_of_key(one, tables, SceneCase))), ""
         )
 
-    def read(self) -> ReadScene:
+    def read(self, finer: int = 1) -> ReadScene:
         """Return the file with its scene.
+
+        Args:
+            finer: Keep so many times the modes that reduced structures ask for, or all.
 
         Raises:
             CaseError: A structure cannot be read, parts do not fit, or a path is of no value of the scene.
         """
         path = self.places.path
-        for question in unit_questions(self.case):
+        for question in unit_questions(self.case) if finer == 1 else ():
             LOG.warning("%s", question)
-        scene, spans = built_scene(self.case, str(path), self.places.put_in_order)
+        scene, spans = built_scene(self.case, str(path), self.places.put_in_order, finer)
         faults = list[Fault]()
         for key, value in self.changes.items():
             try:
@@ -260,7 +273,8 @@ class SceneFile:
             raise CaseError(str(path), self.places.put_in_order(faults))
         case = self.case.model_copy(update={"figure": type(self.case.figure)(figures)})
         case, reason = with_step(case, scene, str(path), self.places.put_in_order)
-        return ReadScene(case, scene, spans, path.stem, reason)
+        more = partial(self.read, 2) if any(one.reduce is not None for one in case.structure) else None
+        return ReadScene(case, scene, spans, path.stem, reason, more)
 
 
 def read_scene(source: SceneSource, overrides: Overrides = ()) -> ReadScene:

@@ -1,8 +1,9 @@
 """The error estimate of a run of a scene: from its records and the same scene at half the step into its summary.
 
-With f of the run, H of half its step and K of twice the stiffness of its penalty contacts,
+With f of the run, H of half its step, K of twice the stiffness of its penalty contacts and M of twice the modes of
+reduced structures,
 
-    E = max(F |f - H|, share of unresolved contacts) + 3.4 |f - K| + what records miss of ranges.
+    E = max(F |f - H|, share of unresolved contacts) + 3.4 |f - K| + 2 |f - M| + what records miss of ranges.
 
 The midpoint rule is of second order, where 4/3 |f - H| would do; where contacts close and open within steps it is of
 first order, and F = 2 its error. Other schemes and impulses are of first order at each contact, Euler's rule
@@ -18,7 +19,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -27,7 +28,7 @@ import numpy as np
 from gapbeam.postprocess.results.results import records_in
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.assumption import HOLDS
-from gapbeam.solver.messages.errors import Interrupted, RunError, in_one_line
+from gapbeam.solver.messages.errors import Interrupted, RunError, UserError, in_one_line
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
@@ -35,12 +36,13 @@ from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun, smoothing_of
 from gapbeam.solver.run.scene_summary import DIGITS
+from gapbeam.solver.scene.argument_checks import shown
 from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_march import steps_to
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table, words_beyond
-from gapbeam.studies.error_estimate.companions import HALF_STEP, STIFFER
+from gapbeam.studies.error_estimate.companions import HALF_STEP, MORE_MODES, STIFFER
 from gapbeam.studies.error_estimate.figure_errors import (
     FACTORS,
     FigureError,
@@ -114,18 +116,31 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
         return none(f"there are {counted(len(run.times), 'record')}, and {FEWEST_RECORDS} are the fewest")
     motions, failed = dict[str, MotionRecord](), dict[str, str]()
     stiff = asked.stiffer()
-    companions = {HALF_STEP: replace(asked, step=0.5 * asked.step, every=2 * asked.every)}
-    companions |= {} if stiff is None else {STIFFER: replace(asked, scene=stiff)}
+    companions: dict[str, Callable[[], SceneRun]] = {
+        HALF_STEP: lambda: replace(asked, step=0.5 * asked.step, every=2 * asked.every)
+    }
+    if stiff is not None:
+        companions[STIFFER] = lambda: replace(asked, scene=stiff)
+    if asked.finer is not None:
+        companions[MORE_MODES] = lambda: _finer(asked)
     for name, companion in companions.items():
         try:
-            motions[name] = marched(companion, signals).first(len(run.times))
+            motions[name] = marched(companion(), signals).first(len(run.times))
         except Interrupted:
             raise
-        except RunError as error:
+        except (RunError, UserError) as error:
             failed[name] = in_one_line(str(error))
     if HALF_STEP not in motions:
         return none(f"{HALF_STEP}: {failed[HALF_STEP]}")
     return _errors(asked, run, motions, failed, begin, outcome.summary)
+
+
+def _finer(asked: SceneRun) -> SceneRun:
+    """Return the run with more modes."""
+    found = asked.finer() if asked.finer else None
+    if not isinstance(found, tuple) or len(found) != 2 or not isinstance(found[0], Scene):
+        raise UserError(f"finer: found {shown(found)}, expected a scene and its start")
+    return replace(asked, scene=found[0], start=found[1])
 
 
 def marched(asked: SceneRun, signals: Signals) -> MotionRecord:

@@ -249,13 +249,13 @@ class SceneSubject:
         loads = tuple(load.with_other_noise(number) for load in self.case.load)
         case = self.case.model_copy(update={"load": loads})
         other = SceneSubject(replace(self.file, case=case))
-        other.read = replace(self.read, case=case, scene=with_noise(self.scene, loads))
+        other.read = replace(self.read, case=case, scene=with_noise(self.scene, loads), finer=None)
         return other
 
     def in_scene(self, scene: Scene) -> SceneSubject:
         """Return the subject with another scene of the same structures."""
         other = SceneSubject(self.file)
-        other.read = replace(self.read, scene=scene)
+        other.read = replace(self.read, scene=scene, finer=None)
         return other
 
     @property

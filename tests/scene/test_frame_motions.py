@@ -112,3 +112,47 @@ def test_a_base_motion_that_moves_one_of_two_structures_is_no_mistake(tmp_path: 
     given["structure"][0]["place"], given["structure"][1]["place"] = {}, {"across": [0.0, 1.0, 0.0]}
     outcome = gb.run(given, output=tmp_path / "run")
     assert not [one for one in outcome.summary["warnings"] if "moves nothing" in one]
+
+
+WAYS = {  # axis and across of a mass of two motions: along across, and along across x axis
+    "y z": ([-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+    "z y": ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+    "x -y": ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0]),
+    "z x": ([0.0, -1.0, 0.0], [0.0, 0.0, 1.0]),
+    "y -z": ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+}
+
+
+@pytest.mark.parametrize("ways", WAYS)
+def test_components_in_space_are_the_motions_that_they_name(ways: str, tmp_path: Path) -> None:
+    """Letters of directions that motions do not have are refused; numbers are those of the motions, on springs."""
+    axis, across = WAYS[ways]
+    given = masses(2)
+    del given["structure"][1]
+    given["structure"][0]["place"] = {"axis": axis, "across": across}
+    forces = (2.0, 3.0)
+    given["load"] = [{"type": "constant_force", "name": f"f{k}", "point": "tower.at", "amplitude": forces[k],
+                      "direction": np.eye(2)[k].tolist()} for k in range(2)]  # fmt: skip
+    given["start"] = {"state": "seat"}
+    names = {"y": 0, "z": 1, "1": 0, "2": 1}
+    for name, motion in names.items():
+        given["figure"] = [{"name": "moved", "quantity": "displacement", "place": "tower.at", "component": name}]
+        if name in "yz" and ways.split()[motion] != name:
+            with pytest.raises(gb.CaseError, match="component") as refused:
+                gb.run(given, output=tmp_path / name)
+            assert "1, 2" in str(refused.value)
+            continue
+        outcome = gb.run(given, output=tmp_path / name)
+        assert outcome.summary["figures"]["moved"]["value"] == pytest.approx(forces[motion] / 1e3, rel=1e-9)
+
+
+def test_full_names_of_motions_are_places_of_figures(tmp_path: Path) -> None:
+    """In a file with one structure of three motions, "tower.at 2" is "at 2"."""
+    given = masses(3)
+    del given["structure"][1]
+    given["load"] = [{"type": "constant_force", "point": "tower.at", "direction": [0, 1, 0], "amplitude": 4.0}]
+    given["start"] = {"state": "seat"}
+    for place in ("at 2", "tower.at 2"):
+        given["figure"] = [{"name": "moved", "quantity": "displacement", "place": place}]
+        outcome = gb.run(given, output=tmp_path / place.replace(" ", "-"))
+        assert outcome.summary["figures"]["moved"]["value"] == pytest.approx(4e-3, rel=1e-9)

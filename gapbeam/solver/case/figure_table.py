@@ -147,6 +147,8 @@ SUMS = ("contact_force", "contact_area", "impulse", "active_points", "sliding_wo
 PLACED = ("probe", "moved_probe", "turned_probe", "gauge", "face", "worn_face", "joint", "load", "moving",
           "support_body")  # fmt: skip
 """Dimensions along which records have a place; others are components."""
+NUMBERS = ("1", "2")
+"""Components by the numbers of the motions of a point of a structure."""
 OF_FACES = ("face", "worn_face")
 Statistic = Literal[
     "value", "maximum", "minimum", "peak-to-peak", "mean", "rms", "quantile", "share", "probability", "time-of-maximum",
@@ -187,7 +189,8 @@ class Figure(Table):
         default=None,
         min_length=1,
         max_length=40,
-        description="component, such as x, y or z; default the last one, of a motion the bending direction",
+        description="component, such as x, y or z, or number of a motion of a [[point]]; default the last one, of a "
+        "motion the bending direction",
     )
     magnitude: Switch = Field(default=False, description="take the absolute value of the quantity first")
     statistic: Statistic = Field(
@@ -259,6 +262,8 @@ class Figure(Table):
                 found = self._at_place(found, names, dim)
                 continue
             wanted = names[-1] if self.component is None and names else self.component
+            if wanted in NUMBERS[: len(names)]:
+                wanted = names[NUMBERS.index(wanted)]
             if wanted not in names:
                 self._refuse("component", wanted, names)
             found = found[:, names.index(str(wanted))]
@@ -384,7 +389,8 @@ def figure_faults(figures: Mapping[int, Figure], places: Mapping[str, Sequence[s
 
     Args:
         figures: Figures by number.
-        places: Names along dimensions, "component" too; "support" has whole supports, "struck" places of impulses.
+        places: Names along dimensions, "component" too; "component of PLACE" are those of one place, "support" has
+            whole supports, "struck" places of impulses.
             Others are not checked.
         end: End of the run, s.
     """
@@ -399,10 +405,11 @@ def figure_faults(figures: Mapping[int, Figure], places: Mapping[str, Sequence[s
         yield from _place_faults(one, key, places)
         if one.component is not None:
             dims = [dim for dim in RECORDED[one.quantity].dims[1:] if dim not in PLACED]
-            known = places.get(dims[0], ()) if dims else ()
+            known = places.get(f"component of {one.place}", places.get(dims[0], ())) if dims else ()
             if one.component not in known and (known or not dims):
                 expected = f"one of {', '.join(known)}" if dims else f"no component: {one.quantity} has none"
-                yield Fault((*key, "component"), f'"{one.component}"', expected)
+                hint = f'component = "{NUMBERS[0]}" is the first motion of the point' if NUMBERS[0] in known else ""
+                yield Fault((*key, "component"), f'"{one.component}"', expected, hint)
         if one.quantity in STEPWISE and one.place in places.get("struck", ()) and not one.is_stepless:
             yield Fault((*key, "quantity"), f'"{one.quantity}" of {one.place}, which impulses strike: it follows the '
                         "step", 'statistic = "mean", or impulse, velocity and displacement',

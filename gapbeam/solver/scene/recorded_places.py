@@ -8,10 +8,12 @@ from math import log2
 
 import numpy as np
 
-from gapbeam.solver.case.figure_table import Figure
+from gapbeam.solver.case.figure_table import NUMBERS, Figure
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import Load
+from gapbeam.solver.scene.structure import StructurePoint
+from gapbeam.solver.scene.structure_geometry import ALONG
 from gapbeam.solver.scene.surface_stress import TENSOR
 from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
@@ -63,12 +65,37 @@ def places_of_figures(scene: Scene) -> dict[str, tuple[str, ...]]:
     """Return the places that figures of one's own may have, by kind; impulses strike those of "struck"."""
     return {"probe": scene.probe_names, "face": scene.contact_names, "turned_probe": (),
             "gauge": tuple(gauges_of(scene)), "component": components_of(scene),
-            "struck": struck_places(scene)}  # fmt: skip
+            "struck": struck_places(scene),
+            **{f"component of {name}": _components_at(scene, name) for name in scene.probe_names}}  # fmt: skip
+
+
+def motions_of(point: StructurePoint) -> Array | None:
+    """Return the directions of the motions of a point in space, (motions, 3); None: they are not known."""
+    return point.structure.frame.get(point.name) if point.structure.is_spatial else None
+
+
+def _components_at(scene: Scene, probe: str) -> tuple[str, ...]:
+    """Return the components that figures of a point may name: y and z in space only where these are its motions."""
+    names, (name, _, number) = components_of(scene), probe.rpartition(" ")
+    point, first = (scene.point_names[probe], 0) if probe in scene.point_names else (
+        scene.point_names[name], int(number) - 1
+    )  # fmt: skip
+    ways = motions_of(point)
+    along = [ways is None or ways[first + k]["xyz".index(one)] > 1.0 - ALONG for k, one in enumerate(names)]
+    return (*(one for one, same in zip(names, along, strict=True) if same), *NUMBERS[: len(names)])
 
 
 def as_recorded(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, ...]:
     """Return figures whose places "structure.point" have the names that records give them."""
-    return tuple(one.model_copy(update={"place": scene.short_name(one.place)}) if one.place else one for one in figures)
+    numbered = {
+        f"{one.structure.name}.{one.name} {number}": f"{short} {number}"
+        for short, one in scene.point_names.items()
+        for number in range(1, len(one.rows) + 1)
+    }
+    return tuple(
+        one.model_copy(update={"place": numbered.get(one.place, scene.short_name(one.place))}) if one.place else one
+        for one in figures
+    )
 
 
 def units_of_values(scene: Scene, paths: Iterable[str]) -> dict[str, str]:

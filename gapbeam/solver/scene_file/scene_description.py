@@ -24,10 +24,10 @@ from gapbeam.solver.scene.flow_margin import (
     leading,
 )
 from gapbeam.solver.scene.lagged_force import CoefficientFit
-from gapbeam.solver.scene.recorded_places import turning_places
+from gapbeam.solver.scene.recorded_places import motions_of, turning_places
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
-from gapbeam.solver.scene.structure import Structure
+from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene_file.feedback_tables import ConnorsCheck, Controller
 from gapbeam.solver.scene_file.scene_reader import ReadScene
 from gapbeam.solver.schema.record_table import unit_where
@@ -190,7 +190,7 @@ def describe_scene(read: ReadScene) -> SceneDescription:
             "structures": tuple(_body(one) for one in scene.structures)
             + tuple((name, what, f"source: {source}") for name, what, source in read.sources),
             "points": tuple(
-                (f"{one.name}.{name}", counted(len(point.rows), "motion"), "stress" if name in one.gauges else "")
+                (f"{one.name}.{name}", counted(len(point.rows), "motion"), _of_point(point))
                 for one in scene.structures
                 for name, point in one.points.items()
             ),
@@ -213,6 +213,15 @@ def describe_scene(read: ReadScene) -> SceneDescription:
         },
         seated,
     )
+
+
+def _of_point(point: StructurePoint) -> str:
+    """Return the directions of the motions of a point in space, and whether its stress is recorded."""
+    ways = motions_of(point)
+    along = [] if ways is None or not np.all(np.any(ways, axis=1)) else [
+        f"{number} along ({', '.join(f'{x:.3g}' for x in way + 0.0)})" for number, way in enumerate(ways, 1)
+    ]  # fmt: skip
+    return ", ".join(along + ["stress"] * (point.name in point.structure.gauges))
 
 
 def _body(structure: Structure) -> Row:

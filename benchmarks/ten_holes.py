@@ -57,11 +57,8 @@ class Orbits:
 
     def run(self, steps: int) -> float:
         """Return the processor time of a step with everything that a run keeps of its steps but files, us."""
-        accounts, recorder, began = (
-            self.opened(),
-            Recorder(self.simulation.case, self.simulation.model),
-            time.process_time(),
-        )
+        recorder = Recorder(self.simulation.case, self.simulation.model)
+        accounts, began = self.opened(), time.process_time()
         recorder.row(self.start, accounts)
         plan = replace(self.loop.plan, steps=steps)
         for _ in marched(plan, self.start, accounts, recorder, Wanted(EVERY), MPI.COMM_SELF):

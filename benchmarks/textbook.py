@@ -203,7 +203,7 @@ def seated(case: Case, comm: MPI.Comm = MPI.COMM_SELF) -> Seated:
     clock = time.perf_counter()
     seat = simulation.seat()
     spent = {"seat": time.perf_counter() - clock}
-    return Seated(model, plan, seat.state, model.seconds | spent | simulation.factor())
+    return Seated(model, plan, seat.state, model.body.seconds | spent | simulation.factor())
 
 
 def marched(start: Seated, steps: int, keep: bool = False) -> Marched:

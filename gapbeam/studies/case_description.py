@@ -112,8 +112,9 @@ def describe_case(case: Case, comm: MPI.Comm) -> CaseDescription:
             *_cost_rows(prediction),
         ),
     }
-    ended = [f"the run ends at its start: {prediction.ended}"] if prediction.ended else []
-    return CaseDescription(case.title, sections, (*ended, *_warnings(case, model)), prediction)
+    doubts = [f"the run ends at its start: {prediction.ended}"] if prediction.ended else []
+    doubts += [*warnings(case), *accepted_energy_creators(model), *remarks_on_model(case, model)]
+    return CaseDescription(case.title, sections, (*doubts, *_restraint_warnings(case)), prediction)
 
 
 def _cost_rows(cost: Prediction) -> list[Row]:
@@ -258,11 +259,6 @@ def _adaptive_rows(case: Case, model: Model) -> list[Row]:
     wanted = RESOLVING_SHARE * model.contact_duration
     words = f"an impact asks for {wanted:.2g} s" + (", which is out of reach" if shortest > wanted else "")
     return [("adaptive steps", f"down to {shortest:.2g} s", f"time.max_halvings = {case.time.max_halvings}; {words}")]
-
-
-def _warnings(case: Case, model: Model) -> list[str]:
-    parts = (warnings(case), accepted_energy_creators(model), remarks_on_model(case, model), _restraint_warnings(case))
-    return [words for part in parts for words in part]
 
 
 def _memory_warnings(case: Case, meshed: MeshedBeam, comm: MPI.Comm) -> list[str]:

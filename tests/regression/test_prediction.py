@@ -138,7 +138,7 @@ def test_large_models_are_scaled_from_coarser_ones(monkeypatch: pytest.MonkeyPat
     ratios = []
     for _ in range(ATTEMPTS):
         scaled = trial_prediction.predict_large(case, model.mesh_dofs, MPI.COMM_SELF)
-        tried = predict(model, sum(model.seconds.values()), MPI.COMM_SELF)
+        tried = predict(model, sum(model.body.seconds.values()), MPI.COMM_SELF)
         assert scaled.steps == tried.steps
         assert 1.0 / FACTOR <= scaled.memory / tried.memory <= FACTOR
         assert "scaled from coarser meshes of" in scaled.basis

@@ -63,12 +63,13 @@ class Simulation:
 
     Attributes:
         model: The model.
+        case: Its case, the time step a number.
         scheme: The time scheme.
         plan: Everything that a march needs but its start; operators are factored when they are first asked for.
     """
 
     def __init__(self, model: Model, scheme: TimeScheme | None = None) -> None:
-        self.model = model
+        self.model, self.case = model, model.case
         self.scheme = model.scheme if scheme is None else scheme
         self.plan: March = march_of_model(model, self.scheme)
 
@@ -78,11 +79,6 @@ class Simulation:
         from gapbeam.solver.models.model import build_model
 
         return cls(build_model(case, comm))
-
-    @property
-    def case(self) -> Case:
-        """The case, its time step a number."""
-        return self.model.case
 
     @property
     def steps(self) -> int:

@@ -39,9 +39,10 @@ def energy_creator(model: Model) -> Fault | None:
         return fault
     stiffest = scheme.contact_range_on(massless).stiffest
     modulus, factor = contact_modulus(case), slope_factor(case)
-    body = modulus / model.facet_length
+    length = model.body.meshed.facet_length
+    body = modulus / length
     share, most = model.support.stiffness_per_area * factor / body, stiffest * body / factor
-    words = f"E = {modulus:.3g} Pa, h = {model.facet_length:.3g} m"
+    words = f"E = {modulus:.3g} Pa, h = {length:.3g} m"
     at_depth = f" at a depth of {compared_depth(case):.2g} m" if factor != 1.0 else ""
     unit = stiffness_unit(case)
     if formulation.follows_the_law:

@@ -225,11 +225,6 @@ class Model:
         return getattr(self.body.operators, "solver", None)
 
     @property
-    def facet_length(self) -> float:
-        """Mean length h of the contact facets along the beam, m."""
-        return self.body.meshed.facet_length
-
-    @property
     def probes(self) -> Mapping[str, ProbeRow]:
         """Rows that evaluate the motion of each probe, by name."""
         return {name: row for name, row in self.body.probes.items() if not name.endswith(TURNED)}
@@ -239,11 +234,6 @@ class Model:
         """Rows whose last component is the rotation of the cross-section of a probe, by the name of the probe."""
         turned = {name: row for name, row in self.body.probes.items() if name.endswith(TURNED)}
         return {name.removesuffix(TURNED): row for name, row in turned.items()}
-
-    @property
-    def seconds(self) -> dict[str, float]:
-        """Wall time of each part of the set-up."""
-        return self.body.seconds
 
     @property
     def mesh_dofs(self) -> int:

@@ -265,7 +265,7 @@ def _opening(case: Case, model: Model) -> dict[str, Any]:
         "smoothing": dict(zip(("window", "reason"), smoothing_window(case), strict=True)),
         "model": summaries.describe_model(case, model),
         "defaults": [vars(default) for default in model.defaults],
-        "wall_time": dict(model.seconds),
+        "wall_time": dict(model.body.seconds),
         "resumed": [],
     }
     for warning in summary["warnings"]:

@@ -9,7 +9,6 @@ from copy import copy
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING
 
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.case.case import Case
@@ -38,9 +37,6 @@ from gapbeam.solver.run.output.wear_file import face_wear, write_wear
 from gapbeam.solver.run.stop_rule import StopRule, statistics_of
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Snapshots, State, Step
-
-if TYPE_CHECKING:
-    pass
 
 LEAST_BLOCKS = 32  # of a run with many fields: an assumption that is broken beyond all sense ends it after a few
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -58,9 +58,6 @@ from gapbeam.solver.run.stop_rule import has_statistics
 from gapbeam.solver.schema.record_table import SLIP_MODES
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator
-
-if TYPE_CHECKING:
-    pass
 
 
 def doubts_of(case: Case, accounts: Accounts) -> Doubts:

@@ -45,29 +45,25 @@ def start_of_case(case: Case, model: Model, seat: State | None, left: State | No
 
     Collective.
     """
-    match case.analysis:
-        case Transient(state=str(folder)) as analysis:
+    begin, analysis = seat, case.analysis
+    match analysis:
+        case Transient(state=str(folder)):
             if left is None:
                 raise UserError(
                     f"[analysis] state = {folder!r} is read by `gapbeam run` alone; expected a start that studies and "
                     'single marches find themselves; try start = "seat" or [analysis.motion]'
                 )
-            return _with_motions(case, analysis, model, _with_bodies(model, left))
-        case Transient(start="undeformed" | "centered") as analysis:
-            return _with_motions(case, analysis, model, _with_bodies(model, undeformed(model.system)))
-        case Transient() as analysis:
-            assert seat is not None
-            return _with_motions(case, analysis, model, _with_bodies(model, seat))
-        case Periodic():
-            assert seat is not None
-            return seat
+            begin = left
+        case Transient(start="undeformed" | "centered"):
+            begin = undeformed(model.system)
+        case Transient() | Periodic():
+            pass
         case _:
-            assert_never(case.analysis)
-
-
-def _with_motions(case: Case, analysis: Transient, model: Model, state: State) -> State:
-    """Return a state plus the motion that an analysis adds. Collective."""
-    length = model.length
+            assert_never(analysis)
+    assert begin is not None
+    if isinstance(analysis, Periodic):
+        return begin
+    state, length = _with_bodies(model, begin), model.length
     places, speeds = list[Array](), list[Array]()
     asked = list[str]()
     if analysis.start == "centered":
@@ -78,8 +74,6 @@ def _with_motions(case: Case, analysis: Transient, model: Model, state: State) -
         speeds += rigid_parts(model.body, analysis.motion.rate(length))
         asked.append("[analysis.motion]")
     if analysis.mode is not None:
-        from gapbeam.solver.seat.start import mode_motion  # finite elements need DOLFINx, marches do not
-
         mode = mode_motion(model, analysis.mode)
         places.append(mode.displacement)
         speeds.append(mode.velocity)

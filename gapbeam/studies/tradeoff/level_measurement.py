@@ -153,7 +153,7 @@ def _measure(job: LevelJob, kept: KeptBody) -> MeasuredLevel:
     found = MeasuredLevel()
     try:
         case = read_case(job.case, job.changes)
-        model = kept.model(case)
+        model, (found.smoothing, _) = kept.model(case), smoothing_window(case)
         clock = time.perf_counter()
         seat = seated(model).state
         found.set_up = kept.seconds + time.perf_counter() - clock
@@ -175,8 +175,7 @@ def _up_to(records: Mapping[str, np.ndarray], end: float, frequency: float) -> d
 
 
 def _march(model: Model, start: State, seconds: float, found: MeasuredLevel) -> TrialResponse:
-    interval = model.case.output.history_interval or model.step
-    interval = max(interval, model.step)
+    interval = max(model.case.output.history_interval or model.step, model.step)
     steps = ceil(seconds / model.step - _SAME)
     response = respond(model, start, steps, interval)
     if response.verdict != "passed":
@@ -194,7 +193,6 @@ def _follow(job: LevelJob, model: Model, seat: State, found: MeasuredLevel) -> N
     if found.verdict != "passed":
         return
     found.frequency, found.labels = frequency, response.labels
-    found.smoothing, _ = smoothing_window(model.case)
     records = {name: response.history[name] for name in ("time", *KEPT)}
     found.records = _up_to(records, followed, frequency)
     if job.span > 0.0:

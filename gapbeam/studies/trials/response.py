@@ -161,9 +161,8 @@ def _march(
     simulation = Simulation(model)
     case, plan = simulation.case, replace(simulation.plan, steps=steps)
     accounts = Accounts.opened(model.system, model.law, start, plan.dt, case.gates, remedy_for(case))
-    recorder = Recorder(
-        case, model, watch_of(case, model) if watched else None, gauges_of(case, model), response.statistics
-    )
+    watch = watch_of(case, model) if watched else None
+    recorder = Recorder(case, model, watch, gauges_of(case, model), response.statistics)
     every = None if interval is None else max(1, round(interval / plan.dt))
     rows = [] if every is None else [recorder.row(start, accounts)]
     try:

@@ -210,7 +210,7 @@ def last_checkpoint(folder: Path, case: Case, model: Model, comm: MPI.Comm, keys
         local: list[Contents] = []
         try:
             header = on_rank_zero(comm, partial(checked_header, path, local))
-            _refuse_another_case(path, keys, header, model, steps_between(case, model.step))
+            _refuse_another_case(path, keys, header, case, model.step)
             contents = local[0] if local else None
             same = model_as_it_was(folder, case, model, header, comm)
             refuse_other_matrices(same.body, model.body, comm)
@@ -256,18 +256,16 @@ def checked_header(path: Path, local: list[Contents]) -> dict[str, Any]:
     return header
 
 
-def _refuse_another_case(
-    path: Path, keys: dict[str, Any], header: dict[str, Any], model: Model, every: Mapping[str, int]
-) -> None:
+def _refuse_another_case(path: Path, keys: dict[str, Any], header: dict[str, Any], case: Case, step: float) -> None:
     faults = differences(keys, header["case"], FREE)
-    for name, steps in every.items():
+    for name, steps in steps_between(case, step).items():
         if header["every"].get(name) != steps and f"output.{name}" not in " ".join(faults):
             faults.append(
                 f"output.{name}: found {steps} steps, expected {header['every'].get(name)}: give it as a number of "
                 "seconds where time.end changes"
             )
-    if header["done"] > round(model.end / model.step):
-        end, reached = apart(model.end, header["time"])
+    if header["done"] > round(case.time.end / step):
+        end, reached = apart(case.time.end, header["time"])
         faults.append(f"time.end: found {end}, expected more than {reached}, the checkpoint")
     refuse(faults, f"{path} is of another case")
 

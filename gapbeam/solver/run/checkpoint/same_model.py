@@ -53,7 +53,7 @@ ROUND_OFF = 1.0e-12  # of lengths and areas that ranks add up in another order
 
 def measures_of(model: Model) -> list[float]:
     """Return the measures behind the law's stiffness: area of the faces, m^2, and length of their facets, m."""
-    return [model.body.contact.support.area, model.facet_length]
+    return [model.body.contact.support.area, model.body.meshed.facet_length]
 
 
 def keep_model(folder: Path, layout: DofLayout) -> None:

@@ -26,7 +26,7 @@ def size_of_results(case: Case, model: Model) -> tuple[float, float]:
     labels, output = Recorder(case, model).labels, case.output
     values = 1 + sum(prod(len(labels[dimension]) for dimension in record.dims[1:]) for record in HISTORY)
     records = model.end / (output.history_interval or model.step)
-    fields = model.end / (output.fields_interval or model.end / 100.0)
+    fields = model.end / output.fields_interval if output.fields_interval else 100.0
     names = (*FIELDS, *(STRESS_FIELDS if output.stress else ()))
     per_node = sum(3 if name in VECTOR_FIELDS else 1 for name in names)
     return VALUE * values * records, VALUE * per_node * model.tagged.vertex_count * fields

@@ -156,7 +156,8 @@ Statistic = Literal[
 ]  # fmt: skip
 EXTRA = {"value": ("time",), "quantile": ("level",), "share": ("limit",), "probability": ("limit", "duration")}
 """Keys that a statistic asks for, and no other takes."""
-STEPWISE = ("contact_force", "friction_force", "acceleration_relative", "acceleration_absolute")
+STEPWISE = ("contact_force", "friction_force", "joint_force", "joint_moment", "acceleration_relative",
+            "acceleration_absolute")  # fmt: skip
 """Quantities that an impulse makes as large as the time step is short; their means and times do not follow it."""
 SCALELESS = ("share", "probability")
 LATE = 1.0e-9  # of the end of the records, by which a time may lie after it

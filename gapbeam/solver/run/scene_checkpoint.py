@@ -82,7 +82,8 @@ class SceneCheckpoint:
         """
         marcher, accounts, records = self.marcher, self.accounts, self.records
         arrays = {name: getattr(marcher, name) for name in MARCHED}
-        arrays |= {"work": marcher.slabs.work, "spent": marcher.slabs.spent, "speed": records.speed}
+        arrays |= {"work": marcher.slabs.work, "spent": marcher.slabs.spent, "speed": records.speed,
+                   "held": records.held}  # fmt: skip
         arrays |= {"frames": self.frames.q, "frame times": self.frames.times}
         arrays |= {f"accounts {name}": getattr(accounts, name) for name in accounts.kept}
         gates, ledger = accounts.gates, dict(vars(accounts.ledger))
@@ -131,6 +132,7 @@ class SceneCheckpoint:
             getattr(marcher, name)[:] = contents.array(name)
         marcher.slabs.work[:], marcher.slabs.spent[:] = contents.array("work"), contents.array("spent")
         marcher.count, marcher.passes = int(header["done"]), int(header["passes"])
+        self.records.held = contents.array("held")
         self.records.speed, self.records.time = contents.array("speed"), float(header["last_record"])
         for name in accounts.kept:
             getattr(accounts, name)[:] = contents.array(f"accounts {name}")

@@ -20,12 +20,13 @@ from gapbeam.solver.diagnostics.energy_ledger import ESTIMATE, ROUND_OFF_SAFETY,
 from gapbeam.solver.diagnostics.statistics.batch_interval import MOST, BlockEnds
 from gapbeam.solver.diagnostics.statistics.run_statistics import RecordStatistics
 from gapbeam.solver.run.clamp_energies import ClampEnergies
+from gapbeam.solver.run.contact_block import ContactBlock, contacts_of
 from gapbeam.solver.scene.feedback import Feedback, outputs_of
 from gapbeam.solver.scene.flow_margin import eigenvalues
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
 from gapbeam.solver.scene.marcher import TOLERANCE, Marcher
+from gapbeam.solver.scene.reaction_rows import ReactionRows
 from gapbeam.solver.scene.recorded_places import components_of, gauges_of, turning_places
-from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import BaseMotion
 from gapbeam.solver.scene.step_kernel import DAMPED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
 from gapbeam.solver.scene.surface_stress import TENSOR, von_mises
@@ -42,66 +43,6 @@ EPS = float(np.finfo(float).eps)
 def promises_balance(scheme: LinearScheme) -> bool:
     """Return whether a scheme keeps the energy balance at any step: the midpoint rule with the mean of the law."""
     return scheme.level == 0.5 and scheme.law == 0.0 and not scheme.is_accelerated
-
-
-@dataclass
-class ContactBlock:
-    """The contacts over a block of steps, (steps, contacts).
-
-    Attributes:
-        depth: Penetration, m.
-        force: Normal force, N.
-        friction: Friction force, N.
-        rubbed: Work of sliding in each step, |F_n| times the motion across the normal, J; 0 at points of one motion.
-        closed: Whether the contact is closed at the end of a step: it penetrates, or has an impulse in the step.
-        approach: Speed of approach before a step, m/s; 0 but for laws of impulses.
-    """
-
-    depth: Array
-    force: Array
-    friction: Array
-    rubbed: Array
-    closed: Array
-    approach: Array
-
-
-def contacts_of(
-    scene: Scene, places: Array, forces: Array, before: Array | None = None, rates: Array | None = None
-) -> ContactBlock:
-    """Return the contacts over steps.
-
-    Args:
-        scene: The scene.
-        places: Places of the contact motions, (steps, motions), m.
-        forces: Contact forces, (steps, motions), N. The normal force is -F . n, and friction what is across it.
-        before: Places before the first step, (motions,); default none: nothing has slid.
-        rates: Velocities before each step, (steps, motions), m/s; default none: all are at rest.
-    """
-    shape = len(places), len(scene.contacts)
-    found = ContactBlock(*(np.zeros(shape) for _ in range(6)))
-    found.closed = np.zeros(shape, dtype=bool)
-    moved = np.diff(places, axis=0, prepend=places[:1] if before is None else before[None])
-    for i, (one, first) in enumerate(zip(scene.contacts, scene.first, strict=False)):
-        mine = slice(first, first + one.region.motions)
-        found.depth[:, i], normals = one.penetration(places[:, first : first + one.motions])
-        found.force[:, i] = -(forces[:, mine] * normals).sum(axis=1) + 0.0
-        found.closed[:, i] = (found.force if one.is_impulsive else found.depth)[:, i] > 0.0
-        if one.is_impulsive and rates is not None:
-            opened = rates[:, mine.stop : first + one.motions].sum(axis=1)
-            found.approach[:, i] = np.maximum((rates[:, mine] * normals).sum(axis=1) - opened, 0.0)
-        if one.region.motions > 1:
-            found.friction[:, i] = _across(forces[:, mine], normals) if one.is_rough else 0.0
-            slid = _across(moved[:, mine], normals)
-            slid[slid <= TOLERANCE * np.abs(found.depth[:, i])] = 0.0  # of a contact that sticks
-            found.rubbed[:, i] = np.maximum(found.force[:, i], 0.0) * slid
-    return found
-
-
-def _across(vectors: Array, normals: Array) -> Array:
-    """Return the sizes of the parts of vectors across normals, (steps,)."""
-    if vectors.shape[1] == 3:
-        return np.asarray(np.linalg.norm(np.cross(vectors, normals), axis=1))
-    return np.asarray(np.abs(vectors[:, 0] * normals[:, 1] - vectors[:, 1] * normals[:, 0]))
 
 
 @dataclass
@@ -335,7 +276,7 @@ class SceneRecords:
         scene = marcher.scene
         self.scene, self.every, self.h = scene, every, marcher.h
         self.width, self.probes = scene.probe_width, scene.probe_names
-        self.frame, self.gauges = self._frame(), tuple(gauges_of(scene))
+        self.frame, self.gauges, self.reactions = self._frame(), tuple(gauges_of(scene)), ReactionRows(scene)
         rough = any(one.is_rough for one in scene.contacts)
         named = [(one.name, [some]) for one, some in self._forces() if one.name]
         joints = [some for one, some in self._forces() if not one.name]
@@ -346,6 +287,9 @@ class SceneRecords:
             "probe": self.probes,
             "component": components_of(scene),
             "gauge": self.gauges,
+            "joint": self.reactions.names,
+            "translation": self.reactions.axes,
+            "turn": self.reactions.axes,
             "face": scene.contact_names,
             "tangent": ("across",) if rough else (),
             "worn_face": scene.contact_names if any(one.region.motions > 1 for one in scene.contacts) else (),
@@ -356,6 +300,7 @@ class SceneRecords:
         self.variables = {record.name for record in HISTORY} - unknown
         self.time = marcher.t
         self.seen = scene.watched + TENSOR * len(self.gauges)
+        self.held = np.array([self.reactions.rows @ one[:, 0] for one in (marcher.q, marcher.v)])
         self.speed: Array = marcher.linear.watch[: scene.watched] @ marcher.v[:, 0]
 
     def _forces(self) -> Iterator[tuple[Feedback, slice]]:
@@ -413,7 +358,8 @@ class SceneRecords:
         energies = EnergyBlock(kinetic, strain, contact, none, none, none, work, fed, none, none, none, none, none)
         sums: Rows = {name: np.zeros((1, len(self.scene.contacts))) for name in SUMS}
         seen = (marcher.linear.watch[: self.seen] @ marcher.q).T
-        return self._rows(np.array([marcher.t]), seen, self.speed[None], contacts, energies, sums)
+        held = self.reactions.forces(np.array([marcher.t]), self.held[:1], np.zeros_like(self.held[:1]))
+        return self._rows(np.array([marcher.t]), seen, self.speed[None], contacts, energies, sums, held)
 
     def rows(
         self, count: int, times: Array, kept: StepRecords, contacts: ContactBlock, energies: EnergyBlock,
@@ -430,6 +376,11 @@ class SceneRecords:
             sums: As `SceneAccounts.take` returns them.
             last: Whether the last step of the block is recorded whatever its number.
         """
+        at = slice(self.seen, self.seen + len(self.reactions.rows))
+        whole = [
+            np.vstack([one, part[:, at, 0]]) for one, part in zip(self.held, (kept.seen, kept.speeds), strict=True)
+        ]
+        self.held = np.array([one[-1] for one in whole])
         numbers = count + 1 + np.arange(len(times))
         chosen = numbers % self.every == 0
         if last and len(chosen):
@@ -443,11 +394,12 @@ class SceneRecords:
 
         picked = {name: values[chosen] for name, values in sums.items()}
         seen, speeds = kept.seen[chosen, : self.seen, 0], kept.speeds[chosen, : self.scene.watched, 0]
-        return self._rows(times[chosen], seen, speeds, some(contacts), some(energies), picked)
+        held = self.reactions.over_steps(times, self.h, *whole)[chosen]
+        return self._rows(times[chosen], seen, speeds, some(contacts), some(energies), picked, held)
 
     def _rows(
         self, times: Array, seen: Array, speeds: Array, contacts: ContactBlock, energies: EnergyBlock,
-        sums: dict[str, Array],
+        sums: dict[str, Array], held: Array,
     ) -> Rows:  # fmt: skip
         shape = len(times), len(self.probes), self.width
         found: Rows = {
@@ -476,6 +428,8 @@ class SceneRecords:
         if self.gauges:
             stress = seen[:, self.scene.watched :].reshape(len(times), -1, TENSOR)
             found |= {"axial_stress": stress[:, :, 0], "von_mises_stress": von_mises(stress)}
+        if self.reactions.names:
+            found |= {"joint_force": held[:, :, :3], "joint_moment": held[:, :, 3:]}
         self.time = float(times[-1])
         return found
 

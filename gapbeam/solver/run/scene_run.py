@@ -27,6 +27,7 @@ from gapbeam.solver.diagnostics.statistics.run_statistics import in_words
 from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.clamp_energies import ClampEnergies
+from gapbeam.solver.run.contact_block import contacts_of
 from gapbeam.solver.run.interruption import Signals, Wish
 from gapbeam.solver.run.outcome import Outcome, wear_words
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
@@ -35,13 +36,7 @@ from gapbeam.solver.run.output.progress import log_file
 from gapbeam.solver.run.output.results_folder import check_folder, clear, locked, prepare_folder, write_summary
 from gapbeam.solver.run.output.shape_file import ShapeFrames, write_shapes
 from gapbeam.solver.run.scene_checkpoint import SceneCheckpoint, fingerprint, refuse_other
-from gapbeam.solver.run.scene_records import (
-    Rows,
-    SceneAccounts,
-    SceneRecords,
-    contacts_of,
-    promises_balance,
-)
+from gapbeam.solver.run.scene_records import Rows, SceneAccounts, SceneRecords, promises_balance
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of, wear_of
 from gapbeam.solver.scene.argument_checks import check_fields, positive
 from gapbeam.solver.scene.feedback import Joint
@@ -49,6 +44,7 @@ from gapbeam.solver.scene.flow_force import Flow
 from gapbeam.solver.scene.flow_margin import UNDECIDED, eigenvalues
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, StepRecords
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
+from gapbeam.solver.scene.reaction_rows import ReactionRows
 from gapbeam.solver.scene.recorded_places import as_recorded, gauges_of, places_of_figures
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
@@ -159,8 +155,9 @@ class SceneRun:
         self.stiffer()
 
     def marcher(self) -> Marcher:
-        """Return the marcher of the run, which also records stresses, and what energies beside moving clamps take."""
-        watch = [*gauges_of(self.scene).values(), ClampEnergies(self.scene, self.scheme).rows]
+        """Return the marcher of the run, which also records stresses, reactions, and what moving clamps take."""
+        reactions, clamps = ReactionRows(self.scene).rows, ClampEnergies(self.scene, self.scheme).rows
+        watch = [*gauges_of(self.scene).values(), reactions, clamps]
         return marcher_of(self.scene, self.step, self.start, self.scheme, np.vstack(watch))
 
     def stiffer(self) -> Scene | None:

@@ -27,15 +27,16 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
 from gapbeam.solver.scene.argument_checks import ArgumentError, check_section, checked, finite, positive, shown
 from gapbeam.solver.scene.beam_structure import driven_rows, element_count, refuse_buckling, section_table
+from gapbeam.solver.scene.frame_hinges import MOTIONS, hinges_of, tie_of
 from gapbeam.solver.scene.frame_route import SAME, FrameAxes, FrameRoute, RoutePart, Station
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.scene.structure_geometry import ALONG, StructureGeometry, directions_across
+from gapbeam.solver.scene.support_force import support_force
 from gapbeam.solver.scene.surface_stress import end_forces, gauge_rows, mean_of_sides, surface_rows
 from gapbeam.solver.system.operators import Array
 
 ANGLE = pi / 16.0
 """Largest angle of a bend that an element spans."""
-MOTIONS = 6
 STRONG, WEAK = [2, 4, 8, 10], [1, 5, 7, 11]  # u_z, r_y and u_y, r_z of both ends
 AXIAL, TWIST = [0, 6], [3, 9]
 
@@ -153,6 +154,7 @@ def frame(
     name: str = "",
     driven: Mapping[str, Station] = MappingProxyType({}),
     gauges: Sequence[str] = (),
+    reactions: Mapping[str, Station] = MappingProxyType({}),
 ) -> Structure:
     """Return a frame in space: beams that bend both ways and carry twist and tension along a route and its branches.
 
@@ -179,11 +181,13 @@ def frame(
         driven: Places of supports that move along x, y and z by name; see `beam`.
         gauges: Points whose stress is recorded: at the surface on the side of each of their directions, of round
             sections, without what ovalization adds in elbows.
+        reactions: Places of supports whose force and moment are recorded, by name. `Structure.reduced` drops them where
+            it leaves out modes.
 
     Raises:
         UserError: A route is none, a place is off the route, a direction is none, a branch meets no other member, all
             members at a joint are hinged, a preload is not of a straight member or supports let it tilt,
-            compression buckles it, or a stress is not known.
+            compression buckles it, a stress is not known, or a reaction is of a place that nothing holds.
     """
     where = f"frame {name or '?'}"
     members = (Member(route, section, material, bends, flexibility, up, (), added_mass, tension), *branches)
@@ -201,9 +205,9 @@ def frame(
     x = np.empty((1 + max(int(some.max()) for some in nodes), 3))
     for route_of, s, some in zip(axes.routes, stations, nodes, strict=True):
         x[some] = [route_of.at(float(one)) for one in s]
-    hinges, own = _hinges(members, axes, nodes, where)
+    hinges, own = hinges_of(members, axes, nodes, where)
     every = x[[*range(len(x)), *(one.node for one in hinges)]]
-    tie = _tie(len(x), hinges)
+    tie = tie_of(len(x), hinges)
     K, M, fluid = (tie.T @ one @ tie for one in _assembled(members, axes, stations, own, every, where))
     size = MOTIONS * len(x)
 
@@ -260,6 +264,15 @@ def frame(
         return np.asarray(_stress(members, axes, stations, own, every, known[key], ways, clamps, where, key) @ tie)
 
     made.gauges = gauge_rows(gauges, placed, shoved, where, stress, lambda rows: (Z.T @ rows.T).T)
+    for key, place in reactions.items():
+        named = f"{where}: reaction {key}"
+        first = MOTIONS * node_at(axes.along(place, named, f"reactions.{key}"))
+        fixed_ways, D = C[:, first : first + MOTIONS], np.zeros((tie.shape[1], MOTIONS))
+        D[first : first + MOTIONS] = np.linalg.pinv(fixed_ways) @ fixed_ways
+        if not np.any(D):
+            raise ArgumentError(f"{named}: found a place that nothing holds, expected that of a support", "reactions")
+        matrices = {"K": K, "M": M + fluid}
+        made.reactions[key] = support_force(D, matrices, M @ along, shoved, lambda rows: (Z.T @ rows.T).T)
     return made
 
 
@@ -290,54 +303,6 @@ def _softness(one: Member, part: RoutePart) -> float:
     if part.inward is None:
         return 1.0
     return one.section.flexibility(part.radius) if one.flexibility is None else one.flexibility
-
-
-class _Hinge(NamedTuple):
-    """An end that bends freely: its node, direction of the member there, and two directions across it, (2, 3)."""
-
-    node: int
-    along: Array
-    across: Array
-
-
-def _hinges(
-    members: Sequence[Member], axes: FrameAxes, nodes: Sequence[Array], where: str
-) -> tuple[list[_Hinge], list[Array]]:
-    """Return the hinges of all members, and their nodes where each hinge has one of its own beyond the others."""
-    found: list[_Hinge] = []
-    own, count = [some.copy() for some in nodes], 1 + max(int(some.max()) for some in nodes)
-    for k, (member, axis) in enumerate(zip(members, axes.routes, strict=True)):
-        if wrong := [one for one in member.hinged if k == 0 or one not in ("start", "end")]:
-            raise ArgumentError(f"{where}: found {wrong[0]!r} hinged, expected start or end of a branch",
-                                f"members.{k - 1}.hinged")  # fmt: skip
-        for end in dict.fromkeys(member.hinged):
-            place, s = (0, 0.0) if end == "start" else (-1, axis.length)
-            along = axis.parts[place].direction(s)
-            found.append(_Hinge(int(nodes[k][place]), along, directions_across(along)))
-            own[k][place] = count + len(found) - 1
-    bare = [one for one in found if not any(one.node in some for some in own)]
-    if bare:
-        k = next(k for k, some in enumerate(nodes) if k and members[k].hinged and bare[0].node in some[[0, -1]])
-        loose = f"the {'start' if bare[0].node == nodes[k][0] else 'end'} of member {k}, which touches no axis,"
-        words = loose if sum(bare[0].node in some for some in nodes) == 1 else "a joint at which all members are"
-        raise ArgumentError(f"{where}: found {words} hinged, expected one there that is not", f"members.{k - 1}.hinged")
-    return found, own
-
-
-def _tie(count: int, hinges: Sequence[_Hinge]) -> Any:
-    """Return the motions of all nodes and hinges, (6 (nodes + hinges), 6 nodes + 2 hinges), sparse."""
-    if not hinges:
-        return sp.identity(MOTIONS * count, format="csr")
-    tied = sp.lil_matrix((MOTIONS * (count + len(hinges)), MOTIONS * count + 2 * len(hinges)))
-    for k in range(MOTIONS * count):
-        tied[k, k] = 1.0
-    for i, one in enumerate(hinges):
-        row, node, free = MOTIONS * (count + i), MOTIONS * one.node, MOTIONS * count + 2 * i
-        for k in range(3):
-            tied[row + k, node + k] = 1.0
-        tied[row + 3 : row + 6, node + 3 : node + 6] = np.outer(one.along, one.along)
-        tied[row + 3 : row + 6, free : free + 2] = one.across.T
-    return sp.csr_matrix(tied)
 
 
 def frame_axes(routes: Sequence[tuple[Any, Any]], where: str) -> FrameAxes:

@@ -10,6 +10,7 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import NUMBERS, Figure
 from gapbeam.solver.scene.contact_pair import Contact
+from gapbeam.solver.scene.reaction_rows import ReactionRows
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import Load
 from gapbeam.solver.scene.structure import StructurePoint
@@ -29,12 +30,15 @@ OF_FLOWS = {"velocity": "m/s", "density": "kg/m^3"}
 
 
 def struck_places(scene: Scene) -> tuple[str, ...]:
-    """Return the contacts of impulses, and the recorded points of their structures, whose velocities jump."""
+    """Return the contacts of impulses, and recorded points and supports of their structures, whose velocities jump."""
     hard = [(one, name) for one, name in zip(scene.contacts, scene.contact_names, strict=True) if one.is_impulsive]
     bodies = {scene.place_of(point.structure, name) for one, name in hard for point in one.points}
     points = [name for name, one in scene.point_names.items() if scene.place_of(one.structure, name) in bodies]
     probes = [one for one in scene.probe_names if one in points or one.rpartition(" ")[0] in points]
-    return (*(name for _, name in hard), *probes)
+    supports = ReactionRows(scene) if hard else None
+    held = () if supports is None else zip(supports.names, supports.owners, strict=True)
+    shaken = [name for name, one in held if scene.place_of(one, name) in bodies]
+    return (*(name for _, name in hard), *probes, *shaken)
 
 
 def turning_places(scene: Scene) -> tuple[str, ...]:
@@ -63,7 +67,9 @@ def components_of(scene: Scene) -> tuple[str, ...]:
 
 def places_of_figures(scene: Scene) -> dict[str, tuple[str, ...]]:
     """Return the places that figures of one's own may have, by kind; impulses strike those of "struck"."""
-    return {"probe": scene.probe_names, "face": scene.contact_names, "turned_probe": (),
+    supports = ReactionRows(scene)
+    return {"joint": supports.names, "translation": supports.axes, "turn": supports.axes,
+            "probe": scene.probe_names, "face": scene.contact_names, "turned_probe": (),
             "gauge": tuple(gauges_of(scene)), "component": components_of(scene),
             "struck": struck_places(scene),
             **{f"component of {name}": _components_at(scene, name) for name in scene.probe_names}}  # fmt: skip

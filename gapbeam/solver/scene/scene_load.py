@@ -30,6 +30,7 @@ from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import answered, checked, finite
 from gapbeam.solver.scene.printed_values import load_words
 from gapbeam.solver.scene.structure import Structure, StructurePoint
+from gapbeam.solver.scene.support_force import HELD, SupportForce
 from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
 
@@ -101,6 +102,7 @@ class Load:
         self, structure: Structure, pattern: ArrayLike, value: Value, name: str = "", **parameters: Any
     ) -> None:
         self.structure, self.name, self.parameters = structure, name, dict(parameters)
+        self.held: dict[str, Array] = {}
         self.pattern = finite(pattern, f"load {name or '?'}: pattern")
         if self.pattern.shape != (structure.size,):
             raise UserError(
@@ -135,6 +137,11 @@ class Load:
         """Return the pattern on the structure with the point masses of a scene, (DOFs,): the same except inertia."""
         del structure
         return self.pattern
+
+    def on_support(self, name: str, force: SupportForce) -> Array:
+        """Return the force of a value of 1 on the held motions of a support, (6,)."""
+        del force
+        return self.held.get(name, np.zeros(HELD))
 
     def table(self, times: Array, lanes: int = 1) -> Array:
         """Return the values at some times, (times, lanes).
@@ -268,6 +275,10 @@ class _InertiaLoad(Load):
 
     def pattern_on(self, structure: Structure) -> Array:
         return self.sign * _inertia(structure, self.direction, self._where)
+
+    def on_support(self, name: str, force: SupportForce) -> Array:
+        del name
+        return np.asarray(self.sign * force.inertia @ unit_direction(self.direction, self._where))
 
     def motion_of(self, point: StructurePoint) -> Array | None:
         """Return the motion of a point of the structure with a unit motion of the frame, (motions,), or None."""

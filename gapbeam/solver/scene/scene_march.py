@@ -17,6 +17,7 @@ from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.marcher import BLOCK, Marcher
 from gapbeam.solver.scene.printed_values import result_words
+from gapbeam.solver.scene.reaction_rows import ReactionRows
 from gapbeam.solver.scene.recorded_places import gauges_of
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.sparse_march import MovingMarcher, SparseMarcher
@@ -163,6 +164,8 @@ class History:
         velocity: Velocity by point, likewise, m/s.
         force: Force by contact, likewise, N: the mean over the step on the first point.
         last: The last step.
+        reaction: Force along x, y and z, N, and moment about them, N m, on the structure by each support with a
+            reaction, (steps, 6): means over the step.
         stress: Stress along the axis at the surface, positive in tension, (steps,), Pa, by point with a gauge; by
             "point 1" and so on where it has several motions.
     """
@@ -175,6 +178,7 @@ class History:
     force: dict[str | int, Array]
     last: SceneStep
     stress: dict[str, Array] = field(default_factory=dict)
+    reaction: dict[str, Array] = field(default_factory=dict)
 
 
 @checked
@@ -194,9 +198,10 @@ def history(
         UserError: As `march`.
         NotConverged: As `march`.
     """
-    gauges = gauges_of(scene)
+    gauges, supports = gauges_of(scene), ReactionRows(scene)
     axial = np.array([rows[0] for rows in gauges.values()]).reshape(-1, scene.size)
-    marcher = marcher_of(scene, step, start, scheme, axial)
+    marcher = marcher_of(scene, step, start, scheme, np.vstack([axial, supports.rows]))
+    begin = [supports.rows @ one for one in (marcher.q[:, 0], marcher.v[:, 0])]
     steps = steps_to(end, marcher.t, step)
     scene.check_feedback(marcher.z, end - marcher.t)
     parts = [marcher.advance(min(BLOCK, steps - done), energies=True)[:3] for done in range(0, steps, BLOCK)]
@@ -209,8 +214,11 @@ def history(
     for i, (one, first) in enumerate(zip(scene.contacts, scene.first, strict=False)):
         force[one.name or i] = _squeezed(felt[:, first : first + one.region.motions])
     times = marcher.t0 + step * np.arange(1, steps + 1)
-    stress = dict(zip(gauges, seen[:, at:].T, strict=True))
-    return History(times, displacement, velocity, force, SceneStep(marcher), stress)
+    stress, held = dict(zip(gauges, seen[:, at : at + len(axial)].T, strict=True)), slice(at + len(axial), None)
+    moved = (np.vstack([one, part[:, held]]) for one, part in zip(begin, (seen, speeds), strict=True))
+    found = np.moveaxis(supports.over_steps(times, step, *moved), 1, 0)
+    reaction = dict(zip(supports.names, found, strict=True))
+    return History(times, displacement, velocity, force, SceneStep(marcher), stress, reaction)
 
 
 def _squeezed(columns: Array) -> Array:

@@ -32,6 +32,7 @@ from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.argument_checks import checked, finite, matrix, positive
 from gapbeam.solver.scene.structure_geometry import StructureGeometry
+from gapbeam.solver.scene.support_force import SupportForce
 from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
 from gapbeam.solver.system.operators import Array
 
@@ -110,6 +111,7 @@ class Structure:
     Attributes:
         gauges: Rows of the stress for each motion of a point, (6 motions, DOFs), Pa, by the name of the point; see
             `gapbeam.solver.scene.surface_stress`.
+        reactions: Forces of supports by name; none after `reduced` to fewer modes, which miss what the others carry.
 
     Raises:
         UserError: Shapes do not fit, an entry is not finite, M is not positive definite, M or K is not symmetric, or a
@@ -134,6 +136,7 @@ class Structure:
         where = f"structure {name or '(without a name)'}"
         self.name, self.geometry = name, geometry
         self.gauges: dict[str, Array] = {}
+        self.reactions: dict[str, SupportForce] = {}
         self.M, self.K = matrix(M, f"{where}: M"), matrix(K, f"{where}: K")
         self.C = None if C is None else matrix(C, f"{where}: C")
         self.size = int(self.M.shape[0])
@@ -175,7 +178,7 @@ class Structure:
         return StructurePoint(self, self._rows(rows, name), name)
 
     def made_of(self, other: Structure, basis: Array | None = None) -> Structure:
-        """Return the structure, made from another one: as unknown, and with its gauges.
+        """Return the structure, made from another one: as unknown, and with its gauges and reactions.
 
         Args:
             other: The other structure.
@@ -183,6 +186,7 @@ class Structure:
         """
         self.doubt = other.doubt
         self.gauges = {name: rows if basis is None else rows @ basis for name, rows in other.gauges.items()}
+        self.reactions = {k: one if basis is None else one.over(basis) for k, one in other.reactions.items()}
         return self
 
     @property
@@ -282,7 +286,7 @@ class Structure:
         w, X = np.sqrt(np.abs(squares[:count])), X[:, :count]
         points = {name: point.rows @ X for name, point in self.points.items()}
         damping = C[:count, :count] + np.diag(2.0 * ratio * w)
-        return Structure(
+        made = Structure(
             np.eye(count),
             np.diag(w * w),
             damping,
@@ -293,6 +297,9 @@ class Structure:
             self.frame,
             None if self.geometry is None else self.geometry.over(X),
         ).made_of(self, X)
+        if count < self.size:
+            made.reactions = {}
+        return made
 
     def _rows(self, value: ArrayLike, name: str) -> Array:
         """Return the rows of a point."""
@@ -409,6 +416,8 @@ FIRST_GUESS = 1e-9  # of the mean square
 def reduced_at_points(structure: Structure, modes: int, points: Iterable[str] | None = None) -> Structure:
     """Return a structure in its first modes and the static responses to unit forces at its points.
 
+    Responses to motions of supports whose forces are recorded are kept, too: the forces at rest are then exact.
+
     Args:
         structure: The structure to reduce; sparse matrices stay sparse.
         modes: First modes that are kept.
@@ -419,7 +428,10 @@ def reduced_at_points(structure: Structure, modes: int, points: Iterable[str] | 
         RunError: The modes did not converge.
     """
     kept = list(structure.points if points is None else points)
-    rows = np.vstack([np.zeros((0, structure.size)), *(structure[name].rows for name in kept)])
+    rows = np.vstack([
+        np.zeros((0, structure.size)), *(structure[name].rows for name in kept),
+        *(one.stiffness for one in structure.reactions.values()),
+    ])  # fmt: skip
     if not 1 <= modes < structure.size:
         raise UserError(
             f"structure {structure.name or '?'}: found {counted(modes, 'mode')}, expected 1 to {structure.size - 1}"

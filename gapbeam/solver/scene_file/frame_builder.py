@@ -120,6 +120,7 @@ def framed(
         name=table.name,
         driven={clamp: _where(joint) for clamp, joint in driven.items()},
         gauges=gauges,
+        reactions={joint.name: _where(joint) for joint in held if joint.force},
     )
     return one, places
 

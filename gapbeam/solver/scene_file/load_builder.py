@@ -215,8 +215,11 @@ def _at_clamp(
     assert s.acceleration is not None
     value, rate = LoadSignal(lambda t: s.value(t) - s.value(0.0)), LoadSignal(s.rate)
     others = {"C": rate, "M": LoadSignal(s.acceleration)}
-    found: list[Load] = [ClampMotion(body, force.pop("K"), value, rate)]
-    return found + [Load(body, f, others[letter]) for letter, f in force.items()]
+    found: dict[str, Load] = {"K": ClampMotion(body, force.pop("K"), value, rate)}
+    found |= {letter: Load(body, f, others[letter]) for letter, f in force.items()}
+    for letter in {"K", "M"} & set(found):
+        found[letter].held = {key: -one.driven[f"{clamp}: {letter}"] @ unit for key, one in body.reactions.items()}
+    return list(found.values())
 
 
 def at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructurePoint) -> list[Load]:

@@ -98,6 +98,13 @@ def _names(tables: Mapping[str, Any]) -> Iterator[Fault]:
                 yield Fault(key, f'"{one.name}", a second time', "different names of structures, pairs, loads, forces",
                             related=(seen[one.name],))  # fmt: skip
             seen.setdefault(one.name, key)
+    named = {(one.structure, one.name) for one in tables.get("joint", {}).values() if getattr(one, "force", False)}
+    for number, one in tables.get("joint", {}).items():
+        if getattr(one, "force", False) and one.name is not None:
+            if (one.structure, one.name) not in named:
+                found = f'"{one.name}", a second time'
+                yield Fault(("joint", number, "name"), found, "a name of its own for each force")
+            named.discard((one.structure, one.name))
     points: set[tuple[str, str]] = set()
     for number, one in tables.get("point", {}).items():
         if (one.structure, one.name) in points:
@@ -262,6 +269,15 @@ def _member(key: Key, member: MemberTable, by_name: Mapping[str, BodyTable]) -> 
         yield replace(fault, key=(*key, *fault.key[1:]), related=((*key, "thickness"), (*key, "width")))
 
 
+def _support_force(key: Key, joint: Any, table: BodyTable) -> Iterator[Fault]:
+    if not isinstance(table.model, ElementFrame):
+        yield Fault(key, f"the force of a joint of a model {table.model.type}", "a joint of a frame",
+                    'a straight beam is a frame, too: model = { type = "frame", route = ... }')  # fmt: skip
+    if joint.name is None:
+        yield Fault(key, "a joint without a name", "a name of its own, under which its force is recorded",
+                    'add name = "anchor"')  # fmt: skip
+
+
 def _joint(
     key: Key, joint: Any, by_name: Mapping[str, BodyTable], known: Mapping[str, set[str] | None]
 ) -> Iterator[Fault]:
@@ -282,6 +298,8 @@ def _joint(
     if joint.structure not in by_name:
         return
     model = by_name[joint.structure].model
+    if joint.force:
+        yield from _support_force((*key, "force"), joint, by_name[joint.structure])
     if isinstance(joint, HeldBody):
         if not isinstance(model, ElementFrame):
             yield Fault((*key, "type"), f"a held joint of a model {model.type}", "a frame",

@@ -398,9 +398,10 @@ class PointTable(Table):
     )
 
 
-NAME: Any = Field(default=None, description="name by which loads move it", examples=["foot"])
+NAME: Any = Field(default=None, description="name by which loads move it, and of its records", examples=["foot"])
 AT: Any = Field(default=None, description="x of a beam, length along the axis of a frame, m", examples=[0.0])
 NEAREST: Any = Field(default=None, description="coordinates whose nearest place is taken, m")
+FORCE: Any = Field(default=False, description="record its force and moment on a frame; needs a name")
 
 
 class ClampedBody(Table):
@@ -414,6 +415,7 @@ class ClampedBody(Table):
     )
     at: NonNegative | None = AT
     nearest: Direction | None = NEAREST
+    force: Switch = FORCE
 
     @property
     def labels(self) -> tuple[int | str, ...]:
@@ -429,6 +431,7 @@ class PinnedBody(Table):
     structure: Name = Field(description="name of the structure", examples=["tube"])
     at: NonNegative | None = AT
     nearest: Direction | None = NEAREST
+    force: Switch = FORCE
 
 
 class HeldBody(Table):
@@ -439,6 +442,7 @@ class HeldBody(Table):
     structure: Name = Field(description="name of the structure", examples=["pipe"])
     at: NonNegative | None = AT
     nearest: Direction | None = NEAREST
+    force: Switch = FORCE
     direction: Direction = Field(description="the direction, no unit", examples=[[0.0, 0.0, 1.0]])
 
 

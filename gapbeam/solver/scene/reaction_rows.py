@@ -1,0 +1,64 @@
+"""Forces and moments of all supports of a scene over the steps of a march."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.scene.scene import Scene
+from gapbeam.solver.scene.support_force import HELD
+from gapbeam.solver.system.operators import Array
+
+AXES = ("x", "y", "z")
+"""Axes of space in records of supports."""
+
+
+class ReactionRows:
+    """Forces and moments of the supports of a scene, from rows that a march records.
+
+    Attributes:
+        names: Names of the supports; "structure.support" where several share one.
+        owners: Their structures.
+        axes: Axes of forces and of moments; none where there is no support.
+        rows: Rows of D^T K and D^T M of each support, (12 supports, n).
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        found = [(one, name, force) for one in scene.structures for name, force in one.reactions.items()]
+        every = [name for _, name, _ in found]
+        self.axes, self.owners = AXES if found else (), tuple(one for one, _, _ in found)
+        self.names = tuple(name if every.count(name) == 1 else f"{one.name}.{name}" for one, name, _ in found)
+        rows = [scene.rows_of(one, np.vstack([force.stiffness, force.mass])) for one, _, force in found]
+        self.rows = np.vstack([np.zeros((0, scene.size)), *rows])
+        self.loads: list[tuple[Any, Array]] = []
+        for load in scene.loads if found else ():
+            owner = scene.structures[scene.place_of(load.structure, "load")]
+            felt = [load.on_support(name, force) if one is owner else np.zeros(HELD) for one, name, force in found]
+            self.loads.append((load, np.array(felt)))
+
+    def forces(self, times: Array, place: Array, gained: Array) -> Array:
+        """Return forces and moments, (times, supports, 6), N and N m.
+
+        Args:
+            times: Middles of the steps, s.
+            place: Mean motion along the rows in each step, (times, 12 supports).
+            gained: Velocity gained along the rows in each step by its length, likewise.
+        """
+        split = (len(times), len(self.names), 2, HELD)
+        found = place.reshape(split)[:, :, 0] + gained.reshape(split)[:, :, 1]
+        for load, felt in self.loads:
+            if np.any(felt):
+                found -= load.table(times)[:, :1, None] * felt
+        return np.asarray(found)
+
+    def over_steps(self, times: Array, h: float, place: Array, speed: Array) -> Array:
+        """Return the means over steps of h, (steps, supports, 6), N and N m.
+
+        Args:
+            times: Ends of the steps, s.
+            h: Step, s.
+            place: Motions along the rows at the start and after each step, (1 + steps, 12 supports).
+            speed: Their velocities, likewise.
+        """
+        return self.forces(times - 0.5 * h, 0.5 * (place[1:] + place[:-1]), np.diff(speed, axis=0) / h)

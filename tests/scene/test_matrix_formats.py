@@ -230,6 +230,22 @@ def test_modes_of_a_file(tmp_path: Path) -> None:
     assert np.diag(found.C) == pytest.approx(0.04 * np.sqrt(squares))
 
 
+def test_files_that_spreadsheets_save_are_read(tmp_path: Path) -> None:
+    """They begin with a mark of the byte order, which is no part of the first name."""
+    mark = "\ufeff"
+    (tmp_path / "modes.csv").write_text(f"{mark}frequency,tip\r\n3.0,1.5\r\n")
+    assert gb.read_modes(tmp_path / "modes.csv")["tip"].rows.tolist() == [[1.5]]
+    for name in ("k", "m"):
+        scipy.io.mmwrite(tmp_path / f"{name}.mtx", scipy.sparse.eye(4))
+    (tmp_path / "dofs.txt").write_text(f"{mark}1.1\n1.2\n2.1\n2.2\n")
+    for name, text in (("nodes.txt", "1 0 0 0\n2 1 0 0\n"), ("nodes.inp", "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n")):
+        (tmp_path / name).write_text(mark + text)
+        files = {"dofs": tmp_path / "dofs.txt", "nodes": tmp_path / name}
+        found = gb.read_structure(tmp_path / "k.mtx", tmp_path / "m.mtx", units="m-kg-s", **files)
+        assert found.geometry is not None
+        assert found.geometry.places.tolist() == [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -241,6 +257,7 @@ def test_modes_of_a_file(tmp_path: Path) -> None:
         ("frequency,tip\n-1.0,1\n", "frequencies from 0 on"),
         ("frequency,tip.3\n1.0,1\n", "its motions .1 and .2"),
         ("frequency,tip,tip\n1.0,1,1\n", "twice"),
+        (",frequency,tip\n0,1.0,1\n", "no name"),
         ("frequency,tip\n1.0,nan\n", "finite"),
     ],
 )

@@ -69,9 +69,9 @@ def read_nodes(path: Path) -> Nodes:
     """
     try:
         if path.suffix == ".inp":
-            found = nodes_of_input(input_blocks(path.read_text(encoding="utf-8")))
+            found = nodes_of_input(input_blocks(path.read_text(encoding="utf-8-sig")))
         elif path.suffix in TABLES:
-            found = Nodes(_rows(path.read_text(encoding="utf-8").splitlines()))
+            found = Nodes(_rows(path.read_text(encoding="utf-8-sig").splitlines()))
         else:
             found = _by_meshio(path)
     except ArgumentError:

@@ -167,7 +167,7 @@ def _dmig(path: Path, argument: str) -> ReadMatrix:
     """Return the matrix of a file whose name begins with K, M or B, or the only one."""
     kinds: dict[str, int] = {}
     entries: dict[str, list[tuple[str, str, float]]] = {}
-    for card in _cards(path.read_text(encoding="utf-8")):
+    for card in _cards(path.read_text(encoding="utf-8-sig")):
         name, first, second = card[0], card[1], card[2]
         if first == "0" and name not in kinds:
             if len(card) > 3 and card[3] in COMPLEX:

@@ -133,7 +133,7 @@ def _fault(path: Path, found: str, expected: str, hint: str = "") -> ArgumentErr
 
 def _of_input(path: Path) -> _Parts:
     """Return the contents of input of Abaqus or CalculiX."""
-    blocks = input_blocks(path.read_text(encoding="utf-8"))
+    blocks = input_blocks(path.read_text(encoding="utf-8-sig"))
     keywords = [one.keyword for one in blocks]
     for keyword, most, hint in (("PART", 1, "save one part"), ("INCLUDE", 0, "put its lines into the file")):
         if keywords.count(keyword) > most:
@@ -264,7 +264,7 @@ def _check_nastran(path: Path, mesh: Any) -> None:
     frames = np.asarray(mesh.point_data.get("nastran:ref", [0]))
     if np.any(frames != 0):
         raise _fault(path, f"GRID in the coordinate system {frames[frames != 0][0]}", "coordinates of the basic system")
-    cards = [line.split(",")[0][:8].strip() for line in path.read_text(encoding="utf-8").splitlines()]
+    cards = [line.split(",")[0][:8].strip() for line in path.read_text(encoding="utf-8-sig").splitlines()]
     wide = next((one for one in cards if re.match(r"C(TETRA|HEXA)\*", one)), None)
     if wide is not None:
         raise _fault(path, f"{wide}, an element in wide fields", "elements in fields of 8 characters, or with commas")

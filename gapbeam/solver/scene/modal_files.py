@@ -121,7 +121,7 @@ def _of_universal(path: Path, name: str, points: Collection[str]) -> Structure:
 
 def _columns(path: Path) -> dict[str, Array]:
     try:
-        with path.open(encoding="utf-8", newline="") as lines:
+        with path.open(encoding="utf-8-sig", newline="") as lines:
             rows = [row for row in csv.reader(lines) if row and not row[0].startswith("#")]
     except (OSError, UnicodeDecodeError) as error:
         raise ArgumentError(f"{path}: cannot be read ({error})", "file") from None
@@ -137,8 +137,9 @@ def _columns(path: Path) -> dict[str, Array]:
                 f"{', '.join(names)}",
                 "file",
             )
-    if len(set(names)) < len(names):
-        raise ArgumentError(f"{path}: a column stands there twice", "file")
+    if len(set(names)) < len(names) or "" in names:
+        what = "has no name" if "" in names else "stands there twice"
+        raise ArgumentError(f"{path}: a column {what}", "file")
     cells = [[_number(cell, f"{path}: {name} of mode {number}") for name, cell in zip(names, row, strict=True)]
              for number, row in enumerate(rows[1:], 1)]  # fmt: skip
     columns = zip(*cells, strict=True)

@@ -42,10 +42,27 @@ class ContactForce:
 
 
 class SceneStep:
-    """The present step of a march: step["tip"].displacement, step.contacts["left"].force, step.energy."""
+    """The present step of a march: step["tip"].displacement, step.contacts["left"].force, step.energy.
+
+    Only the present one has values: keep numbers, `step.state` or a `history`, not steps.
+    """
 
     def __init__(self, marcher: Marcher) -> None:
-        self.marcher = marcher
+        self._marcher, self.t = marcher, marcher.t
+
+    @property
+    def marcher(self) -> Marcher:
+        """The march, while it is at this step.
+
+        Raises:
+            UserError: A later step was marched since.
+        """
+        if self._marcher.t != self.t:
+            raise UserError(
+                f"march: found a step of {self.t:.6g} s, and the march is at {self._marcher.t:.6g} s; expected the "
+                "present step: keep numbers of it or step.state, or take gapbeam.history"
+            )
+        return self._marcher
 
     def __repr__(self) -> str:
         """Return the step in one line."""
@@ -56,11 +73,6 @@ class SceneStep:
         scene = self.marcher.scene
         rows = scene.rows_at(scene.point(key))
         return PointMotion(plain(rows @ self.marcher.q), plain(rows @ self.marcher.v))
-
-    @property
-    def t(self) -> float:
-        """Time, s."""
-        return self.marcher.t
 
     @property
     def energy(self) -> dict[str, Any]:

@@ -276,7 +276,7 @@ def _without_strain(K: Any, motions: Array) -> Array | None:
 
 def _labels(path: Path, count: int) -> list[str]:
     try:
-        found = path.read_text(encoding="utf-8").split()
+        found = path.read_text(encoding="utf-8-sig").split()
     except (OSError, UnicodeDecodeError) as error:
         raise ArgumentError(f"{path}: cannot be read ({error})", "dofs") from None
     wrong = next(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from math import floor
 
@@ -17,7 +16,7 @@ from gapbeam.solver.case.solution_tables import BeamModel, ReducedModel, RigidMo
 from gapbeam.solver.messages.errors import CaseError, Interrupted, RunError, in_one_line
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.run.output.progress import LINE
-from gapbeam.studies.error_estimate.companions import Companion
+from gapbeam.studies.error_estimate.companions import Companion, quiet
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import KeptBody, seated
@@ -89,7 +88,7 @@ def companion_motions(
                 words = " on a solid" if solid else ""
                 LOG.info("errors: comparison run %d of %d, %s%s", number, len(companions), companion.name, words)
                 shown = clock
-            with _quiet():
+            with quiet():
                 model = kept.model(own)
                 start = seated(model).state
         except Interrupted:
@@ -108,15 +107,3 @@ def companion_motions(
         motion = MotionRecord.of_records(response.history, response.labels, in_space, case.figure)
         reached = min(reached, motion.end)
         yield CompanionMotion(companion.name, motion, *costs)
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Leave the set-up of companions out of the log."""
-    logger = logging.getLogger("gapbeam")
-    before = logger.level
-    logger.setLevel(max(before, logging.WARNING))
-    try:
-        yield
-    finally:
-        logger.setLevel(before)

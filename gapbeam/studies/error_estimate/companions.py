@@ -20,8 +20,10 @@ A solid (3D) that is loaded in its bending plane has plane companions: their dif
 
 from __future__ import annotations
 
+import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,6 +54,18 @@ def error_way(case: Case) -> str:
         expected = " or ".join(f'"{way}"' for way in WAYS)
         raise UserError(f'the environment variable {VARIABLE} is "{asked}"; expected {expected}')
     return max(asked, case.output.errors, key=WAYS.index)
+
+
+@contextmanager
+def quiet(least: int = logging.WARNING) -> Iterator[None]:
+    """Leave the set-up of companions, below a level, out of the log."""
+    logger = logging.getLogger("gapbeam")
+    before = logger.level
+    logger.setLevel(max(before, least))
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_march import steps_to
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table, words_beyond
-from gapbeam.studies.error_estimate.companions import HALF_STEP, MORE_MODES, STIFFER
+from gapbeam.studies.error_estimate.companions import HALF_STEP, MORE_MODES, STIFFER, quiet
 from gapbeam.studies.error_estimate.figure_errors import (
     FACTORS,
     FigureError,
@@ -137,7 +137,8 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
 
 def _finer(asked: SceneRun) -> SceneRun:
     """Return the run with more modes."""
-    found = asked.finer() if asked.finer else None
+    with quiet(logging.ERROR):
+        found = asked.finer() if asked.finer else None
     if not isinstance(found, tuple) or len(found) != 2 or not isinstance(found[0], Scene):
         raise UserError(f"finer: found {shown(found)}, expected a scene and its start")
     return replace(asked, scene=found[0], start=found[1])

@@ -208,6 +208,33 @@ def test_symmetric_responses_lose_their_symmetry_at_pitchforks() -> None:
     assert ends == pytest.approx(sorted(fork.value for fork in forks), abs=2e-3)
 
 
+@pytest.mark.parametrize("other", [None, 0.45, 0.5])
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e3])
+def test_responses_that_touch_nothing_say_nothing_of_the_symmetry(other: float | None, size: float) -> None:
+    """A curve from a linear response, behind grazing, has the motions that marches settle on.
+
+    Before a single stop it was that of two stops alike: half of the force at the end of the range.
+    """
+
+    def map_at(omega: float) -> ModalMap:
+        second = None if other is None else other * size
+        system = stopped_oscillator(1.0, 1.0, 0.5 * size, 0.1, lambda t: 0.2 * size * cos(omega * t), other=second)
+        modal = modal_system(system)
+        assert modal is not None
+        return ModalMap(modal, kelvin_voigt(10.0), scheme_of("discrete-gradient"), 2.0 * pi / omega / 200, 200)
+
+    start = settled(map_at(0.5), np.zeros(2))
+    assert np.all(map_at(0.5).reach(start) < 0.0)
+    found = follow_branches(map_at, 0.5, start, CurveSettings(0.5, 0.95), lambda w: settled(map_at(w), np.zeros(2)))
+    assert [curve.symmetric for curve in found.curves] == [other == 0.5]
+    last = max(found.curves[0].points, key=lambda point: point.value)
+    places, forces = map_at(last.value).history(last.x)
+    true, pressed = map_at(last.value).history(settled(map_at(last.value), np.zeros(2)))
+    assert pressed.max() > 0.0
+    assert [places.min(), places.max()] == pytest.approx([true.min(), true.max()], rel=1e-4)
+    assert forces.max(axis=0) == pytest.approx(pressed.max(axis=0), rel=1e-3)
+
+
 @pytest.mark.slow(minutes=0.5)
 def test_no_response_is_followed_twice() -> None:
     """No inner point of a branch, nor its mirror image, lies on another branch; both ends of the range are marched."""

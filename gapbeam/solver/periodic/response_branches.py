@@ -41,6 +41,7 @@ from gapbeam.solver.system.operators import Array
 
 ALIKE = 1.0e-6  # relative difference of two ends that round-off leaves
 PROBED = 1.5, 0.3  # sizes of the states that the symmetry is tried on, and of the random part added to them
+MOST_DOUBLINGS = 40  # of these sizes, until all faces touch
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,11 @@ class HalfWaveMap:
 
 
 def half_wave(period_map: PeriodMap, x: Array) -> HalfWaveMap | None:
-    """Return H where the system has this symmetry: where P and H o H agree on states of the size of a response.
+    """Return H where the system has this symmetry: where P and H o H agree on a response, and where all faces touch.
+
+    A motion that touches no face has the symmetry of linear motions, also before a single stop. States are doubled
+    until every face touches in the half that H mirrors, and once more; where one never does, the symmetry is not known,
+    and there is no H.
 
     Args:
         period_map: P.
@@ -95,11 +100,25 @@ def half_wave(period_map: PeriodMap, x: Array) -> HalfWaveMap | None:
     found = HalfWaveMap(period_map, half)
     random = np.random.default_rng(0).standard_normal(len(x)) / period_map.scale
     size = np.linalg.norm(period_map.scale * x) / np.linalg.norm(period_map.scale * random)
+
+    def agree(tried: Array) -> bool:
+        return relative_change(period_map.scale, period_map.after(tried), found.after(found.after(tried))) <= ALIKE
+
     factor, share = PROBED
-    for tried in (x, factor * x, x + share * size * random):
-        if relative_change(period_map.scale, period_map.after(tried), found.after(found.after(tried))) > ALIKE:
-            return None
-    return found
+    tried = x + share * size * random
+    touched = np.zeros_like(half.reach(x), dtype=bool)
+    if not (agree(x) and agree(factor * x)):
+        return None
+    for _ in range(MOST_DOUBLINGS):
+        enough = touched.all()
+        for one in (tried, -tried):
+            if not agree(one):
+                return None
+            touched |= half.reach(found.after(one)) > 0.0
+        if enough:
+            return found
+        tried = 2.0 * tried
+    return None
 
 
 def is_symmetric(half: HalfWaveMap, x: Array) -> bool:

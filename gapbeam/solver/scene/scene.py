@@ -134,8 +134,8 @@ class Scene:
         for k, one in (pair for group in (self.given, getattr(self, "structures", ())) for pair in enumerate(group)):
             if one is structure or one.name == structure:
                 return k
-        name = getattr(structure, "name", structure) or "?"
-        raise UserError(f"scene: {what} is at structure {name}, which is not of this scene; add it")
+        name, known = getattr(structure, "name", structure) or "?", ", ".join(one.name or "?" for one in self.given)
+        raise UserError(f"scene: {what} is at structure {name}, which is not of this scene; its structures: {known}")
 
     def _check_names(self) -> None:
         named = [one.name for group in (self.contacts, self.loads, self.feedbacks) for one in group if one.name]  # type: ignore[attr-defined]

@@ -317,12 +317,13 @@ def normal_points(sampling: Sampling, members: int, replicates: int, inputs: int
     if replicates < 2:
         raise UserError(f"uncertain: found {replicates} replicates, expected 2 or more: their scatter gives the error")
     each = members // replicates
+    near = replicates * 2 ** max(round(np.log2(max(members / replicates, 1.0))), 1)
     if each < 2 or each * replicates != members:
         raise UserError(
-            f"uncertain: found {members} members in {replicates} replicates; expected as many in each, 2 at least"
+            f"uncertain: found {members} members in {replicates} replicates; expected as many in each, 2 at least; "
+            f"take {near if sampling == 'sobol' else replicates * max(each, 2)} members"
         )
     if sampling == "sobol" and each & (each - 1):
-        near = replicates * 2 ** round(np.log2(each))
         raise UserError(
             f"uncertain: found {each} members in each of {replicates} replicates, expected a power of two for Sobol "
             f'points; take {near} members, or sampling "latin"'

@@ -1,4 +1,4 @@
-"""Errors of runs include what `reduce` leaves out: the same file without it is the answer."""
+"""Errors of runs include what `reduce` leaves out, and elements: the same file without it, or with more, is right."""
 
 from __future__ import annotations
 
@@ -83,7 +83,24 @@ def test_errors_cover_the_modes_that_are_left_out(
     for one in compared:
         exact = right[one["span"], one["name"]]
         assert abs(one["value"] - exact["value"]) <= (1 + (modes == 1)) * one["error"] + exact["error"], one["name"]
-    assert max(one["differences"].get("more modes", 0.0) for one in some.summary["errors"]["figures"]) > 0.0
+    assert max(one["differences"].get("finer structures", 0.0) for one in some.summary["errors"]["figures"]) > 0.0
+
+
+@pytest.mark.parametrize("elements", [2, 4, 7])
+@pytest.mark.parametrize("made", [beam, frame])
+def test_errors_cover_few_elements(made: Any, elements: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each figure with few elements is within its error of the figure with many."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "companions")
+    tables = [made(tmp_path, None) for _ in range(2)]
+    for one, count in zip(tables, (elements, 48), strict=True):
+        one["structure"][0]["model"]["elements"] = count
+    few, many = (gb.run(one, output=tmp_path / str(number)) for number, one in enumerate(tables))
+    right = {(one["span"], one["name"]): one for one in many.figures}
+    compared = [one for one in few.figures if one["error"] is not None]
+    assert len(compared) >= 4
+    for one in compared:
+        exact = right[one["span"], one["name"]]
+        assert abs(one["value"] - exact["value"]) <= one["error"] + exact["error"], one["name"]
 
 
 def test_a_scene_of_python_gives_its_finer_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -104,4 +121,4 @@ def test_a_scene_of_python_gives_its_finer_one(tmp_path: Path, monkeypatch: pyte
         assert one["name"] == exact["name"]
         assert abs(one["value"] - exact["value"]) <= one["error"] + exact["error"], one["name"]
     wrong = gb.run(made(2), finer=lambda: made(4), **asked)
-    assert "expected a scene and its start" in wrong.summary["errors"]["failed_companions"]["more modes"]
+    assert "expected a scene and its start" in wrong.summary["errors"]["failed_companions"]["finer structures"]

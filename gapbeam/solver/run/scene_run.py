@@ -84,7 +84,7 @@ class SceneRun:
             statistics with intervals.
         shapes: Steps between two shapes of structures with nodes in space, for films; None: 200 over the run, fewer of
             large structures.
-        finer: Function that returns the scene with more modes, and its start: errors include what these change.
+        finer: Function that returns a finer scene, of more modes or elements, and its start: errors include the change.
         wear: Archard's coefficient, 1/Pa, and the worn area of each contact, m^2: {"coefficient": 1e-14, "area": 1e-5}.
     """
 

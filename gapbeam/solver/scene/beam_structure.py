@@ -269,7 +269,7 @@ def refuse_buckling(K: Any, tension: float, where: str, argument: str = "tension
         )
 
 
-def element_count(elements: int | None, where: str) -> int:
+def element_count(elements: int | None, where: str = "beam") -> int:
     """Return about how many elements a beam or a frame has.
 
     Raises:

@@ -38,7 +38,7 @@ MESSAGES = (
 
 @dataclass
 class Site:
-    """Structures and points built so far, with their faults; `finer`: so many times the modes that are asked for."""
+    """Structures and points built so far, with faults; `finer`: so many times the modes and elements asked for."""
 
     case: SceneCase
     finer: int = 1

@@ -78,6 +78,7 @@ def framed(
     held: Sequence[Any],
     driven: Mapping[str, Any],
     gauges: Sequence[str],
+    elements: int,
 ) -> tuple[Structure, dict[str, PlacedPoint]]:
     """Return a frame, and where its points are.
 
@@ -89,6 +90,7 @@ def framed(
         held: Joints of the structure.
         driven: Joints that loads move, by the name of their points.
         gauges: Points whose stress is recorded.
+        elements: About so many along straight legs.
 
     Raises:
         UserError: The frame cannot be made.
@@ -114,7 +116,7 @@ def framed(
         held=[(_where(joint), joint.direction) for joint in held if isinstance(joint, HeldBody)],
         up=model.up,
         branches=[_branch(model, member) for member in members],
-        elements=model.elements,
+        elements=elements,
         added_mass=model.added_mass,
         tension=model.tension,
         name=table.name,

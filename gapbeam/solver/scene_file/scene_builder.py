@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,7 +18,7 @@ from gapbeam.solver.loads.scene_load_choice import (
 )
 from gapbeam.solver.messages.errors import CaseError, Fault, Key, RunError, UserError
 from gapbeam.solver.scene.argument_checks import ArgumentError, check_near
-from gapbeam.solver.scene.beam_structure import beam, figures, in_two_planes
+from gapbeam.solver.scene.beam_structure import beam, element_count, figures, in_two_planes
 from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.modal_files import read_modes
@@ -85,7 +85,8 @@ def built_scene(
         case: Contents of the file.
         source: Its name in messages.
         put: Returns faults with their places in the file.
-        finer: Keep so many times the modes that reduced structures ask for, or all.
+        finer: Keep so many times the modes that reduced structures ask for, or all, and so many times the elements of
+            beams and frames, as far as all modes of those can be marched.
 
     Raises:
         CaseError: A structure cannot be read, or parts do not fit: all of it in the message.
@@ -220,11 +221,13 @@ def _body(site: Site, table: BodyTable) -> Structure:
     elif isinstance(model, ElementFrame):
         given = stations_of(points, nearest, extent)
         given |= {name: (x, direction_of(point)) for point, way in _ways(site, table) for name, x in way.items()}
-        one, places = framed(table, model, site.members(table), given, held, driven, gauges)
+        one, places = refined(site, table, lambda count: framed(
+            table, model, site.members(table), given, held, driven, gauges, count * element_count(model.elements)
+        ))  # fmt: skip
         at, site.places = {}, site.places | places
     else:
         at = {point.name: _along(extent, point) for point in points} | nearest | _stations(site, table)
-        one = _straight(table, model, at, held, driven, gauges)
+        one, _ = refined(site, table, lambda count: (_straight(table, model, at, held, driven, gauges, count), None))
         if isinstance(model, ElementBeam) and model.motions == 2:
             one = in_two_planes(one)
     if extent is not None and extent.ways is not None:
@@ -237,6 +240,15 @@ def _body(site: Site, table: BodyTable) -> Structure:
         expected = "a vector (x, y, z): it has a place" if one.is_spatial else "a number: it has no place"
         raise ArgumentError(f"found velocity {table.velocity}, expected {expected}", "velocity")
     return one
+
+
+Part = TypeVar("Part")
+
+
+def refined(site: Site, table: BodyTable, made: Callable[[int], tuple[Structure, Part]]) -> tuple[Structure, Part]:
+    """Return a structure with more elements, or with those of the file where it would be marched sparse."""
+    found = made(site.finer)
+    return made(1) if site.finer > 1 and table.reduce is None and found[0].is_large else found
 
 
 def _condensed(site: Site, table: BodyTable) -> Structure:
@@ -286,7 +298,7 @@ def _along(extent: PlacedBody | None, point: PointTable) -> float:
 
 def _straight(
     table: BodyTable, model: ElementBeam | RigidBar, at: dict[str, float], held: list[Any], driven: dict[str, Any],
-    gauges: list[str],
+    gauges: list[str], finer: int,
 ) -> Structure:  # fmt: skip
     return beam(
         model.length,
@@ -296,7 +308,7 @@ def _straight(
         model="beam" if isinstance(model, ElementBeam) else "rigid",
         clamped=[float(joint.at or 0.0) for joint in held if isinstance(joint, ClampedBody)],
         pinned=[float(joint.at or 0.0) for joint in held if isinstance(joint, PinnedBody)],
-        elements=model.elements if isinstance(model, ElementBeam) else None,
+        elements=finer * element_count(model.elements) if isinstance(model, ElementBeam) else None,
         added_mass=model.added_mass,
         tension=model.tension if isinstance(model, ElementBeam) else 0.0,
         name=table.name,

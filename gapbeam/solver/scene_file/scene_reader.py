@@ -43,6 +43,7 @@ from gapbeam.solver.scene.scene_seat import seat
 from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocities
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_checks import FILES, scene_faults
+from gapbeam.solver.scene_file.structure_tables import ElementBeam, ElementFrame
 from gapbeam.solver.scene_file.unit_questions import unit_questions
 
 LOG = logging.getLogger("gapbeam")
@@ -135,7 +136,8 @@ class ReadScene:
         spans: Lengths of tubes in a flow, by name of the [[feedback]].
         name: Name of the file, without folder and suffix.
         reason: Reason for its step, where that is computed; empty: the file gives it.
-        finer: Function that reads the file with twice the modes; None: no structure is reduced.
+        finer: Function that reads the file with twice the modes and elements; None: it has no reduced structure, and no
+            beam or frame that is marched in its modes.
     """
 
     case: SceneCase
@@ -170,11 +172,11 @@ class ReadScene:
             "wall_time": self.case.output.wall_time,
             "errors": self.case.output.errors != "none",
             "wear": None if self.case.wear is None else self.case.wear.model_dump(exclude={"depth_limit"}),
-            "finer": None if self.finer is None else self._with_more_modes,
+            "finer": None if self.finer is None else self._refined,
         }
 
-    def _with_more_modes(self) -> tuple[Scene, SceneState]:
-        """Return the scene with more modes, and its start."""
+    def _refined(self) -> tuple[Scene, SceneState]:
+        """Return the scene with more modes and elements, and its start."""
         assert self.finer is not None
         other = self.finer()
         return other.scene, other.start()
@@ -247,7 +249,7 @@ class SceneFile:
         """Return the file with its scene.
 
         Args:
-            finer: Keep so many times the modes that reduced structures ask for, or all.
+            finer: As of `built_scene`.
 
         Raises:
             CaseError: A structure cannot be read, parts do not fit, or a path is of no value of the scene.
@@ -273,7 +275,9 @@ class SceneFile:
             raise CaseError(str(path), self.places.put_in_order(faults))
         case = self.case.model_copy(update={"figure": type(self.case.figure)(figures)})
         case, reason = with_step(case, scene, str(path), self.places.put_in_order)
-        more = partial(self.read, 2) if any(one.reduce is not None for one in case.structure) else None
+        elements = () if scene.is_large else (ElementBeam, ElementFrame)
+        rough = any(one.reduce is not None or isinstance(one.model, elements) for one in case.structure)
+        more = partial(self.read, 2) if rough else None
         return ReadScene(case, scene, spans, path.stem, reason, more)
 
 

@@ -34,7 +34,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.studies.trials.refined_mesh import mesh_keys
 
 SAME, HALF_STEP, TWICE, FOURFOLD = "same", "half step", "twice the step", "four times the step"
-COARSER, FINEST, STIFFER, MORE_MODES = "coarser mesh", "finest", "stiffer contact", "more modes"
+COARSER, FINEST, STIFFER, FINER = "coarser mesh", "finest", "stiffer contact", "finer structures"
 FINEST_MODES, FINEST_SHAPES = 40, 19
 FEW_POINTS = 3  # degree of quadrature: two points along each edge of a cell
 FEWEST_SHAPES, MOST_OF_ALL = 3, 200  # shapes along each face, and of all faces together

@@ -57,7 +57,7 @@ from gapbeam.postprocess.signals.figure_names import DISPLACEMENT, FORCES, LARGE
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.error_estimate.companions import COARSER, FINEST, FOURFOLD, HALF_STEP, MORE_MODES, STIFFER, TWICE
+from gapbeam.studies.error_estimate.companions import COARSER, FINER, FINEST, FOURFOLD, HALF_STEP, STIFFER, TWICE
 from gapbeam.studies.error_estimate.force_peaks import (
     BEYOND_HORIZON,
     FEWEST_WINDOWS,
@@ -84,7 +84,7 @@ LATER = 2  # records of the companions, by which the end may be late
 SETTLING = "settling"
 QUICK, SLOW = 0.5, 0.99  # ratios of neighboring differences of windows
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
-PARTED, OF_MODES = 2.0, 2.0  # E is so much larger where motions are about to part; over what twice the modes change
+PARTED, OF_FINER = 2.0, 2.0  # E is so much larger where motions are about to part; over what finer structures change
 # Least differences of figures of two motions, which agree by chance, over those of the difference of the motions.
 OF_CHATTER = {DISPLACEMENT: 0.35, SMOOTHED_ACCELERATION: 0.35}
 OF_ONE = {DISPLACEMENT: 0.1, SMOOTHED_ACCELERATION: 0.1, LARGEST_FORCE: 0.02}  # where there is one companion only
@@ -191,13 +191,13 @@ def figure_errors(
     longer = replace(span, width=span.width + LATER * records * run.interval)
     later = key_figures(run, longer, averages) if span.cut and span.count == 1 else {}
     usual_motion = run.thinned(records) if reference is None else companions[reference]
-    alone = companions.keys() <= {HALF_STEP, STIFFER, MORE_MODES}
+    alone = companions.keys() <= {HALF_STEP, STIFFER, FINER}
     least = OF_ONE if alone else {}
     if max(lost.values(), default=0.0) > RESOLVED:
         least = {**least, **OF_CHATTER}
     left = _left_open(run, span, averages) if alone or isinstance(span, FigureSpan) else {}
     apart = {
-        name: _apart(usual_motion, motion, span, averages, least if name in (*OTHER_STEPS, MORE_MODES) else {})
+        name: _apart(usual_motion, motion, span, averages, least if name in (*OTHER_STEPS, FINER) else {})
         for name, motion in companions.items()
     }
     if not in_plane:
@@ -387,7 +387,7 @@ def _ratio(solid: float, plane: float) -> float:
 
 def _error(parts: Mapping[str, float], span: Span, shares: Mapping[str, float]) -> float:
     error = max((factor * parts[name] for name, factor in shares.items() if name in parts), default=0.0)
-    error += OF_MODES * parts.get(MORE_MODES, 0.0) + max(parts.get(MODEL, 0.0), parts.get(SHORT, 0.0))
+    error += OF_FINER * parts.get(FINER, 0.0) + max(parts.get(MODEL, 0.0), parts.get(SHORT, 0.0))
     error += RIGID_FACTOR * parts.get(STIFFER, 0.0)
     return (PARTED if span.cut else 1.0) * error
 
@@ -404,7 +404,7 @@ def _error_of_means(
     between = float(np.var([one.mean() for one in values], ddof=1))
     scattered = quantile_of_means(within, between, len(values), count)
     chance = max(ratio, 1.0) * float(np.sqrt(2.0)) * scattered
-    factors = {**shares, MODEL: 1.0, SHORT: 1.0, STIFFER: RIGID_FACTOR, MORE_MODES: OF_MODES}
+    factors = {**shares, MODEL: 1.0, SHORT: 1.0, STIFFER: RIGID_FACTOR, FINER: OF_FINER}
     return chance + max(factors[name] * max(0.0, part - chance) for name, part in parts.items())
 
 

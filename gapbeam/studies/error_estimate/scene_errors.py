@@ -1,7 +1,7 @@
 """The error estimate of a run of a scene: from its records and the same scene at half the step into its summary.
 
 With f of the run, H of half its step, K of twice the stiffness of its penalty contacts and M of twice the modes of
-reduced structures,
+reduced structures and the elements of beams and frames,
 
     E = max(F |f - H|, share of unresolved contacts) + 3.4 |f - K| + 2 |f - M| + what records miss of ranges.
 
@@ -42,7 +42,7 @@ from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_march import steps_to
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table, words_beyond
-from gapbeam.studies.error_estimate.companions import HALF_STEP, MORE_MODES, STIFFER, quiet
+from gapbeam.studies.error_estimate.companions import FINER, HALF_STEP, STIFFER, quiet
 from gapbeam.studies.error_estimate.figure_errors import (
     FACTORS,
     FigureError,
@@ -122,7 +122,7 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
     if stiff is not None:
         companions[STIFFER] = lambda: replace(asked, scene=stiff)
     if asked.finer is not None:
-        companions[MORE_MODES] = lambda: _finer(asked)
+        companions[FINER] = lambda: _finer(asked)
     for name, companion in companions.items():
         try:
             motions[name] = marched(companion(), signals).first(len(run.times))
@@ -136,7 +136,7 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
 
 
 def _finer(asked: SceneRun) -> SceneRun:
-    """Return the run with more modes."""
+    """Return the run of finer structures."""
     with quiet(logging.ERROR):
         found = asked.finer() if asked.finer else None
     if not isinstance(found, tuple) or len(found) != 2 or not isinstance(found[0], Scene):

@@ -100,7 +100,7 @@ def test_advice_names_the_stiffest_contact(own: dict[str, Any], key: str, unit: 
     stiff = build_model(case(own, {"stiffness": 1e12}, {}, time=newmark), MPI.COMM_SELF)
     fault = energy_creator(stiff)
     assert fault is not None
-    limit = 2.1e11 / stiff.facet_length
+    limit = 2.1e11 / stiff.body.meshed.facet_length
     assert f"{key} = {limit * unit:.3g}" in fault.hint
     name = key.rpartition(".")[2]
     assert (

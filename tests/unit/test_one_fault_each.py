@@ -221,6 +221,8 @@ ENTRY = '[[support]]\nname = "a"\nfrom = 0.5\nto = 0.6\nclearance = 1e-4\n'
     ("spoiled", "place", "words"),
     [
         (ENTRY.replace("[[support]]", "[support]"), "[support]", "two brackets: name, from, to belong there"),
+        ("[support]\nfrom = 0.5\nto = 0.6\nclearance = 1e-4\n", "[support]", "from, to belong there, add name ="),
+        ("[support]\nstart = 0.5\nend = 0.6\nclearance = 1e-4\n", "[support]", "from, to belong there, add name ="),
         ("[[support]]\nlength = 0.05\nclearance = 1e-4\n", "[[support]]", "single brackets: length belongs there"),
         (f'{ENTRY}[[model]]\ntype = "reduced"\n', "[[model]]", "write [model], with single brackets"),
         (f"{ENTRY}body = 3\n", "body", "body = { mass = 0.05, stiffness = 200000.0 }"),

@@ -446,9 +446,14 @@ def _of_the_other_form(data: Mapping[str, Any], keys: Iterable[Key], root: type[
         many = isinstance(value, list)
         here = {key for model in models if (model in entries) == many for key in model.model_fields}
         there = {key for model in models if (model in entries) != many for key in model.model_fields}
-        strange = [key for key in given[0] if key in there - here]
+        strange = [meant for key in given[0] if key not in here and (meant := same(key, list(there - here)))]
         if strange and not set(given[0]) & (here - there):
-            belong = f"{', '.join(strange)} belong{'s' * (len(strange) == 1)} there"
+            other = max((one for one in models if (one in entries) != many),
+                        key=lambda one: len(set(given[0]) & set(one.model_fields)))  # fmt: skip
+            lacks = [key for key, info in other.model_fields.items()
+                     if info.is_required() and key not in (*given[0], *strange)]  # fmt: skip
+            adds = "".join(f", add {line}" for key in lacks if (line := example(other, key)))
+            belong = f"{', '.join(strange)} belong{'s' * (len(strange) == 1)} there{adds}"
             one = (f"one table [{name}]", f"write [{name}], with single brackets: {belong}")
             several = (f"entries that start with [[{name}]]", f"write [[{name}]], with two brackets: {belong}")
             expected, hint = one if many else several

@@ -390,3 +390,17 @@ def test_what_cannot_be_written_or_read_is_refused(tmp_path: Path) -> None:
     (tmp_path / "model.op4").write_bytes(b"")
     with pytest.raises(gb.UserError, match="pyyeti"):
         gb.read_structure(tmp_path / "model.op4", tmp_path / "model.op4", units="m-kg-s")
+
+
+def test_archives_of_numpy_hold_both_matrices(tmp_path: Path) -> None:
+    """Arrays of `numpy.savez` by the letters of their names; points may be rows of a sparse matrix."""
+    one = beam()
+    np.savez(tmp_path / "both.npz", K=sp.csr_matrix(one.K).toarray(), Maa=sp.csr_matrix(one.M).toarray())
+    found = gb.read_structure(tmp_path / "both.npz", tmp_path / "both.npz", units="m-kg-s")
+    assert abs(found.K - sp.csr_matrix(one.K)).max() == 0.0
+    assert abs(found.M - sp.csr_matrix(one.M)).max() == 0.0
+    row = sp.csr_matrix(([1.0, -0.5], ([0, 0], [0, 2])), (1, one.size))
+    assert gb.Structure(one.M, one.K, points={"a": row})["a"].rows.tolist() == row.toarray().tolist()
+    np.savez(tmp_path / "both.npz", C=sp.csr_matrix(one.K).toarray(), other=np.eye(2))
+    with pytest.raises(gb.UserError, match="the matrices C, other, expected one whose name begins with K"):
+        gb.read_structure(tmp_path / "both.npz", tmp_path / "both.npz", units="m-kg-s")

@@ -279,10 +279,18 @@ def _by_pyyeti(path: Path, argument: str) -> ReadMatrix:
     return ReadMatrix(sp.csr_matrix(matrices[list(names).index(_name_of(names, path, argument))]))
 
 
+def _archive(path: Path, argument: str) -> ReadMatrix:
+    """Return a matrix that scipy.sparse.save_npz or numpy.savez wrote."""
+    with np.load(path) as found:
+        if "format" in found:
+            return ReadMatrix(sp.csr_matrix(sp.load_npz(path)))
+        return ReadMatrix(sp.csr_matrix(found[_name_of(found.files, path, argument)]))
+
+
 Reader = Callable[[Path, str], ReadMatrix]
 READERS: dict[str, Reader] = {
     ".mtx": _mtx,
-    ".npz": lambda path, _: ReadMatrix(sp.csr_matrix(sp.load_npz(path))),
+    ".npz": _archive,
     ".npy": lambda path, _: ReadMatrix(sp.csr_matrix(np.load(path))),
     **dict.fromkeys((".sti", ".mas", ".dam"), lambda path, _: _coordinate(path, True)),
     **dict.fromkeys((".pch", ".dmig", ".bdf"), _dmig),

@@ -97,8 +97,7 @@ class Structure:
         K: Stiffness matrix, symmetric.
         C: Damping matrix of any kind; default none.
         points: Points at which something may touch, act or be read, by name: one or two DOF numbers (integers), or one
-            or two
-            rows (floats), (motions, DOFs).
+            or two rows (floats), (motions, DOFs), also of scipy.sparse.
         rigid: Motions without strain as columns, (DOFs, count), where they are known in closed form: momentum is then
             kept to round-off.
         name: Name of the structure, for messages and for points of the same name.
@@ -301,9 +300,10 @@ class Structure:
             made.reactions = {}
         return made
 
-    def _rows(self, value: ArrayLike, name: str) -> Array:
+    def _rows(self, value: Any, name: str) -> Array:
         """Return the rows of a point."""
-        given, where = np.asarray(value), f"structure {self.name or '?'}: point {name or '?'}"
+        where = f"structure {self.name or '?'}: point {name or '?'}"
+        given = value.toarray() if sp.issparse(value) else np.asarray(value)
         if given.dtype.kind in "iu" and given.ndim < 2:
             numbers = np.atleast_1d(given)
             if not np.all((-self.size <= numbers) & (numbers < self.size)):

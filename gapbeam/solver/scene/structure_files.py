@@ -53,9 +53,9 @@ def read_structure(
     """Return the structure of matrices in files, in m, kg and s.
 
     Args:
-        stiffness: File of K: `.mtx` (Matrix Market, or Abaqus's COORDINATE or MATRIX INPUT), `.npz`
-            (`scipy.sparse.save_npz`), `.npy`, `.sti` of CalculiX, `.pch` with Nastran's DMIG; `.op4` and `.op2` where
-            pyyeti is installed.
+        stiffness: File of K: `.mtx` (Matrix Market, or Abaqus's COORDINATE or MATRIX INPUT), `.npz` (of scipy.sparse,
+            or of `numpy.savez`), `.npy`, `.sti` of CalculiX, `.pch` with Nastran's DMIG; `.op4` and `.op2` where pyyeti
+            is installed.
         mass: File of M, likewise; `.mas` of CalculiX.
         units: Units of the files: "m-kg-s", "mm-t-s" or "mm-kg-s".
         damping: File of C, likewise.

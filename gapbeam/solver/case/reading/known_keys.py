@@ -448,16 +448,12 @@ def _of_the_other_form(data: Mapping[str, Any], keys: Iterable[Key], root: type[
         there = {key for model in models if (model in entries) != many for key in model.model_fields}
         strange = [meant for key in given[0] if key not in here and (meant := same(key, list(there - here)))]
         if strange and not set(given[0]) & (here - there):
-            other = max((one for one in models if (one in entries) != many),
-                        key=lambda one: len(set(given[0]) & set(one.model_fields)))  # fmt: skip
-            lacks = [key for key, info in other.model_fields.items()
-                     if info.is_required() and key not in (*given[0], *strange)]  # fmt: skip
-            adds = "".join(f", add {line}" for key in lacks if (line := example(other, key)))
-            belong = f"{', '.join(strange)} belong{'s' * (len(strange) == 1)} there{adds}"
-            one = (f"one table [{name}]", f"write [{name}], with single brackets: {belong}")
-            several = (f"entries that start with [[{name}]]", f"write [[{name}]], with two brackets: {belong}")
-            expected, hint = one if many else several
-            faults.append(Fault((name,), shown(given[0]), expected, hint))
+            other, had = next(one for one in models if (one in entries) != many), {*given[0], *strange}
+            asked = [key for key, info in other.model_fields.items() if info.is_required() and key not in had]
+            adds = "".join(f", add {example(other, key)}" for key in asked)
+            place, words = (f"one table [{name}]", "single") if many else (f"entries that start with [[{name}]]", "two")
+            hint = f"write {place.split()[-1]}, with {words} brackets: {', '.join(strange)} belong"
+            faults.append(Fault((name,), shown(given[0]), place, f"{hint}{'s' * (len(strange) == 1)} there{adds}"))
     return faults
 
 
@@ -473,8 +469,7 @@ def beyond_reason(data: Mapping[str, Any], root: type[BaseModel] = Case) -> list
         data: The file as read.
         root: Model of the whole file.
     """
-    hint = "all values are in SI units, Hz and degrees"
-    faults = []
+    hint, faults = "all values are in SI units, Hz and degrees", list[Fault]()
     for key, value in _numbers((), data):
         if abs(value) > LARGEST:
             faults.append(Fault(key, shown(value), f"at most {LARGEST:g} in size", hint))

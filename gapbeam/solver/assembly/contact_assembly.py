@@ -350,7 +350,7 @@ def ring_rows(
         np.concatenate(areas),
         np.concatenate(owners),
         csr_matrix(vstack(fits, format="csr")),
-        csr_matrix(block_diag(values)),
+        csr_matrix(block_diag([csr_matrix(one) for one in values])),
         csr_matrix(vstack(surface, format="csr")) if follows else None,
     )
 

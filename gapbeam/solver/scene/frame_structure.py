@@ -461,5 +461,6 @@ def _free(C: Array) -> Any:
     for at in range(0, C.shape[1], MOTIONS):
         own = C[:, at : at + MOTIONS]
         own = own[np.abs(own).max(axis=1, initial=0.0) > 0.0]
-        blocks.append(null_space(own) if len(own) else np.eye(MOTIONS))
-    return sp.csr_matrix(sp.block_diag([one if one.size else np.zeros((MOTIONS, 0)) for one in blocks], format="csr"))
+        kept = null_space(own) if len(own) else np.eye(MOTIONS)
+        blocks.append(sp.csr_matrix(kept if kept.size else np.zeros((MOTIONS, 0))))
+    return sp.csr_matrix(sp.block_diag(blocks, format="csr"))

@@ -300,7 +300,7 @@ class SceneRecords:
         self.variables = {record.name for record in HISTORY} - unknown
         self.time = marcher.t
         self.seen = scene.watched + TENSOR * len(self.gauges)
-        self.held = np.array([self.reactions.rows @ one[:, 0] for one in (marcher.q, marcher.v)])
+        self.held = self.reactions.motion_in(marcher.q[:, 0], marcher.v[:, 0])
         self.speed: Array = marcher.linear.watch[: scene.watched] @ marcher.v[:, 0]
 
     def _forces(self) -> Iterator[tuple[Feedback, slice]]:
@@ -377,10 +377,9 @@ class SceneRecords:
             last: Whether the last step of the block is recorded whatever its number.
         """
         at = slice(self.seen, self.seen + len(self.reactions.rows))
-        whole = [
-            np.vstack([one, part[:, at, 0]]) for one, part in zip(self.held, (kept.seen, kept.speeds), strict=True)
-        ]
-        self.held = np.array([one[-1] for one in whole])
+        held, moved = self.held, np.array([kept.seen[:, at, 0], kept.speeds[:, at, 0]])
+        if len(times):
+            self.held = moved[:, -1]
         numbers = count + 1 + np.arange(len(times))
         chosen = numbers % self.every == 0
         if last and len(chosen):
@@ -394,8 +393,8 @@ class SceneRecords:
 
         picked = {name: values[chosen] for name, values in sums.items()}
         seen, speeds = kept.seen[chosen, : self.seen, 0], kept.speeds[chosen, : self.scene.watched, 0]
-        held = self.reactions.over_steps(times, self.h, *whole)[chosen]
-        return self._rows(times[chosen], seen, speeds, some(contacts), some(energies), picked, held)
+        forces = self.reactions.over_steps(times, self.h, held, moved[0], moved[1], chosen)
+        return self._rows(times[chosen], seen, speeds, some(contacts), some(energies), picked, forces)
 
     def _rows(
         self, times: Array, seen: Array, speeds: Array, contacts: ContactBlock, energies: EnergyBlock,

@@ -246,12 +246,15 @@ def frame(
         Kf, Mf = Kf.toarray(), Mf.toarray()
     still = np.asarray(Z.T @ (R @ left)) if left.shape[1] else None
     rows = {key: np.asarray((Z.T @ row.T).T) for key, row in rows_of.items()}
-    shoved = dict[str, Array]()
-    for key, place in driven.items():
-        first = MOTIONS * node_at(axes.along(place, f"{where}: support"))
-        fixed_ways = C[:, first : first + 3]  # a support that holds one direction moves along that only
-        shoved[key] = np.zeros((tie.shape[1], 3))
-        shoved[key][first : first + 3] = np.linalg.pinv(fixed_ways) @ fixed_ways
+
+    def held_at(place: Station, count: int, named: str, argument: str = "clamped") -> Array:
+        """Return the part of the first motions of a place that its support holds, (DOFs with hinges, count)."""
+        first = MOTIONS * node_at(axes.along(place, named, argument))
+        fixed_ways, found = C[:, first : first + count], np.zeros((tie.shape[1], count))
+        found[first : first + count] = np.linalg.pinv(fixed_ways) @ fixed_ways
+        return found
+
+    shoved = {key: held_at(place, 3, f"{where}: support") for key, place in driven.items()}
     rows |= driven_rows(shoved, {"K": K, "M": M + fluid}, lambda forces: Z.T @ forces)
     shifts = (MOTIONS * np.arange(len(x))[:, None] + np.arange(3)).ravel()
     lines = np.concatenate([np.column_stack([some[:-1], some[1:]]) for some in nodes])
@@ -266,9 +269,7 @@ def frame(
     made.gauges = gauge_rows(gauges, placed, shoved, where, stress, lambda rows: (Z.T @ rows.T).T)
     for key, place in reactions.items():
         named = f"{where}: reaction {key}"
-        first = MOTIONS * node_at(axes.along(place, named, f"reactions.{key}"))
-        fixed_ways, D = C[:, first : first + MOTIONS], np.zeros((tie.shape[1], MOTIONS))
-        D[first : first + MOTIONS] = np.linalg.pinv(fixed_ways) @ fixed_ways
+        D = held_at(place, MOTIONS, named, f"reactions.{key}")
         if not np.any(D):
             raise ArgumentError(f"{named}: found a place that nothing holds, expected that of a support", "reactions")
         matrices = {"K": K, "M": M + fluid}

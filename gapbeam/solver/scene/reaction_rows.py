@@ -52,13 +52,23 @@ class ReactionRows:
                 found -= load.table(times)[:, :1, None] * felt
         return np.asarray(found)
 
-    def over_steps(self, times: Array, h: float, place: Array, speed: Array) -> Array:
-        """Return the means over steps of h, (steps, supports, 6), N and N m.
+    def motion_in(self, q: Array, v: Array) -> Array:
+        """Return displacement and velocity along the rows in a state, (2, 12 supports)."""
+        return np.array([self.rows @ q, self.rows @ v])
+
+    def over_steps(
+        self, times: Array, h: float, before: Array, place: Array, speed: Array, chosen: Any = slice(None)
+    ) -> Array:
+        """Return the means over steps of h, (chosen steps, supports, 6), N and N m.
 
         Args:
             times: Ends of the steps, s.
             h: Step, s.
-            place: Motions along the rows at the start and after each step, (1 + steps, 12 supports).
+            before: As `motion_in` returns it before the first step.
+            place: Displacements along the rows after each step, (steps, 12 supports).
             speed: Their velocities, likewise.
+            chosen: Steps that are wanted, a mask or a slice.
         """
-        return self.forces(times - 0.5 * h, 0.5 * (place[1:] + place[:-1]), np.diff(speed, axis=0) / h)
+        u, v = (np.vstack([first, rest]) for first, rest in zip(before, (place, speed), strict=True))
+        middles, gained = (times - 0.5 * h)[chosen], np.diff(v, axis=0)[chosen] / h
+        return self.forces(middles, 0.5 * (u[1:] + u[:-1])[chosen], gained)

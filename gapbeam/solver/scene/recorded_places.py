@@ -35,10 +35,9 @@ def struck_places(scene: Scene) -> tuple[str, ...]:
     bodies = {scene.place_of(point.structure, name) for one, name in hard for point in one.points}
     points = [name for name, one in scene.point_names.items() if scene.place_of(one.structure, name) in bodies]
     probes = [one for one in scene.probe_names if one in points or one.rpartition(" ")[0] in points]
-    supports = ReactionRows(scene) if hard else None
-    held = () if supports is None else zip(supports.names, supports.owners, strict=True)
-    shaken = [name for name, one in held if scene.place_of(one, name) in bodies]
-    return (*(name for _, name in hard), *probes, *shaken)
+    supports = ReactionRows(scene)
+    held = zip(supports.names, supports.owners, strict=True)
+    return (*(name for _, name in hard), *probes, *(name for name, one in held if scene.place_of(one, name) in bodies))
 
 
 def turning_places(scene: Scene) -> tuple[str, ...]:

@@ -213,7 +213,7 @@ def history(
     gauges, supports = gauges_of(scene), ReactionRows(scene)
     axial = np.array([rows[0] for rows in gauges.values()]).reshape(-1, scene.size)
     marcher = marcher_of(scene, step, start, scheme, np.vstack([axial, supports.rows]))
-    begin = [supports.rows @ one for one in (marcher.q[:, 0], marcher.v[:, 0])]
+    begin = supports.motion_in(marcher.q[:, 0], marcher.v[:, 0])
     steps = steps_to(end, marcher.t, step)
     scene.check_feedback(marcher.z, end - marcher.t)
     parts = [marcher.advance(min(BLOCK, steps - done), energies=True)[:3] for done in range(0, steps, BLOCK)]
@@ -227,8 +227,7 @@ def history(
         force[one.name or i] = _squeezed(felt[:, first : first + one.region.motions])
     times = marcher.t0 + step * np.arange(1, steps + 1)
     stress, held = dict(zip(gauges, seen[:, at : at + len(axial)].T, strict=True)), slice(at + len(axial), None)
-    moved = (np.vstack([one, part[:, held]]) for one, part in zip(begin, (seen, speeds), strict=True))
-    found = np.moveaxis(supports.over_steps(times, step, *moved), 1, 0)
+    found = np.moveaxis(supports.over_steps(times, step, begin, seen[:, held], speeds[:, held]), 1, 0)
     reaction = dict(zip(supports.names, found, strict=True))
     return History(times, displacement, velocity, force, SceneStep(marcher), stress, reaction)
 

@@ -221,13 +221,13 @@ def _body(site: Site, table: BodyTable) -> Structure:
     elif isinstance(model, ElementFrame):
         given = stations_of(points, nearest, extent)
         given |= {name: (x, direction_of(point)) for point, way in _ways(site, table) for name, x in way.items()}
-        one, places = refined(site, table, lambda count: framed(
+        one, places = _refined(site, table, lambda count: framed(
             table, model, site.members(table), given, held, driven, gauges, count * element_count(model.elements)
         ))  # fmt: skip
         at, site.places = {}, site.places | places
     else:
         at = {point.name: _along(extent, point) for point in points} | nearest | _stations(site, table)
-        one, _ = refined(site, table, lambda count: (_straight(table, model, at, held, driven, gauges, count), None))
+        one, _ = _refined(site, table, lambda count: (_straight(table, model, at, held, driven, gauges, count), None))
         if isinstance(model, ElementBeam) and model.motions == 2:
             one = in_two_planes(one)
     if extent is not None and extent.ways is not None:
@@ -245,7 +245,7 @@ def _body(site: Site, table: BodyTable) -> Structure:
 Part = TypeVar("Part")
 
 
-def refined(site: Site, table: BodyTable, made: Callable[[int], tuple[Structure, Part]]) -> tuple[Structure, Part]:
+def _refined(site: Site, table: BodyTable, made: Callable[[int], tuple[Structure, Part]]) -> tuple[Structure, Part]:
     """Return a structure with more elements, or with those of the file where it would be marched sparse."""
     found = made(site.finer)
     return made(1) if site.finer > 1 and table.reduce is None and found[0].is_large else found

@@ -98,18 +98,16 @@ def _names(tables: Mapping[str, Any]) -> Iterator[Fault]:
                 yield Fault(key, f'"{one.name}", a second time', "different names of structures, pairs, loads, forces",
                             related=(seen[one.name],))  # fmt: skip
             seen.setdefault(one.name, key)
-    named = {(one.structure, one.name) for one in tables.get("joint", {}).values() if getattr(one, "force", False)}
-    for number, one in tables.get("joint", {}).items():
-        if getattr(one, "force", False) and one.name is not None:
-            if (one.structure, one.name) not in named:
-                found = f'"{one.name}", a second time'
-                yield Fault(("joint", number, "name"), found, "a name of its own for each force")
-            named.discard((one.structure, one.name))
-    points: set[tuple[str, str]] = set()
-    for number, one in tables.get("point", {}).items():
-        if (one.structure, one.name) in points:
-            yield Fault(("point", number, "name"), f'"{one.name}", a second time', "different points of a structure")
-        points.add((one.structure, one.name))
+    forces = {number: one for number, one in tables.get("joint", {}).items() if getattr(one, "force", False)}
+    for array, entries, expected in (
+        ("point", tables.get("point", {}), "different points of a structure"),
+        ("joint", forces, "a name of its own for each force"),
+    ):
+        own: set[tuple[str, str | None]] = set()
+        for number, one in entries.items():
+            if one.name is not None and (one.structure, one.name) in own:
+                yield Fault((array, number, "name"), f'"{one.name}", a second time', expected)
+            own.add((one.structure, one.name))
 
 
 def _files(bodies: Mapping[int, BodyTable]) -> Iterator[Fault]:

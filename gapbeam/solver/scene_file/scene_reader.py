@@ -275,10 +275,9 @@ class SceneFile:
             raise CaseError(str(path), self.places.put_in_order(faults))
         case = self.case.model_copy(update={"figure": type(self.case.figure)(figures)})
         case, reason = with_step(case, scene, str(path), self.places.put_in_order)
-        elements = () if scene.is_large else (ElementBeam, ElementFrame)
-        rough = any(one.reduce is not None or isinstance(one.model, elements) for one in case.structure)
-        more = partial(self.read, 2) if rough else None
-        return ReadScene(case, scene, spans, path.stem, reason, more)
+        meshed = () if scene.is_large else (ElementBeam, ElementFrame)
+        is_coarse = any(one.reduce is not None or isinstance(one.model, meshed) for one in case.structure)
+        return ReadScene(case, scene, spans, path.stem, reason, partial(self.read, 2) if is_coarse else None)
 
 
 def read_scene(source: SceneSource, overrides: Overrides = ()) -> ReadScene:

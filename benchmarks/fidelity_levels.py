@@ -136,8 +136,9 @@ def _run(path: Path, overrides: Sequence[str], folder: Path) -> dict[str, Any]:
 
 def _textbook(path: Path) -> float:
     """Return the mean time of some steps of the textbook, s."""
-    start = seated(read_case(path, [*PERIODIC, "load.shaker.ramp=0.0"]))
-    beam = TextbookBeam(start.model, start.start)
+    case = read_case(path, [*PERIODIC, "load.shaker.ramp=0.0"])
+    start = seated(case)
+    beam = TextbookBeam(case, start.model, start.start)
     clock = time.perf_counter()
     for _ in range(TEXTBOOK_STEPS):
         beam.advance()

@@ -15,6 +15,7 @@ from scipy.sparse import csc_matrix
 
 from gapbeam.solver.assembly.elasticity import lame
 from gapbeam.solver.case.beam_motions import axial_restraint
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.model import Model
 
 gf.util_trace_level(0)  # its default reports every term assembled
@@ -33,12 +34,12 @@ class GetfemBeam:
     """A beam of GetFEM on the mesh of a gapbeam model.
 
     Args:
+        case: The case of the model.
         model: A 2D model on a structured mesh of quadrilaterals, with penalty contact, without contact damping.
     """
 
-    def __init__(self, model: Model) -> None:
-        case = model.case
-        self._model, self._dt = model, model.step
+    def __init__(self, case: Case, model: Model) -> None:
+        self._case, self._dt = case, model.step
         places = model.space.mesh.geometry.x
         lines = [np.unique(np.round(places[:, axis], 9)) for axis in (0, 1)]
         self._mesh = mesh = gf.Mesh("cartesian", *lines)
@@ -63,7 +64,7 @@ class GetfemBeam:
 
     def seat(self) -> Array:
         """Return the static contact equilibrium under gravity, (nodes, 2), m."""
-        case = self._model.case
+        case = self._case
         solver = self._solver(0.0, 1.0)
         solver.set_private_rhs(self._rhs, self._weight())
         tilt = (case.layout.clearance + 2.0 * ENGAGED) / case.layout.end
@@ -75,7 +76,7 @@ class GetfemBeam:
     def reactions(self, rest: Array) -> dict[str, float]:
         """Return the contact forces of a state at rest on base and gland, N: what its balance leaves there."""
         left = (self.stiffness @ rest.reshape(-1) - self._weight()).reshape(-1, 2)[:, 1]
-        case = self._model.case
+        case = self._case
         supported = self.nodes[:, 0] < case.layout.end + ON_LINE
         low, high = self.nodes[:, 1].min(), self.nodes[:, 1].max()
         return {
@@ -116,7 +117,7 @@ class GetfemBeam:
 
     def _weight(self) -> Array:
         gravity = np.zeros_like(self.nodes)
-        gravity[:, 1] = -sum(load.weight_acceleration for load in self._model.case.load)
+        gravity[:, 1] = -sum(load.weight_acceleration for load in self._case.load)
         return np.asarray(self.mass @ gravity.reshape(-1))
 
     def _solver(self, mass: float, stiffness: float) -> Any:

@@ -42,9 +42,10 @@ def compare(name: str, steps: int = STEPS) -> tuple[Cell, ...]:
     """Return the row of one slice: relative differences, and times."""
     from benchmarks.getfem_beam import GetfemBeam
 
-    start = seated(shaken(CASES / name))
+    case = shaken(CASES / name)
+    start = seated(case)
     model = start.model
-    peer = GetfemBeam(model)
+    peer = GetfemBeam(case, model)
     rest = peer.seat()
     _, same = cKDTree(model.space.tabulate_dof_coordinates()[:, :2]).query(peer.nodes)
     ours = start.start.u[VALUE].reshape(-1, 2)[same]

@@ -25,6 +25,7 @@ from benchmarks.table import (
     seconds,
 )
 from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.run.run_case import run_case
 from gapbeam.studies.trial_prediction import predict
@@ -47,7 +48,7 @@ def measure(what: str, name: str, overrides: list[str]) -> None:
     case, clock = read_case(CASES / name, overrides), time.perf_counter()
     if what == "check":
         model = build_model(case, MPI.COMM_SELF)
-        prediction = predict(model, time.perf_counter() - clock, MPI.COMM_SELF)
+        prediction = predict(Simulation(model), time.perf_counter() - clock, MPI.COMM_SELF)
         took = time.perf_counter() - clock
         alone = prediction.total - prediction.errors
         print_figures({"time": alone, "predicted_memory": prediction.memory, "took": took})

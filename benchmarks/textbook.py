@@ -62,14 +62,15 @@ class TextbookBeam:
     """A beam that is marched by Newton's method on the whole residual; penalty contact without damping, one rank.
 
     Args:
+        case: The case of the model.
         model: Mesh, space, material and loads come from here; nothing of its operators is used but the pattern of
             point forces.
         start: The state to start from.
         factorization: "lu", as the demos have it, or "cholesky", which knows that the Jacobian is symmetric.
     """
 
-    def __init__(self, model: Model, start: State, factorization: str = "lu") -> None:
-        self._model, self._dt, self.time = model, model.step, start.time
+    def __init__(self, case: Case, model: Model, start: State, factorization: str = "lu") -> None:
+        self._case, self._model, self._dt, self.time = case, model, model.step, start.time
         self._old, self._old_velocity = fem.Function(model.space), fem.Function(model.space)
         self._new = fem.Function(model.space)
         self._old.x.array[:] = start.u[VALUE]
@@ -124,14 +125,14 @@ class TextbookBeam:
         self._vector.set(0.0)
         fem_petsc.assemble_vector(self._vector, self._residual_form)
         middle = self.time + 0.5 * self._dt
-        for load, given in zip(self._model.system.loads, self._model.case.load, strict=True):
+        for load, given in zip(self._model.system.loads, self._case.load, strict=True):
             if not given.static:
                 self._vector.array[:] -= load.factor(middle) * load.pattern
         return float(self._vector.norm())
 
     def _residual(self) -> Any:
         """Return the residual of a step with gravity and contact, in UFL."""
-        model, case, dt = self._model, self._model.case, self._dt
+        model, case, dt = self._model, self._case, self._dt
         mesh = model.space.mesh
         axis, plane = mesh.geometry.dim - 1, case.mesh.plane == "stress" and mesh.geometry.dim == 2
         width = case.beam.width if axis == 1 else 1.0
@@ -253,7 +254,7 @@ def compare(case: Case, steps: dict[str, int], long: int) -> Table:
     ratios: dict[str, float] = {}
     worst = 0.0
     for factorization, count in steps.items():
-        textbook = TextbookBeam(start.model, start.start, factorization)
+        textbook = TextbookBeam(case, start.model, start.start, factorization)
         spent, iterations, difference = 0.0, 0, 0.0
         beside: list[Marched] = []  # whole condensed marches, one after each step of the textbook, on the same load
         for expected in condensed.displacements[:count]:

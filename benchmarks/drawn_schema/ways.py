@@ -53,14 +53,14 @@ def begun(model: Model, in_memory: bool) -> State:
         model: The model.
         in_memory: March the earlier run here, without its files.
     """
-    if earlier_folder(model.case) is None:
+    simulation = Simulation(model)
+    if earlier_folder(simulation.case) is None:
         found: State = seated(model).state
         return found
-    simulation = Simulation(model)
     seat = simulation.seat_or_failure()
     if not in_memory:
         return simulation.start(seat, left_state(simulation.case, model, Path(), MPI.COMM_SELF))
-    first = gapbeam.model(before(model.case)).model
+    first = gapbeam.model(before(simulation.case)).model
     end = respond(first, seated(first).state, Simulation(first).steps).end
     assert end is not None
     contact, operators = model.system.contact, model.system.operators

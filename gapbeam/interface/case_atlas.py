@@ -53,7 +53,7 @@ def repeating_scene(case: Path, overrides: Overrides) -> PeriodicScene:
     read = read_case(case, overrides)
     period, rise = _repetition(read)
     made = model(read).model
-    return PeriodicScene(scene_of_model(made), period, float(made.case.time.step), rise, read.figure)
+    return PeriodicScene(scene_of_model(read, made), period, made.step, rise, read.figure)
 
 
 def _repetition(case: Case | SceneCase) -> tuple[float, float]:

@@ -70,7 +70,7 @@ def marched_scene(case: CaseSource, overrides: Overrides = ()) -> MarchedScene:
     from gapbeam.solver.system.semi_discrete import VALUE
 
     simulation = Simulation.of_case(read_case(case, overrides), all_ranks())
-    scene = scene_of_model(simulation.model)
+    scene = scene_of_model(simulation.case, simulation.model)
     begin = simulation.start(simulation.seat_or_failure())
     beam = scene.given[0]
     start = scene.state({beam: begin.u[VALUE]}, {beam: begin.v[VALUE]}, begin.time)

@@ -33,6 +33,7 @@ from gapbeam.solver.system.operators import Load as CaseLoad
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 if TYPE_CHECKING:
+    from gapbeam.solver.case.case import Case
     from gapbeam.solver.models.model import Model
 
 LOG = logging.getLogger("gapbeam")
@@ -75,8 +76,8 @@ class _Factor:
         return np.asarray(self.factors(np.ravel(times)).reshape(np.shape(times)) * scale)
 
 
-def scene_of_model(model: Model) -> Scene:
-    """Return the scene of a model.
+def scene_of_model(case: Case, model: Model) -> Scene:
+    """Return the scene of the model of a case.
 
     The structure is called "beam" and has the probes as points, each with its motion across the beam. Each contact
     point is a contact, called after its face, with a number where the face has several. Loads keep their names, and
@@ -85,7 +86,7 @@ def scene_of_model(model: Model) -> Scene:
     Raises:
         UserError: The case has what a scene has no noun for; all of it in the message.
     """
-    refused = list(_refusals(model))
+    refused = list(_refusals(case, model))
     if refused:
         raise UserError("no scene of this case: " + "; ".join(refused))
     if model.system.contact.measures_sliding:
@@ -153,9 +154,9 @@ def _of_all(contact: ContactOperator, matrix: csr_matrix, size: int) -> Array:
     return found
 
 
-def _refusals(model: Model) -> Iterator[str]:
+def _refusals(case: Case, model: Model) -> Iterator[str]:
     """Yield the parts of a case that scenes do not have, in words of the case file."""
-    system, contact, law, case = model.system, model.system.contact, model.law, model.case
+    system, contact, law = model.system, model.system.contact, model.law
     if not case.time.scheme.conserves_energy:
         yield (
             f"the scheme {case.time.scheme.type}: scenes have their scheme from `march`; choose "

@@ -57,7 +57,7 @@ class UserCase(Case):
         from gapbeam.interface.case_scene import scene_of_model
         from gapbeam.solver.march.simulation import Simulation
 
-        return scene_of_model(Simulation.of_case(self, all_ranks()).model)
+        return scene_of_model(self, Simulation.of_case(self, all_ranks()).model)
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(case_to_toml(self))}</pre>"

@@ -19,6 +19,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import Default, bending_words, overhang_frequency, stiffness_unit
 from gapbeam.solver.case.solution_tables import BeamModel
+from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.march.stepwise_march import RESOLVING_SHARE
 from gapbeam.solver.memory.memory_check import (
     expected_dofs,
@@ -97,9 +98,10 @@ def describe_case(case: Case, comm: MPI.Comm) -> CaseDescription:
             )  # fmt: skip
         started += meshed.seconds
     model = build_model(case, comm)
-    refuse_energy_creators(model)
-    case = model.case  # its step is a number
-    prediction = predict(model, time.perf_counter() - started, comm)
+    refuse_energy_creators(case, model)
+    simulation = Simulation(model)
+    case = simulation.case  # its step is a number
+    prediction = predict(simulation, time.perf_counter() - started, comm)
     sections = {
         "Model": tuple(_model_rows(case, model)),
         "Computed defaults": tuple(_once(_default_rows(default) for default in model.defaults)),

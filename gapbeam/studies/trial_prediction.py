@@ -120,12 +120,12 @@ class Prediction:
         return sum(self.setup.values()) + self.march + self.errors
 
 
-def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
+def predict(simulation: Simulation, spent: float, comm: MPI.Comm) -> Prediction:
     """Try a run out and predict the cost of all of it.
 
     Args:
-        model: The model.
-        spent: Wall time that making it took, s.
+        simulation: The model of the run with its scheme.
+        spent: Wall time that making the model took, s.
         comm: Its ranks.
 
     Raises:
@@ -134,7 +134,7 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
 
     Collective.
     """
-    case = model.case
+    model, case = simulation.model, simulation.case
     trial = Simulation(model_of(at_full_amplitude(case), model.body))
     clock = time.perf_counter()
     if comm.rank == 0:
@@ -299,8 +299,8 @@ def predict_large(case: Case, dofs: int, comm: MPI.Comm) -> Prediction:
         if comm.rank == 0:
             LOG.info("tries out a coarser mesh of about %d DOFs: %d are too many for that", target, dofs)
         model = build_model(coarser(case, dofs / target), comm)
-        refuse_energy_creators(model)
-        tried.append(predict(model, time.perf_counter() - clock, comm))
+        refuse_energy_creators(case, model)
+        tried.append(predict(Simulation(model), time.perf_counter() - clock, comm))
         sizes.append(model.mesh_dofs)
         del model
         gc.collect()

@@ -152,7 +152,7 @@ def test_the_command_finds_the_response_of_a_run(tmp_path: Path) -> None:
     (one,) = record["responses"]
     assert one["starts"] == 8
     simulation = gapbeam.model(CASE, list(QUICK))
-    scene = scene_of_model(simulation.model)
+    scene = scene_of_model(simulation.case, simulation.model)
     row = scene.structures[0].points["tip"].rows[0]
     steps = round(1.4 / simulation.model.step)
     tips = [row @ step.new.u[0] for step in simulation.march(simulation.start(simulation.seat()), steps=steps)]

@@ -55,7 +55,7 @@ def test_textbook_agrees_on_a_slice_that_strikes_both_faces() -> None:
     """The slice in plane stress thrown through its gap: points of both faces close and open; the motions agree."""
     model = build_model(shaken(2, 60), MPI.COMM_SELF)
     start = thrown(model)
-    beam = TextbookBeam(model, start)
+    beam = TextbookBeam(model.case, model, start)
     contact, counts = model.system.contact, []
     for step in march(march_of_model(model, model.case.time.scheme), start):
         beam.advance()

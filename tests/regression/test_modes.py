@@ -151,7 +151,7 @@ def test_what_has_no_modes_is_refused() -> None:
         held_modes(beam_model(), 60)
     with pytest.raises(UserError, match=r"take more modes in \[model\]"):
         held_modes(beam_model({"model": {"type": "reduced", "modes": 4}}), 6)
-    with pytest.raises(UserError, match="were asked for; the model beam"):
+    with pytest.raises(UserError, match="were asked for; the model with"):
         held_modes(beam_model({"model": {"type": "beam", "elements": 3}}), 9)
 
 

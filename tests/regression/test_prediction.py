@@ -16,6 +16,7 @@ from mpi4py import MPI
 import gapbeam
 from benchmarks.predictions import both
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.models.model import build_model
 from gapbeam.studies import case_description, trial_prediction
@@ -138,7 +139,7 @@ def test_large_models_are_scaled_from_coarser_ones(monkeypatch: pytest.MonkeyPat
     ratios = []
     for _ in range(ATTEMPTS):
         scaled = trial_prediction.predict_large(case, model.mesh_dofs, MPI.COMM_SELF)
-        tried = predict(model, sum(model.body.seconds.values()), MPI.COMM_SELF)
+        tried = predict(Simulation(model), sum(model.body.seconds.values()), MPI.COMM_SELF)
         assert scaled.steps == tried.steps
         assert 1.0 / FACTOR <= scaled.memory / tried.memory <= FACTOR
         assert "scaled from coarser meshes of" in scaled.basis
@@ -171,7 +172,8 @@ def test_memory_is_scaled_as_it_is_checked(
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trial_prediction, "build_model", made)
-        patch.setattr(trial_prediction, "refuse_energy_creators", lambda _: None)
+        patch.setattr(trial_prediction, "refuse_energy_creators", lambda *_: None)
+        patch.setattr(trial_prediction, "Simulation", lambda model: model)
         patch.setattr(trial_prediction, "predict", predicted)
         patch.setattr(trial_prediction, "peak_memory", lambda _: [0.0])
         patch.setattr(trial_prediction, "gc", SimpleNamespace(collect=int))  # seconds, beside the rest of a suite

@@ -42,7 +42,7 @@ def test_a_scene_moves_as_its_case(name: str) -> None:
     """Displacements of all DOFs after 200 steps of the default scheme, from the seat of the case."""
     file, overrides = CHOICES[name]
     simulation = gapbeam.model(CASES / file, overrides)
-    scene = scene_of_model(simulation.model)
+    scene = scene_of_model(simulation.case, simulation.model)
     start = simulation.start(simulation.seat())
     (beam,) = scene.structures
     state = scene.state({beam: start.u[0]}, {beam: start.v[0]})

@@ -60,7 +60,7 @@ ADVICE = re.compile(r"(?:set|choose) (?:\[(\w+)\] )?([\w.]+) = (\"[^\"]*\"|\{[^}
 def compare(case: str, overrides: dict[str, Any]) -> None:
     """Compare displacements of all DOFs after some steps from the seat of the case."""
     simulation = gapbeam.model(CASES / case, overrides)
-    scene = scene_of_model(simulation.model)
+    scene = scene_of_model(simulation.case, simulation.model)
     start = simulation.start(simulation.seat_or_failure())
     (beam,) = scene.structures
     state = scene.state({beam: start.u[0]}, {beam: start.v[0]})

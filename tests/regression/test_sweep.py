@@ -106,7 +106,7 @@ def test_a_response_from_a_carried_start_is_the_march_going_on() -> None:
     model = shaken(**DAMPED)
     first = respond(model, seated(model).state, 500, model.step)
     assert first.end is not None
-    begin = carried(model, first.end, model.case)
+    begin = carried(model, model.case.load, first.end, model.case.load)
     second = respond(model, begin.state, 500, model.step)
     whole = respond(model, seated(model).state, 1000, model.step)
     assert begin.state.time == pytest.approx(0.1)
@@ -123,13 +123,14 @@ def test_a_carried_start_keeps_the_phase_of_another_frequency() -> None:
     before, after = shaken(), shaken(frequency=25.0)
     end = respond(before, seated(before).state, 525).end
     assert end is not None
-    begin = carried(after, end, before.case)
+    begin = carried(after, after.case.load, end, before.case.load)
     assert (begin.state.time * 25.0) % 1.0 == pytest.approx(0.25, abs=1e-9)
     assert begin.notes == ()
     assert begin.state.time >= SHAKER["ramp"]
     force = next(load for load in after.system.loads if load.name == "shaker")
     assert force.factor(begin.state.time) == pytest.approx(60.0, rel=1e-4)
-    uneven = carried(shaken(frequency=40.0), end, before.case)  # a quarter of 25 ms is no whole number of steps
+    slow = shaken(frequency=40.0)
+    uneven = carried(slow, slow.case.load, end, before.case.load)  # a quarter of 25 ms is no whole number of steps
     assert "jumps by 0.002 of a period" in uneven.notes[0]
 
 
@@ -148,7 +149,7 @@ def test_a_smaller_clearance_moves_the_beam_clear_of_the_gland() -> None:
     model = model_of(case, before.body)
     naive = model.system.contact.depth(model.system.contact.interface.trace(end.u[VALUE], model.system.operators))
     assert naive.max() > 1e-5  # without being moved it would be deep in the gland
-    begin = carried(model, end, before.case)
+    begin = carried(model, model.case.load, end, before.case.load)
     assert begin.state.depth.max() <= max(float(end.depth.max()), 0.0) + 1e-9
     assert "rigid body" in begin.notes[0]
     np.testing.assert_array_equal(begin.state.v[VALUE], end.v[VALUE])
@@ -159,7 +160,11 @@ def test_a_smaller_clearance_moves_the_beam_clear_of_the_gland() -> None:
 def test_kicks_are_reproducible_and_differ() -> None:
     """The same seed and number give the same start; another one gives another velocity and phase."""
     model = shaken()
-    one, again, other = kicked(model, 1, 7), kicked(model, 1, 7), kicked(model, 2, 7)
+    one, again, other = (
+        kicked(model, model.case.load, 1, 7),
+        kicked(model, model.case.load, 1, 7),
+        kicked(model, model.case.load, 2, 7),
+    )
     np.testing.assert_array_equal(one.state.v, again.state.v)
     assert one.state.time == again.state.time
     assert not np.allclose(one.state.v[VALUE], other.state.v[VALUE])

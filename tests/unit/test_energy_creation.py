@@ -123,17 +123,19 @@ def test_explicit_steps_bear_springs_and_massless_contact() -> None:
 def test_acceptance_is_by_name_and_reported() -> None:
     """Refused with status 2, found and ways out in the message; accepted with a warning; nothing about soft contact."""
     stiff, soft = {"stiffness": 1.0e15}, {"stiffness": 1.0e13}
+    made = model_of(NEWMARK, stiff)
     with pytest.raises(UserError) as refused:
-        refuse_energy_creators(model_of(NEWMARK, stiff))
+        refuse_energy_creators(made.case, made)
     assert refused.value.exit_status == 2
     for words in ("nothing was run", "found: ", "expected: ", "try: ", "gates.accept_energy_growth = true"):
         assert words in str(refused.value)
     accepted = model_of(NEWMARK, stiff, accept_energy_growth=True)
-    refuse_energy_creators(accepted)
+    refuse_energy_creators(accepted.case, accepted)
     (warning,) = accepted_energy_creators(accepted)
     assert "newmark on a contact of 1e+15 Pa/m, 59.5 E/h" in warning
     assert "accepted by name" in warning
-    refuse_energy_creators(model_of(NEWMARK, soft))
+    bearable = model_of(NEWMARK, soft)
+    refuse_energy_creators(bearable.case, bearable)
     assert accepted_energy_creators(model_of(NEWMARK, soft, accept_energy_growth=True)) == []
 
 

@@ -53,7 +53,7 @@ def test_a_narrower_hole_takes_the_tube_along(contact: str) -> None:
     sideways = np.abs(before.probes["left_orbit"].evaluate(end.u[VALUE], operators)[1])
     assert sideways > NARROW  # heave and pitch alone would not do
     assert excess > 0.9 * (WIDE - NARROW)
-    begin = carried(model, end, before.case)
+    begin = carried(model, model.case.load, end, before.case.load)
     assert begin.state.depth.max() <= max(float(end.depth.max()), 0.0) + 1e-10
     assert len(begin.notes) == 1
     moved = float(begin.notes[0].split("up to ")[1].split()[0])
@@ -69,7 +69,7 @@ def test_tubes_of_every_size_are_taken_along_alike(size: float) -> None:
     for one in (1.0, size):
         before, end = moving("circle", one)
         case = scaled_case(gapbeam.read_case(CASE, [*QUICK, *keys(NARROW, "circle")]), one)
-        begin = carried(model_of(case, before.body), end, before.case)
+        begin = carried(model_of(case, before.body), case.load, end, before.case.load)
         assert len(begin.notes) == 1
         found.append((float(begin.notes[0].split("up to ")[1].split()[0]) / one, begin.state.depth / one))
     assert found[1][0] == pytest.approx(found[0][0], rel=5e-3)
@@ -80,7 +80,9 @@ def test_kicks_go_aside_in_holes() -> None:
     """Some kick is more aside than up, which heave and pitch and a force upward could not be."""
     model, _ = moving("circle")
     tip, operators = model.probes["tip"], model.system.operators
-    speeds = np.array([tip.evaluate(kicked(model, number, 3).state.v[VALUE], operators) for number in range(1, 5)])
+    speeds = np.array(
+        [tip.evaluate(kicked(model, model.case.load, number, 3).state.v[VALUE], operators) for number in range(1, 5)]
+    )
     assert np.any(np.abs(speeds[:, 1]) > np.abs(speeds[:, 2]))
 
 

@@ -356,7 +356,8 @@ def test_records_are_cheap_to_vary(tmp_path: Path) -> None:
     keys = [body_key(read_case(case, (*BRIEF, variant))) for variant in variants]
     assert all(key == keys[0] for key in keys)
     assert keys[0] != body_key(read_case(case, (*BRIEF, "load.shaker.point=0.2")))
-    start = kicked(build_model(read_case(case, BRIEF), MPI.COMM_SELF), 1, 5)
+    read = read_case(case, BRIEF)
+    start = kicked(build_model(read, MPI.COMM_SELF), read.load, 1, 5)
     assert start.state.time == 0.0
     assert np.all(np.isfinite(start.state.v))
     assert np.any(start.state.v != 0.0)

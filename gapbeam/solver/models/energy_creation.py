@@ -10,7 +10,7 @@ from gapbeam.solver.case.model_choice import nominal_area, own_stiffness
 from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.messages.errors import Fault, UserError
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.models.time_step import compared_depth, slope_factor
+from gapbeam.solver.models.time_step import slope_factor
 from gapbeam.solver.schema.table import type_name
 from gapbeam.solver.supports.layout import stiffness_key
 from gapbeam.solver.supports.support_tables import OneSupport
@@ -43,7 +43,7 @@ def energy_creator(model: Model) -> Fault | None:
     body = modulus / length
     share, most = model.support.stiffness_per_area * factor / body, stiffest * body / factor
     words = f"E = {modulus:.3g} Pa, h = {length:.3g} m"
-    at_depth = f" at a depth of {compared_depth(case):.2g} m" if factor != 1.0 else ""
+    at_depth = f" at a depth of {model.compared_depth:.2g} m" if factor != 1.0 else ""
     unit = stiffness_unit(case)
     if formulation.follows_the_law:
         if share <= (1.0 + ROUNDED) * stiffest:
@@ -92,7 +92,7 @@ def _damped_by_touch(case: Case, model: Model) -> Fault | None:
     if damped is None:
         return None
     slow = model.law.touched_at(np.zeros(model.system.contact.size))
-    bearable = stable_step(model.system, slow, compared_depth(case))
+    bearable = stable_step(model.system, slow, model.compared_depth)
     if model.step <= bearable.step:
         return None
     return Fault(
@@ -100,7 +100,7 @@ def _damped_by_touch(case: Case, model: Model) -> Fault | None:
         f"{case.time.scheme.type} on the law {type_name(type(damped))}, whose damping grows as the speed at touch "
         "falls: known to create energy where the beam rests or touches slowly",
         f"steps of at most {bearable.written} s, which bear contact that begins at {slowest_touch(case):.2g} m/s and "
-        f"is {compared_depth(case):.2g} m deep; an implicit scheme, massless contact nodes, or a damper with a given "
+        f"is {model.compared_depth:.2g} m deep; an implicit scheme, massless contact nodes, or a damper with a given "
         "coefficient",
         'time.scheme = "discrete-gradient", contact.mass = "redistributed", or contact.law = "kelvin-voigt"; '
         "gates.accept_energy_growth = true runs it anyway",
@@ -109,14 +109,14 @@ def _damped_by_touch(case: Case, model: Model) -> Fault | None:
     )
 
 
-def refuse_energy_creators(model: Model) -> None:
+def refuse_energy_creators(case: Case, model: Model) -> None:
     """Refuse a combination that is known to create energy, unless the case accepts growth of energy.
 
     Raises:
         UserError: The scheme may create energy; the message has what was found, expected and to be tried.
     """
     fault = energy_creator(model)
-    if fault is not None and not model.case.gates.accept_energy_growth:
+    if fault is not None and not case.gates.accept_energy_growth:
         raise UserError(f"the case has a fault; nothing was run.\n\n{fault}")
 
 

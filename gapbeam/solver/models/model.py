@@ -311,6 +311,11 @@ class Model:
         return contact_duration(self.case, self.support.stiffness_per_area)
 
     @property
+    def compared_depth(self) -> float:
+        """Penetration at which laws with an exponent are taken as linear, m."""
+        return compared_depth(self.case)
+
+    @property
     def point_rule(self) -> PointRule:
         """Rule for the contact points of a facet."""
         return point_rule(self.case)

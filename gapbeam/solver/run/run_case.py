@@ -175,7 +175,7 @@ def _run_case(
         offer_simpler(case)
         model = build_model(case, comm)
     signals.check()
-    refuse_energy_creators(model)
+    refuse_energy_creators(case, model)
     if not isinstance(case.analysis, Periodic):
         sizes = size_of_results(case, model)
         on_rank_zero(comm, lambda: check_space(folder, *sizes))

@@ -25,7 +25,6 @@ from gapbeam.solver.assembly.elasticity import mass_of
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.models.time_step import compared_depth
 from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.static_seat import find_seat
 from gapbeam.solver.system.dense_operators import DenseOperators
@@ -142,7 +141,7 @@ class Sections:
     def _masses(self) -> Array:
         """Return masses of the nodes: the diagonal of the consistent mass matrix, scaled to the mass of the beam."""
         space, meshed = self._model.space, self._model.body.meshed
-        profile = self._model.case.profile
+        profile = self._model.profile
         diagonal = mass_of(space, profile, 1.0).of_nodes()
         total = self._comm.bcast(self._comm.reduce(float(diagonal.sum())))
         mass = profile.pieces[0].material.density * meshed.section.volume if profile.one_material else profile.mass
@@ -150,7 +149,7 @@ class Sections:
 
     def _slices(self, x: Array) -> int:
         """Return the number of slices with at least one node each, from the largest distance between columns."""
-        gathered = self._comm.gather(np.unique(np.round(x[:, 0] / self._model.case.beam.length, 6)))
+        gathered = self._comm.gather(np.unique(np.round(x[:, 0] / self._model.length, 6)))
         widest = 0.0
         if gathered is not None:
             widest = float(np.max(np.diff(np.unique(np.concatenate(gathered)))))
@@ -230,7 +229,7 @@ def held_modes(model: Model, count: int, more: int = 0) -> tuple[HeldModes, Held
     wanted = min(max(count, more), most)
     rigid = partial(RigidMotions.of_body, model.body, model.system.operators.size)
     seat = find_seat(model.system, law, model.seat_springs, rigid=rigid)
-    everywhere = np.full(contact.size, compared_depth(model.case))
+    everywhere = np.full(contact.size, model.compared_depth)
     states = {
         SEATED: law.static(seat.state.depth).slope,
         FREE: np.zeros(contact.size),
@@ -287,7 +286,7 @@ def _modes(
             break
         if len(frequencies) < wanted:
             raise UserError(
-                f"{count} bending modes were asked for; the model {model.case.model.type} with {model.dofs} DOFs has "
+                f"{count} bending modes were asked for; the model with {model.dofs} DOFs has "
                 f"{found - rigid} ({name}); ask for fewer, or take more model.modes, more elements or a finer mesh"
             )
         wanted *= GROWTH

@@ -108,7 +108,7 @@ def _record(job: TrialJob, piece: Piece) -> Record:
         model = BODY.model(case)
         record["figures"] = _frequencies(model, experiment.figures)
         if marched:
-            begin = kicked(model, piece.start, KICK_SEED) if piece.start else seated(model)
+            begin = kicked(model, case.load, piece.start, KICK_SEED) if piece.start else seated(model)
     except (CaseError, RunError) as error:
         verdict = VERDICTS.get(type(error), "failed")
         return record | {"verdict": verdict, "exit_status": error.exit_status, "message": str(error)}

@@ -143,11 +143,11 @@ class CaseSubject:
 
     def start(self, number: int, seed: int) -> Start:
         """See `Subject`."""
-        return seated(self.model) if number == 0 else kicked(self.model, number, seed)
+        return seated(self.model) if number == 0 else kicked(self.model, self.case.load, number, seed)
 
     def carried(self, end: State, before: CaseSubject) -> Start:
         """See `Subject`."""
-        return carried(self.model, end, before.case)
+        return carried(self.model, self.case.load, end, before.case.load)
 
     def respond(self, begin: Start, rings: bool) -> TrialResponse:
         """See `Subject`."""

@@ -26,7 +26,7 @@ import scipy
 
 from gapbeam.meshes.rank_zero import ONE_RANK
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.loads.load_choice import forcing_frequencies
+from gapbeam.solver.loads.load_choice import Load, forcing_frequencies
 from gapbeam.solver.loads.scene_load_choice import AnyLoad
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.body import Body, body_key
@@ -156,7 +156,7 @@ def seated(model: Model) -> Start:
     return Start(begin, "seat" if simulation.case.analysis.needs_seat else simulation.case.analysis.start)
 
 
-def kicked(model: Model, number: int, seed: int) -> Start:
+def kicked(model: Model, loads: Sequence[Load], number: int, seed: int) -> Start:
     """Return the seat with a random velocity, after the ramp, at a random phase of the forcing.
 
     A load that never repeats, such as a record, acts from its start.
@@ -167,23 +167,24 @@ def kicked(model: Model, number: int, seed: int) -> Start:
 
     Args:
         model: The model.
+        loads: Loads of its case.
         number: Number of the kick; the same number, seed and model give the same start.
         seed: Seed of the generator.
 
     Collective.
     """
     generator = np.random.default_rng([seed, number])
-    seat, operators, case = seated(model).state, model.system.operators, model.case
-    omega = 2.0 * pi * max(forcing_frequencies(case.load), default=1.0)
-    amplitudes = {load.name: load.peak for load in case.load if not load.static}
+    seat, operators = seated(model).state, model.system.operators
+    omega = 2.0 * pi * max(forcing_frequencies(loads), default=1.0)
+    amplitudes = {load.name: load.peak for load in loads if not load.static}
     moving = {motion.load for motion in model.system.contact.walls.motions}
     driving = [load for number, load in enumerate(model.system.loads) if not load.static and number not in moving]
     forces = [amplitudes.get(load.name, 0.0) * load.pattern for load in driving]
     stiff = operators.factor(omega**2, 1.0)
     shapes = [stiff.solve(force) for force in forces]
     energy = 0.5 * sum(float(x) for x in model.system.dots([(x, f) for x, f in zip(shapes, forces, strict=True)]))
-    mass = case.profile.mass
-    speeds = model.system.contact.walls.speeds(np.linspace(0.0, case.time.end, LOOKS, dtype=np.float64))
+    mass = model.profile.mass
+    speeds = model.system.contact.walls.speeds(np.linspace(0.0, model.end, LOOKS, dtype=np.float64))
     energy += 0.5 * mass * float(np.sum(np.max(speeds**2, axis=0)))
     shapes += list(rigid_motions(model).T)
     velocity = np.zeros(operators.size)
@@ -192,14 +193,14 @@ def kicked(model: Model, number: int, seed: int) -> Start:
         velocity += generator.standard_normal() * shape / np.sqrt(size)
     kinetic = 0.5 * float(model.system.dots([(velocity, operators.apply_mass(velocity))])[0])
     velocity *= np.sqrt(generator.uniform(0.0, KICK) * energy / kinetic)
-    steps = drawn_phase(case.load, model.step, generator)
-    if not all(load.repeats for load in case.load) or moving:
+    steps = drawn_phase(loads, model.step, generator)
+    if not all(load.repeats for load in loads) or moving:
         steps = 0  # the walls of the seat are where they are at t = 0
     state = replace(seat, time=steps * model.step, v=imaged(operators, velocity))
     return Start(state, f"kick {number}")
 
 
-def carried(model: Model, end: State, before: Case) -> Start:
+def carried(model: Model, loads: Sequence[Load], end: State, before: Sequence[Load]) -> Start:
     """Return the end of a response of a variant of the model as a start.
 
     Displacement and velocity are those of the end. The time is the first, after the ramp, at which the forcing has
@@ -210,13 +211,14 @@ def carried(model: Model, end: State, before: Case) -> Start:
 
     Args:
         model: The model to start; its DOFs mean what they meant.
+        loads: Loads of its case.
         end: The end of the response.
-        before: The case of the response.
+        before: Loads of the response.
 
     Collective.
     """
     contact, operators = model.system.contact, model.system.operators
-    time, notes = phase_kept(model.case.load, model.step, end.time, before.load)
+    time, notes = phase_kept(loads, model.step, end.time, before)
     u = end.u[VALUE]
     depth = contact.depth(contact.interface.trace(u, operators), time)
     allowed = np.maximum(end.depth, 0.0) if len(end.depth) == len(depth) else np.zeros(len(depth))

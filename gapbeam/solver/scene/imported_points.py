@@ -37,10 +37,12 @@ class Nodes:
     Attributes:
         places: Coordinates by node, (3,), in the unit of the file.
         sets: Nodes by the name of their set, in capitals.
+        added: Nodes that no file has, of a finer mesh: clamps hold them, points leave them out.
     """
 
     places: dict[str, Array]
     sets: dict[str, list[str]] = field(default_factory=dict)
+    added: frozenset[str] = frozenset()
 
     def of_set(self, name: str, argument: str) -> list[str]:
         """Return the nodes of a set.
@@ -205,6 +207,12 @@ class Rows:
             found.setdefault(node, {})[DIRECTIONS[way]] = i
         return found
 
+    @cached_property
+    def of_file(self) -> dict[str, dict[int, int]]:
+        """Rows by node of a file and direction."""
+        added = frozenset[str]() if self.nodes is None else self.nodes.added
+        return {node: ways for node, ways in self.of_node.items() if node not in added}
+
     def clamped(self, label: str) -> list[int]:
         """Return the rows of a DOF, a node, or a set of nodes.
 
@@ -296,11 +304,11 @@ class Rows:
             raise ArgumentError(f"point {key}: `{where}` needs the coordinates: expected `nodes`", argument)
         if where == "nearest":
             place = np.asarray(self.place.own(coordinates(value, f"point {key}: nearest", argument)) / self.meter)
-            node, apart, size = self.nodes.nearest(place, self.of_node)
+            node, apart, size = self.nodes.nearest(place, self.of_file)
             check_near(f"point {key}", argument, apart * self.meter, size * self.meter)
             return [node]
         try:
-            found = [node for node in self.nodes.of_set(str(value), argument) if node in self.of_node]
+            found = [node for node in self.nodes.of_set(str(value), argument) if node in self.of_file]
         except ArgumentError as error:
             raise ArgumentError(f"point {key}: {error}", argument) from None
         if not found:

@@ -13,6 +13,7 @@ import numpy as np
 from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.case.checks.usual_ranges import USUAL, asked
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, positive, shown
+from gapbeam.solver.scene.finer_mesh import finer_mesh, may_be_finer
 from gapbeam.solver.scene.imported_points import Label, PointGiven, Rows
 from gapbeam.solver.scene.mesh_files import SolidMesh, read_mesh
 from gapbeam.solver.scene.solid_cells import KINDS, PLANE, Indices
@@ -76,14 +77,20 @@ def from_mesh(
 
 def mesh_model(
     file: str | PathLike[str], materials: Materials, *, units: str, plane: Plane | None, thickness: float | None,
-    place: Pose | None, name: str,
+    place: Pose | None, name: str, finer: bool = False,
 ) -> ImportedModel:  # fmt: skip
-    """Return the matrices of a mesh file before anything is clamped; see `from_mesh`."""
+    """Return the matrices of a mesh file before anything is clamped; see `from_mesh`.
+
+    With `finer`, they are those of a mesh twice as fine, where that is not too large.
+    """
     where = f"structure {name or '?'}"
     if units not in LENGTHS:
         raise ArgumentError(f"{where}: found units {units!r}, expected one of {', '.join(LENGTHS)}", "units")
     mesh, meter = read_mesh(Path(file)), LENGTHS[units]
+    surface = MeshSurface(*mesh.surface())
     flat = KINDS[mesh.kind].dimension == 2
+    if finer and may_be_finer(len(mesh.labels) * (2 if flat else 3), 2 if flat else 3):
+        mesh = finer_mesh(mesh)
     for key, value in (("plane", plane), ("thickness", thickness)):
         if (value is not None) is not flat:
             choice = '"stress" or "strain"' if key == "plane" else "a thickness, m"
@@ -121,9 +128,7 @@ def mesh_model(
             )
         return np.asarray(np.mean([stresses[of_cell[cell]] @ B for cell, B in met], axis=0))
 
-    return ImportedModel(
-        K, M, None, rows, name, is_placed=True, surface=MeshSurface(*mesh.surface()), stress_at=stress_at
-    )
+    return ImportedModel(K, M, None, rows, name, is_placed=True, surface=surface, stress_at=stress_at)
 
 
 def _of_cells(mesh: SolidMesh, materials: Materials, where: str) -> tuple[list[SolidMaterial], Indices]:

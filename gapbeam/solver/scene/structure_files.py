@@ -118,12 +118,12 @@ class ImportedModel:
 
     @property
     def places(self) -> dict[str, Array]:
-        """Places in space of the nodes that have rows, m; empty where the files do not say so."""
+        """Places in space of the nodes of the file that have rows, m; empty where it does not say so."""
         nodes = self.rows.nodes
         if nodes is None:
             return {}
         meter, turned = self.rows.meter, self.rows.place.in_space
-        return {node: turned(meter * nodes.places[node]) for node in self.rows.of_node}
+        return {node: turned(meter * nodes.places[node]) for node in self.rows.of_file}
 
     def structure(
         self,
@@ -205,8 +205,9 @@ class ImportedModel:
             return None
         number = {node: k for k, node in enumerate(nodes)}
         parts = [label.partition(".") for label in self.rows.labels]
-        node, way = (np.array(one) for one in zip(*((number[a], DIRECTIONS[b]) for a, _, b in parts), strict=True))
-        some = np.flatnonzero(way < 3)
+        node = np.array([number.get(a, -1) for a, _, _ in parts])
+        way = np.array([DIRECTIONS[b] for _, _, b in parts])
+        some = np.flatnonzero((way < 3) & (node >= 0))
         value = self.rows.place.turn[:, way[some]]
         at = 3 * node[some] + np.arange(3)[:, None]
         shape = (3 * len(nodes), len(parts))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import Any, TypeVar
@@ -20,12 +21,14 @@ from gapbeam.solver.messages.errors import CaseError, Fault, Key, RunError, User
 from gapbeam.solver.scene.argument_checks import ArgumentError, check_near
 from gapbeam.solver.scene.beam_structure import beam, element_count, figures, in_two_planes
 from gapbeam.solver.scene.feedback import Feedback, Joint
+from gapbeam.solver.scene.finer_mesh import may_be_finer
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.modal_files import read_modes
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import MovingPoint, moving_point
 from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, reduced_at_points
-from gapbeam.solver.scene.structure_files import PlacedPoint, read_model
+from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint, read_model
+from gapbeam.solver.scene.structure_geometry import Pose
 from gapbeam.solver.scene.universal_file import UNIVERSAL
 from gapbeam.solver.scene_file.contact_builder import (
     SPREAD,
@@ -73,6 +76,7 @@ from gapbeam.solver.scene_file.structure_tables import (
 )
 from gapbeam.solver.system.operators import Array
 
+LOG = logging.getLogger("gapbeam")
 WAY = 41  # points along the way of one that moves
 
 
@@ -86,7 +90,7 @@ def built_scene(
         source: Its name in messages.
         put: Returns faults with their places in the file.
         finer: Keep so many times the modes that reduced structures ask for, or all, and so many times the elements of
-            beams and frames, as far as all modes of those can be marched.
+            beams and frames, as far as all modes of those can be marched; with 2, reduced meshes are twice as fine.
 
     Raises:
         CaseError: A structure cannot be read, or parts do not fit: all of it in the message.
@@ -174,7 +178,7 @@ def _place(site: Site, table: BodyTable) -> None:
     """
     model, place = table.model, None if table.place is None else table.place.made()
     if isinstance(model, NODAL):
-        read = model.read(place, table.name) if isinstance(model, MeshFile) else read_model(
+        read = _meshed(site, table, model, place) if isinstance(model, MeshFile) else read_model(
             model.stiffness, model.mass, units=model.units, damping=model.damping, dofs=model.dofs, nodes=model.nodes,
             place=place, name=table.name,
         )  # fmt: skip
@@ -187,6 +191,24 @@ def _place(site: Site, table: BodyTable) -> None:
         site.extents[table.name] = line_of(place, 0.0, model.motions, 0.0)
     elif place is not None and isinstance(model, ElementBeam | RigidBar):
         site.extents[table.name] = line_of(place, model.length, 1, 0.5 * model.thickness)
+
+
+def _meshed(site: Site, table: BodyTable, model: MeshFile, place: Pose | None) -> ImportedModel:
+    """Return the matrices of a mesh file, or of a finer mesh where that is reduced and not too large.
+
+    Raises:
+        UserError: The file cannot be read, or materials do not fit.
+    """
+    read = model.read(place, table.name, site.finer > 1 and table.reduce is not None)
+    motions, dimension = len(read.rows.labels), 3 if model.plane is None else 2
+    may = table.reduce is not None and may_be_finer(motions, dimension)
+    if site.finer == 1 and site.case.output.errors != "none" and not may:
+        why = "it is not reduced" if table.reduce is None else "it is too large for a finer one"
+        LOG.warning(
+            "structure %s: errors of figures leave out its mesh of %d motions, as %s; compare with a finer mesh",
+            table.name, motions, why,
+        )  # fmt: skip
+    return read
 
 
 def _make(site: Site, made: Callable[[Site, BodyTable], Structure]) -> None:

@@ -106,8 +106,8 @@ class SceneOutput(Table):
     )
     errors: Literal["companions", "none"] = Field(
         default="companions",
-        description="error estimate of a finished run, by half its step, and twice the modes of `reduce` and the "
-        "elements of beams and frames; or none",
+        description="error estimate of a finished run, by half its step, twice the modes of `reduce` and the "
+        "elements of beams and frames, and finer meshes of reduced solids; or none",
     )
 
 

@@ -136,8 +136,8 @@ class ReadScene:
         spans: Lengths of tubes in a flow, by name of the [[feedback]].
         name: Name of the file, without folder and suffix.
         reason: Reason for its step, where that is computed; empty: the file gives it.
-        finer: Function that reads the file with twice the modes and elements; None: it has no reduced structure, and no
-            beam or frame that is marched in its modes.
+        finer: Function that reads the file with twice the modes and elements and finer meshes; None: it has no reduced
+            structure, and no beam or frame that is marched in its modes.
     """
 
     case: SceneCase

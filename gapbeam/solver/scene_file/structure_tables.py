@@ -91,8 +91,8 @@ class MeshFile(Table):
     )
     thickness: Positive | None = Field(default=None, description="of cells in a plane, m", examples=[0.01])
 
-    def read(self, place: Pose | None, name: str) -> ImportedModel:
-        """Return the matrices of the file, before anything is clamped.
+    def read(self, place: Pose | None, name: str, finer: bool) -> ImportedModel:
+        """Return the matrices of the file, or of a finer mesh, before anything is clamped.
 
         Raises:
             UserError: The file cannot be read, or materials do not fit.
@@ -102,8 +102,9 @@ class MeshFile(Table):
         except UserError as error:
             raise ArgumentError(str(error), "materials") from None
         return mesh_model(
-            self.file, materials, units=self.units, plane=self.plane, thickness=self.thickness, place=place, name=name
-        )
+            self.file, materials, units=self.units, plane=self.plane, thickness=self.thickness, place=place, name=name,
+            finer=finer,
+        )  # fmt: skip
 
 
 def material_faults(key: Key, model: MeshFile) -> Iterator[Fault]:

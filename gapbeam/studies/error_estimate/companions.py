@@ -288,3 +288,8 @@ def _contact_of_basis(case: Case) -> dict[str, Any]:
     """Return whether a basis keeps every interface DOF: for friction, and formulations that hold constraints."""
     exact = not case.contact.formulation.follows_the_law and case.contact.formulation.stress_terms is None
     return {"contact": "all"} if exact or case.friction is not None else {}
+
+
+def words_of_failed(failed: Mapping[str, str]) -> list[str]:
+    """Return the warnings of companions without a motion: their names with the reason."""
+    return [f"the comparison run with {one} failed, and its errors are left out: {why}" for one, why in failed.items()]

@@ -31,7 +31,15 @@ from gapbeam.solver.run.stop_rule import has_statistics
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.error_estimate.closing_table import MOST_FORCES, closing_table, with_unit, words_beyond
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
-from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of, error_way
+from gapbeam.studies.error_estimate.companions import (
+    FOURFOLD,
+    STIFFER,
+    TWICE,
+    CompanionPlan,
+    companions_of,
+    error_way,
+    words_of_failed,
+)
 from gapbeam.studies.error_estimate.figure_errors import (
     FigureError,
     figure_errors,
@@ -398,10 +406,7 @@ def doubts(found: RunErrors, end: float) -> list[str]:
         )
     if found.later:
         words.append(f"the largest force on {', '.join(found.later)} came later and has no error")
-    words += [
-        f"the comparison run with {name} failed, and its errors are left out: {why}"
-        for name, why in found.failed.items()
-    ]
+    words += words_of_failed(found.failed)
     if found.plan.left_out:
         words.append(f"the errors do not include {'; '.join(found.plan.left_out)}")
     return words

@@ -1,7 +1,7 @@
 """The error estimate of a run of a scene: from its records and the same scene at half the step into its summary.
 
 With f of the run, H of half its step, K of twice the stiffness of its penalty contacts and M of twice the modes of
-reduced structures and the elements of beams and frames,
+reduced structures and the elements of beams and frames, with finer meshes of reduced solids,
 
     E = max(F |f - H|, share of unresolved contacts) + 3.4 |f - K| + 2 |f - M| + what records miss of ranges.
 
@@ -28,7 +28,7 @@ import numpy as np
 from gapbeam.postprocess.results.results import records_in
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.assumption import HOLDS
-from gapbeam.solver.messages.errors import Interrupted, RunError, UserError, in_one_line
+from gapbeam.solver.messages.errors import CaseError, Interrupted, RunError, UserError, in_one_line
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
@@ -42,7 +42,7 @@ from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_march import steps_to
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.closing_table import ClosingTable, closing_table, words_beyond
-from gapbeam.studies.error_estimate.companions import FINER, HALF_STEP, STIFFER, quiet
+from gapbeam.studies.error_estimate.companions import FINER, HALF_STEP, STIFFER, quiet, words_of_failed
 from gapbeam.studies.error_estimate.figure_errors import (
     FACTORS,
     FigureError,
@@ -128,7 +128,7 @@ def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> Estimate:
             motions[name] = marched(companion(), signals).first(len(run.times))
         except Interrupted:
             raise
-        except (RunError, UserError) as error:
+        except (CaseError, RunError) as error:
             failed[name] = in_one_line(str(error))
     if HALF_STEP not in motions:
         return none(f"{HALF_STEP}: {failed[HALF_STEP]}")
@@ -217,6 +217,7 @@ def _errors(
     unknown = max((one["closest"] for one in doubted), default=0.0)
     figures = [one.with_part(DIGITS.name, unknown) for one in figures]
     warnings = list(doubtful_peaks(peaks, run.interval, turning=run.turning))
+    warnings += words_of_failed(failed)
     if horizon is not None:
         beyond = words_beyond(figures, statistics is not None, frequency, 0.0, horizon)
         warnings.append(

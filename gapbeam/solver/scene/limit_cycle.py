@@ -41,7 +41,8 @@ class PeriodicOrbit:
 
     Attributes:
         state: State at the start of a period: a march from it repeats.
-        multipliers: Multipliers of small disturbances over a period, (2 n + states,), complex.
+        multipliers: Multipliers of small disturbances over a period, (2 n + states,), complex; 0 for motions that
+            nothing opposes, see `free_motions`.
         residual: Change over a period, over the size of the motion.
         passes: Passes of Newton's method.
     """
@@ -55,7 +56,7 @@ class PeriodicOrbit:
 
     @property
     def is_stable(self) -> bool:
-        """True where all disturbances decay."""
+        """True where all disturbances decay but those of motions that nothing opposes."""
         return bool(np.abs(self.multipliers).max() < 1.0)
 
 
@@ -112,12 +113,14 @@ def repeating_orbit(
     scene: Scene, x: Any, t: float, h: float, steps: int, scheme: LinearScheme, passes: int
 ) -> tuple[PeriodicOrbit, Any]:  # fmt: skip
     """Return the orbit of a period near a state x, and the derivative of the map over its period; see `periodic`."""
-    best = np.inf
+    best, free = np.inf, free_motions(scene)
+    x = bared(x, free)
     for count in range(1, passes + 1):
         miss, P, size = returned(scene, x, t, h, steps, scheme)
         best = float(np.abs(miss / size).max())
         if best < TOLERANCE:
-            return PeriodicOrbit(state_of(scene, x[:, None].copy(), t), np.linalg.eigvals(P), best, count), P
+            values = np.linalg.eigvals(bared(P, free))
+            return PeriodicOrbit(state_of(scene, x[:, None].copy(), t), values, best, count), P
         x = x + change_of_orbit(P, miss)
     raise NotConverged(
         f"periodic: after {passes} passes a period of {steps * h:g} s leaves {best:.2g} of the motion; start nearer "
@@ -137,6 +140,8 @@ def returned(scene: Scene, x: Array, t: float, h: float, steps: int, scheme: Lin
     size: Array = np.concatenate([np.full(len(one), np.abs(one).max(initial=0.0)) for one in np.split(x, [n, 2 * n])])
     if not size.max() > 0.0:
         size = np.ones_like(size) * (np.abs(scene.load_columns).max() or 1.0) * h * h
+    if not size[:n].any():  # it passes 0, and moves about so far
+        size[:n] = size[n] * h * steps / (2.0 * pi)
     size = np.maximum(size, 1e-12 * size.max())
     e = SHIFT * size
     X = np.column_stack([x, x[:, None] + np.diag(e), x[:, None] - np.diag(e)])
@@ -144,7 +149,45 @@ def returned(scene: Scene, x: Array, t: float, h: float, steps: int, scheme: Lin
     if found.failed.any():
         raise NotConverged("periodic: the contact forces of a step failed; take more steps")
     Y = np.vstack([found.q, found.v, found.z])
-    return Y[:, 0] - x, (Y[:, 1 : 1 + len(x)] - Y[:, 1 + len(x) :]) / (2.0 * e), size
+    P = (Y[:, 1 : 1 + len(x)] - Y[:, 1 + len(x) :]) / (2.0 * e)
+    return Y[:, 0] - x, drifting(P, free_motions(scene), h * steps), size
+
+
+def free_motions(scene: Scene) -> Array:
+    """Return orthonormal motions that nothing opposes, (n, count): neither springs, dampers, contacts nor feedback.
+
+    The rotation of a gear pair is one. The other motions do not depend on its place and speed.
+    """
+    found = np.zeros((scene.size, 0))
+    if scene.is_moving or scene.is_large:
+        return found
+    low = scene.squares <= FREE * scene.squares.max(initial=0.0)
+    damping = np.diag(scene.damping[0]) if len(scene.damping) == 1 else scene.damping
+    fed = [scene.rows([place]) for one in scene.feedbacks for place in (one.sense, one.act)]
+    rows = [one / (np.linalg.norm(one) or 1.0) for one in (damping, *scene.contact_rows, *np.vstack([found.T, *fed]))]
+    _, values, across = np.linalg.svd(np.vstack(rows)[:, low])
+    free = across[np.count_nonzero(values > np.sqrt(FREE)) :].T
+    found = np.zeros((scene.size, free.shape[1]))
+    found[low] = free
+    return found
+
+
+def bared(X: Any, free: Array) -> Any:
+    """Return states X, (2 n + states, ...), without the coordinates and velocities of free motions, (n, count)."""
+    parts = np.split(X, [len(free), 2 * len(free)])
+    return np.concatenate([*(one - np.einsum("nk,mk,m...->n...", free, free, one) for one in parts[:2]), parts[2]])
+
+
+def drifting(P: Array, free: Array, span: float) -> Array:
+    """Return dP/dx over a span with the drift of free motions in closed form.
+
+    Differences leave a little of 1 - P along them, by which Newton's method would move them far away.
+    """
+    if not free.size:
+        return P
+    along, n, found = free @ free.T, len(free), bared(bared(P, free).T, free).T
+    found[: 2 * n, : 2 * n] += np.block([[along, span * along], [np.zeros_like(along), along]])
+    return np.asarray(found)
 
 
 def after_steps(scene: Scene, x: Any, t: float, h: float, steps: int, scheme: LinearScheme = MIDPOINT) -> Any:
@@ -373,7 +416,8 @@ def _parts(scene: Scene, found: LimitCycle) -> list[int]:
 def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: int) -> LimitCycle:
     """Solve for the state and the period by Newton's method."""
     t, T = start.t, period
-    x: Any = start.x[:, 0]
+    free = free_motions(scene)
+    x: Any = bared(start.x[:, 0], free)
     first = np.linalg.norm(x)
     least, found, growth = np.inf, None, float(np.linalg.eigvals(state_matrix(scene)).real.max())
     for count in range(1, passes + 1):
@@ -383,7 +427,7 @@ def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: in
         scaled, left = P / size[:, None] * size, float(np.abs(miss / size).max())
         if left < least:
             least, unit = left, side / np.linalg.norm(side)
-            values = np.linalg.eigvals(scaled - np.outer(unit, unit @ scaled))
+            values = np.linalg.eigvals(bared(scaled - np.outer(unit, unit @ scaled), free))
             kept = np.delete(values, np.abs(values).argmin())
             state = state_of(scene, x[:, None].copy(), t)
             found = LimitCycle(state, kept, left, count, T, steps, float(unit @ scaled @ unit), growth)

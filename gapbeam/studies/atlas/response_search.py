@@ -15,7 +15,7 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.scene.lane_ensemble import ensemble
-from gapbeam.solver.scene.limit_cycle import change_of_orbit, check_period, state_of
+from gapbeam.solver.scene.limit_cycle import bared, change_of_orbit, check_period, drifting, free_motions, state_of
 from gapbeam.solver.scene.linear_scheme import RESOLVED, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
@@ -69,14 +69,19 @@ class StrobeMap:
         return found
 
     @cached_property
+    def free(self) -> Array:
+        """Motions that nothing opposes, (n, count)."""
+        return free_motions(self.scene)
+
+    @cached_property
     def resolved(self) -> Any:
         """Modes whose phase advances by less than 2.4 rad a step, (n,); the midpoint rule hardly damps faster ones."""
         found = np.sqrt(self.scene.squares) * self.period.max() / self.steps < 2.0 * RESOLVED
         return found if found.any() else np.ones(self.scene.size, dtype=bool)
 
     def distance(self, X: Any) -> Any:
-        """Return the energy norm of differences of states, of the modes that the step resolves."""
-        n, keep = self.scene.size, self.resolved
+        """Return the energy norm of differences of states, of the modes that the step resolves, but free motions."""
+        n, keep, X = self.scene.size, self.resolved, bared(X, self.free)
         moved = np.einsum("n,n...->...", self.weight[keep], X[:n][keep] ** 2) + (X[n : 2 * n][keep] ** 2).sum(axis=0)
         return np.sqrt(moved)
 
@@ -89,7 +94,8 @@ class StrobeMap:
     def record(self, points: Any, X: Array, samples: int) -> tuple[Any, Any]:
         """Return a march of so many periods, and displacements times their frequencies, (samples, n, members)."""
         many = self.march(points, X, samples, strobes=samples)
-        return many, np.sqrt(self.weight)[:, None] * many.strobes[:, : self.scene.size]
+        states = bared(np.moveaxis(many.strobes, 1, 0), self.free)[: self.scene.size]
+        return many, np.sqrt(self.weight)[:, None] * np.moveaxis(states, 0, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +114,7 @@ class ShotOrbit:
 
 def shoot(strobe: StrobeMap, points: Any, X: Array, order: int) -> list[ShotOrbit | None]:
     """Return orbits of an order from states near them, (2 n + states, candidates); None where one does not converge."""
-    X = X.copy()
+    X = bared(X, strobe.free)
     found: list[ShotOrbit | None] = [None] * X.shape[1]
     size: Any = np.maximum(strobe.size(X), strobe.floor)
     left: Any = np.arange(X.shape[1])
@@ -127,12 +133,12 @@ def shoot(strobe: StrobeMap, points: Any, X: Array, order: int) -> list[ShotOrbi
         for k, i in enumerate(left):
             y, block = Y[:, k * width : (k + 1) * width], blocks[k]
             e = (block[:, 1 : D + 1] - block[:, :1]).diagonal()
-            P = (y[:, 1 : D + 1] - y[:, D + 1 :]) / (2.0 * e)
+            P = drifting((y[:, 1 : D + 1] - y[:, D + 1 :]) / (2.0 * e), strobe.free, order * strobe.period[points[i]])
             miss = y[:, 0] - X[:, i]
             if not np.isfinite(y).all():
                 continue
             if strobe.size(miss) <= CONVERGED * size[i]:
-                found[i] = ShotOrbit(X[:, i].copy(), np.linalg.eigvals(P))
+                found[i] = ShotOrbit(X[:, i].copy(), np.linalg.eigvals(bared(P, strobe.free)))
                 continue
             X[:, i] += change_of_orbit(P, miss)
             if strobe.size(X[:, i]) < 1e3 * size[i]:
@@ -157,13 +163,13 @@ def growth(strobe: StrobeMap, points: Array, X: Array, periods: int) -> tuple[Ar
 
     Source: Benettin et al. (1980), Meccanica 15, 9.
     """
-    draw = np.random.default_rng(0).standard_normal(X.shape)
+    X, draw = (bared(one, strobe.free) for one in (X, np.random.default_rng(0).standard_normal(X.shape)))
     size = strobe.size(X)
     away, D = draw * APART * size / strobe.size(draw), X.shape[1]
     rates = np.zeros((periods, D))
     for k in range(periods):
         Y = strobe.after(np.tile(points, 2), np.hstack([X, X + away]), 1)
-        X, away = Y[:, :D], Y[:, D:] - Y[:, :D]
+        X, away = Y[:, :D], bared(Y[:, D:] - Y[:, :D], strobe.free)
         grown = strobe.size(away) / (APART * size)
         rates[k] = np.log(np.maximum(grown, 1e-300)) / strobe.period[points]
         away = away / np.maximum(grown, 1e-300)
@@ -294,8 +300,8 @@ class ResponseSearch:
                 self.shoot(chosen[order == n], int(n))
             self.assign()
 
-    def shoot(self, members: Any, order: int) -> None:
-        """Shoot orbits of an order from members; keep those that are stable and new."""
+    def shoot(self, members: Any, order: int, doubles: bool = True) -> None:
+        """Shoot orbits of an order from members, some of twice that order; keep those that are stable and new."""
         points = self.point[members]
         orbits = shoot(self.strobe, points, self.X[:, members], order)
         twice = []
@@ -305,7 +311,7 @@ class ResponseSearch:
                 continue
             if np.abs(orbit.multipliers).max() < 1.0:
                 good.append((int(i), orbit))
-            elif 2 * order <= self.orders:  # the members may double the period around an orbit that is not stable
+            elif doubles and 2 * order <= self.orders:  # members may double the period around an unstable orbit
                 twice.append(member)
         if twice:
             self.shoot(np.array(twice), 2 * order)
@@ -345,7 +351,7 @@ class ResponseSearch:
         members = points * self.each
         kept = self.X[:, members].copy()
         self.X[:, members] = X
-        self.shoot(members, order)
+        self.shoot(members, order, doubles=False)  # of the orbit that twice its periods came to
         self.X[:, members] = kept
 
     def scale(self, strobes: Any) -> float:

@@ -1,0 +1,86 @@
+"""Motions that nothing opposes: responses of two bodies that turn or drift together are those of their relative motion.
+
+The relative motion of I_0 and I_1 at radii r_0 and r_1 has the mass 1 / (r_0^2 / I_0 + r_1^2 / I_1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gapbeam as gb
+
+PLAY, MESH, FORCE, ERROR = 1e-4, 2e8, 400.0, 2e-6
+NATURAL = 2.2e4  # rad/s, about the frequency of the mesh
+
+
+def drawn(seed: int, w: float) -> tuple[gb.Scene, gb.Scene, Any]:
+    """Return two bodies that press on each other with FORCE, their relative motion, and their motion together."""
+    draw = np.random.default_rng(seed)
+    radii = np.ones(2) if seed % 2 else draw.uniform(0.03, 0.1, 2)  # two wagons, or gears
+    inertias = draw.uniform(0.3, 3.0, 2) * radii**2
+    inertias *= MESH / NATURAL**2 * (radii**2 / inertias).sum()
+    bodies = [
+        gb.Structure([[I]], [[0.0]], points={"rim": [[r]]}, name=name)
+        for I, r, name in zip(inertias, radii, ("first", "second"), strict=True)  # noqa: E741
+    ]
+    mass = 1.0 / (radii**2 / inertias).sum()
+    law = gb.KelvinVoigt(stiffness=MESH, damping=0.1 * np.sqrt(MESH * mass))
+
+    def between(place: Any) -> gb.Contact:
+        return gb.Contact(place, gb.Slot(PLAY), law, wall=lambda t: ERROR * np.cos(w * t), name="mesh")
+
+    rims, one = [body["rim"] for body in bodies], gb.mass(mass)
+    pair = gb.Scene(
+        *bodies, contacts=[between((rims[0], rims[1]))],
+        loads=[gb.Force(rims[0], FORCE, name="drive"), gb.Force(rims[1], -FORCE, name="load")],
+    )  # fmt: skip
+    alone = gb.Scene(one, contacts=[between(one["at"])], loads=[gb.Force(one["at"], FORCE)])
+    return pair, alone, pair.state({"first": 1.0 / radii[0], "second": 1.0 / radii[1]}).q
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("speed", [0.0, 30.0])
+@pytest.mark.parametrize("part", [0.42, 0.83, 1.3])
+def test_two_bodies_respond_as_their_relative_motion(seed: int, speed: float, part: float) -> None:
+    pair, alone, together = drawn(seed, part * NATURAL)
+    period, rest = 2.0 * np.pi / (part * NATURAL), gb.seat(pair)
+    turned = replace(rest, q=rest.q + 10.0 * speed * together, v=speed * together)
+    expected = gb.periodic(alone, period, 200, start=gb.seat(alone))
+    found = gb.periodic(pair, period, 200, start=turned)
+    sizes = np.sort(np.abs(found.multipliers))
+    assert np.allclose(sizes[-2:], np.sort(np.abs(expected.multipliers)), rtol=1e-4)
+    assert np.all(sizes[:-2] < 1e-6)
+    assert found.is_stable == expected.is_stable
+
+
+@pytest.mark.parametrize("part", [0.42, 0.62, 0.84, 1.26])
+def test_all_responses_of_two_bodies_are_those_of_their_relative_motion(part: float) -> None:
+    pair, alone, together = drawn(1, part * NATURAL)
+    period, along = 2.0 * np.pi / (part * NATURAL), np.linspace(-0.05, 0.05, 12)
+    rest, first = gb.seat(pair), gb.seat(alone)
+    apart = pair.state({}, {"first": 1.0}).v
+    # the first body of the pair moves by the speed of the relative motion, beside a drift of both
+    starts = replace(rest.spread(12), v=apart * along + 0.3 * together * np.arange(12))
+    found = gb.atlas(pair, period=period, steps=200, starts=starts)
+    unit = alone.contact_rows.T / (alone.contact_rows**2).sum()
+    expected = gb.atlas(alone, period=period, steps=200, starts=replace(first.spread(12), v=unit * along))
+    assert found.is_complete
+    assert [one.order for one in found.points[0].responses] == [one.order for one in expected.points[0].responses]
+    for one, other in zip(found.points[0].responses, expected.points[0].responses, strict=True):
+        assert one.share == other.share
+        assert abs(one.peak_force["mesh"] - other.peak_force["mesh"]) <= 1e-6 * other.peak_force["mesh"]
+        assert np.allclose(np.sort(np.abs(one.multipliers))[-2:], np.sort(np.abs(other.multipliers)), rtol=1e-4)
+
+
+@pytest.mark.parametrize("mass", [1e-9, 2.0, 5e4])
+def test_a_free_body_under_a_harmonic_force_repeats_in_closed_form(mass: float) -> None:
+    w, body = 7.0, gb.mass(mass, name="body")
+    scene = gb.Scene(body, loads=[gb.Force(body["at"], lambda t: mass * np.sin(w * t))])
+    found = gb.periodic(scene, 2.0 * np.pi / w, 2000)
+    velocity = gb.history(scene, step=np.pi / w / 1000, end=np.pi / w / 1000, start=found.state).velocity["at"][0]
+    assert abs(velocity + 1.0 / w) < 1e-4 / w
+    assert found.is_stable

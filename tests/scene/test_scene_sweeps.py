@@ -112,6 +112,26 @@ def test_flutter_with_play_scales_with_the_play(tmp_path: Path) -> None:
     assert "peaks over the record after" in result.records[0]["notes"][0]
 
 
+@pytest.mark.parametrize("noise", [False, True])
+@pytest.mark.parametrize(
+    ("quantity", "place"), [("displacement", "ball.at"), ("velocity", "ball.at"), ("velocity", "at")]
+)
+def test_a_point_has_the_figures_of_places_that_its_run_takes(
+    rattle: Path, tmp_path: Path, quantity: str, place: str, noise: bool
+) -> None:
+    """Names "structure.point" are those of records in sweeps as in runs."""
+    text = rattle.read_text().replace(
+        'quantity = "contact_force"\nplace = "stop"', f'quantity = "{quantity}"\nplace = "{place}"'
+    )
+    if noise:
+        text = text.replace('"harmonic_force"', '"random"').replace("amplitude = 1.0\nfrequency = 2.0\n", "")
+        text = text.replace("ramp = 0.5", 'spectrum = { type = "white", density = 0.5, high = 100.0 }')
+    rattle.write_text(text)
+    record = gb.sweep(rattle, {"stop.clearance": [1e-3]}, output=tmp_path / "sweep", workers=1).records[0]
+    expected = gb.run(rattle, output=tmp_path / "run").summary["figures"]["knock"]["value"]
+    assert record["figures"]["knock"]["mean"] == pytest.approx(expected, rel=1e-9)
+
+
 def test_a_carried_sweep_resumes_to_the_same_figures(rattle: Path, tmp_path: Path) -> None:
     """Points along an amplitude, upward and downward: killed after three, the sweep goes on to the same records."""
     axes = (read_axis("shaker.amplitude=0.5,1,2", "linear", ""),)

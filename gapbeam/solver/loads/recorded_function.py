@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from math import ceil
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -39,6 +40,9 @@ WIDEST = 3.0
 """Median intervals between two rows, from which on a hole is between them."""
 CLOSED = 1.0e-2
 """Largest jump from the end to the start of a record that is repeated, over the range of its values."""
+
+MOST = 1 << 20
+"""Samples of a spectrum, where rows are closer than the span over it."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +96,11 @@ class RecordCurve:
         """Mean time between rows, s."""
         return self.span / (len(self.knots) - 1)
 
+    @property
+    def closest(self) -> float:
+        """Shortest time between rows, s."""
+        return float(np.diff(self.knots).min())
+
     @cached_property
     def mean(self) -> float:
         """Mean over the span, in the unit of the values."""
@@ -134,13 +143,16 @@ def extremes(curve: RecordCurve, derivative: int) -> tuple[float, float]:
 
 @lru_cache(maxsize=32)
 def content(curve: RecordCurve, derivative: int) -> Content:
-    """Return the spectrum of a derivative of a curve, without its mean, up to half the mean sampling rate."""
-    rows = len(curve.knots)
-    values = curve.pieces(np.linspace(0.0, curve.span, rows), nu=derivative)
-    spectrum = np.abs(np.fft.rfft((values - values.mean()) * np.hanning(rows)))
+    """Return the spectrum of a derivative of a curve, without its mean, up to half the rate of its closest rows.
+
+    The curve is continued by its mirror image, without a jump at its ends: pulses count wherever they lie.
+    """
+    count = min(ceil(curve.span / curve.closest * (1.0 - ALIKE)), MOST)
+    values = curve.pieces(np.linspace(0.0, curve.span, count + 1), nu=derivative)
+    spectrum = np.append(0.0, np.abs(scipy.fft.dct(values - values.mean(), type=1)[1:]))
     power = np.cumsum((spectrum / max(float(spectrum.max()), 1.0e-300)) ** 2)
-    shares = power / power[-1] if power[-1] > 0.0 else np.ones(len(power))
-    return Content(np.asarray(np.fft.rfftfreq(rows, curve.interval), dtype=float), shares)
+    shares = power / power[-1] if power[-1] > 0.0 else np.ones(count + 1)
+    return Content(np.asarray(0.5 * np.arange(count + 1) / curve.span, dtype=float), shares)
 
 
 @lru_cache(maxsize=8)

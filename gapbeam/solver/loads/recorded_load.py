@@ -191,7 +191,7 @@ class RecordedLoad(RecordedTable):
                 f"goes {signal.curve.overshoot:.0%} of its range beyond its rows between them: it jumps, or rows are "
                 'too few; interpolation = "monotone" keeps within'
             )
-        half = 0.5 / signal.curve.interval
+        half = float(signal.content.frequencies[-1])
         share = signal.content.above(EDGE * half)
         if signal.peak > 0.0 and share > LITTLE:
             yield (
@@ -222,9 +222,9 @@ class RecordedLoad(RecordedTable):
         if signal.peak == 0.0:
             return
         frequency, lost = signal.content.below(MOST_POWER), signal.content.above(0.5 / step)
-        if exceeds(step, signal.curve.interval) and lost > LITTLE:
+        if exceeds(step, signal.curve.closest) and lost > LITTLE:
             yield (
-                f"longer than the {apart(step, signal.curve.interval)[1]} s between rows, and {lost:.2g} of the power "
+                f"longer than the {apart(step, signal.curve.closest)[1]} s between rows, and {lost:.2g} of the power "
                 f"above the {0.5 / step:.4g} Hz that steps can show: the march takes aliases of the load {signal.name}"
             )
         elif frequency * step > 1.0 / FEW:

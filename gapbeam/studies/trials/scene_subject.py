@@ -247,9 +247,9 @@ class SceneSubject:
         if not self.is_random or number == 0:
             return self
         loads = tuple(load.with_other_noise(number) for load in self.case.load)
-        case = self.case.model_copy(update={"load": loads})
-        other = SceneSubject(replace(self.file, case=case))
-        other.read = replace(self.read, case=case, scene=with_noise(self.scene, loads), finer=None)
+        given, read = (one.model_copy(update={"load": loads}) for one in (self.case, self.read.case))
+        other = SceneSubject(replace(self.file, case=given))
+        other.read = replace(self.read, case=read, scene=with_noise(self.scene, loads), finer=None)
         return other
 
     def in_scene(self, scene: Scene) -> SceneSubject:
@@ -280,7 +280,7 @@ class SceneSubject:
     @property
     def figures(self) -> Sequence[Figure]:
         """See `Subject`."""
-        return self.case.figure
+        return self.read.case.figure
 
     @property
     def is_random(self) -> bool:
@@ -397,7 +397,7 @@ class SceneSubject:
             RunError: The march did not pass.
         """
         parts, marcher, accounts = list[Any](), march.marcher, march.accounts
-        statistics = march.statistics or march.records.statistics(self.case.figure, is_random=False)
+        statistics = march.statistics or march.records.statistics(self.figures, is_random=False)
         response.statistics = statistics
         try:
             for rows in march.rows():

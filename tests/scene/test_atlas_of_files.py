@@ -26,6 +26,13 @@ def test_random_loads_have_no_atlas(tmp_path: Path) -> None:
         repeating_scene(path, [])
 
 
+def test_limit_cycles_are_not_followed(tmp_path: Path) -> None:
+    """Refused before anything is searched: the option did nothing, without a word."""
+    options = {"settle": 10, "rounds": 1, "orders": 1, "reach": 2.0, "seed": 0, "follow": True}
+    with pytest.raises(UserError, match="leave out --follow"):
+        atlas(FLUTTER, ["feedback.air.velocity=3.6,4.0"], None, 1, output=tmp_path / "found", **options)
+
+
 @pytest.mark.slow(minutes=0.4)
 def test_a_killed_atlas_of_a_flow_resumes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Killed as its picture is drawn: called again it searches no more, and comes to the same table to the bit."""

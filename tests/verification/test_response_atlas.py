@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import root
+from scipy.linalg import expm
+from scipy.optimize import brentq, root
 
 import gapbeam as gb
 from gapbeam.solver.scene.linear_scheme import MIDPOINT
@@ -197,6 +198,53 @@ def test_followed_responses_end_where_exact_ones_do() -> None:
     assert doubled >= 3
     with pytest.raises(gb.UserError, match="over one parameter"):
         gb.follow(scene, gb.atlas(scene, period=2 * np.pi / W, starts=starts, steps=50, settle=1, rounds=1), period=1.0)
+
+
+def folds(c: float, k: float, g: float, F: float) -> tuple[float, float]:
+    """Return both frequencies W at which x'' + c x' + x + k max(0, x - g) = F sin(W t) has a fold.
+
+    Orbits with one contact of each duration D: from x = g at t back to it after D, and to the start after a period.
+    """
+
+    def moved(stiffness: float, W: float, t: float, y: Any, d: float) -> Any:
+        A = np.array([[0.0, 1.0], [-stiffness, -c]])
+        X, rest = F / (stiffness - W * W + 1j * c * W), (stiffness - 1.0) * g / stiffness
+        forced = [np.array([(z.imag + rest), (1j * W * z).imag]) for z in X * np.exp(1j * W * np.array([t, t + d]))]
+        return forced[1] + expm(A * d) @ (y - forced[0])
+
+    def orbit(p: Any, D: float) -> Any:
+        t, v, W = p
+        out = moved(1.0 + k, W, t, np.array([g, v]), D)
+        back = moved(1.0, W, t + D, out, 2.0 * np.pi / W - D)
+        return [out[0] / g - 1.0, back[0] / g - 1.0, (back[1] - v) / g]
+
+    W = brentq(lambda W: F / abs(1.0 - W * W + 1j * c * W) - g, 1.0, 5.0)
+    X = F / (1.0 - W * W + 1j * c * W)
+    found, p = [], np.array([(np.pi / 2 - np.angle(X)) / W - 0.02, 0.02 * g * W * W, W])
+    for D in np.linspace(0.04, 2.5, 800):
+        p = root(orbit, p, args=(D,), tol=1e-12).x
+        found.append(p[2])
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(found)))) + 1  # down from grazing, up, and down again
+    return found[turns[0]], found[turns[1]]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_followed_responses_do_not_cross_folds(seed: int) -> None:
+    """Between two values, one on each side of the folds of a resonance, both responses end at their fold."""
+    rng = np.random.default_rng(seed)
+    c, k, g = rng.uniform(0.02, 0.05), rng.uniform(0.5, 2.0), 10.0 ** rng.uniform(-4.0, 0.0)
+    F = g * rng.uniform(0.2, 0.4)
+    low, high = folds(c, k, g, F)
+    body = gb.mass(1.0, stiffness=1.0, damping=c)
+    stop = gb.Contact(body["at"], gb.HalfPlane(g), gb.KelvinVoigt(stiffness=k), name="stop")
+    push = gb.Force(body["at"], lambda t, W: F * np.sin(W * t), name="push", W=1.0)
+    over = {"push.W": np.array([low - rng.uniform(0.02, 0.3), high + rng.uniform(0.02, 1.0)])}
+    scene, asked = gb.Scene(body, contacts=[stop], loads=[push]), {"period": lambda at: 2.0 * np.pi / at["push.W"]}
+    found = gb.atlas(scene, starts=scene.state(), steps=400, over=over, **asked)
+    upper, lower = gb.follow(scene, found, steps=400, **asked)
+    assert (upper.ends, lower.ends) == (("end of range", "fold"), ("fold", "end of range"))
+    assert upper.limits[1] == pytest.approx(high, rel=5e-4)
+    assert lower.limits[0] == pytest.approx(low, rel=5e-4)
 
 
 @pytest.mark.parametrize("steps", [50, 100, 400])

@@ -5,8 +5,8 @@ The orbit x = P(x, p) of a response moves by
     dx/dp = (1 - P')^-1 dP/dp.
 
 Shooting begins there. Where it ends far from the prediction, or nowhere, the step of the parameter is halved: so a
-branch stays one response, goes on where no start came to it, and its end is known to a 64th of the distance between two
-values. A response ends, too, where it comes to one of a shorter order.
+branch stays one response, goes on where no start came to it, and its end is known to a 4096th of the distance between
+two values. A response ends, too, where it comes to one of a shorter order.
 
 Source: Parker and Chua (1989), Practical Numerical Algorithms for Chaotic Systems, sec. 5.3.
 """
@@ -29,7 +29,7 @@ from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint
 
-SHORTEST, BENT, WITHIN = 2.0**-6, 0.5, 1e-6
+SHORTEST, BENT, WITHIN = 2.0**-12, 0.5, 1e-6
 """Shortest part of a step of the parameter; distance of an orbit from its prediction, over its move and its size."""
 PASSES = 12
 SHIFT = 1e-4
@@ -116,10 +116,16 @@ class _Follower:
         scene, period, steps, t = self.at(value)
         return after_steps(scene, x, t, period / steps, periods * steps, self.scheme)
 
-    def apart(self, x: Any, y: Any) -> float:
-        """Return the distance of two states over the size of the second, the larger of displacements and velocities."""
-        n = self.size
-        sizes = ((x - y)[part] / (np.abs(y[part]).max() or 1.0) for part in (slice(n), slice(n, 2 * n)))
+    def apart(self, x: Any, y: Any, of: Any = None) -> float:
+        """Return the distance of two states over the size of one, the larger of displacements and velocities.
+
+        Args:
+            x: A state.
+            y: Another one.
+            of: State whose size counts, by default the second one.
+        """
+        n, size = self.size, np.abs(y if of is None else of)
+        sizes = ((x - y)[part] / (size[part].max() or 1.0) for part in (slice(n), slice(n, 2 * n)))
         return max(float(np.abs(one).max()) for one in sizes)
 
     def fault(self, found: _Place | None, guess: Any, before: _Place) -> str | None:
@@ -131,14 +137,14 @@ class _Follower:
             before: The last orbit of the branch.
         """
         leading = ordered(before.multipliers).multipliers[0]
-        gone = FOLD if leading.real > 0.5 and not leading.imag else GRAZING
+        gone = FOLD if abs(leading - 1.0) < 0.5 else GRAZING
         if found is None:
             return gone
         parts = [d for d in range(1, self.order) if self.order % d == 0]
         shorter = any(self.apart(self.after(found.value, found.x, d), found.x) <= SAME for d in parts)
         if shorter and self.apart(found.x, before.x) <= NEAR:
             return PERIOD_DOUBLING
-        if shorter or self.apart(found.x, guess) > BENT * self.apart(guess, before.x) + WITHIN:
+        if shorter or self.apart(found.x, guess, before.x) > BENT * self.apart(guess, before.x, before.x) + WITHIN:
             return gone
         kind = ordered(found.multipliers).kind
         return None if kind == STABLE else kind

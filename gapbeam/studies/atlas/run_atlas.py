@@ -168,7 +168,8 @@ def run_atlas(
 
     Raises:
         UserError: An axis has no numbers, there are three, responses are followed over another number of keys than one,
-            a scene has no probe, or its loads move none, or the folder holds an atlas of other inputs.
+            or of a scene without loads that repeat, a scene has no probe, or its loads move none, or the folder holds
+            an atlas of other inputs.
         NotWritten: A file could not be written.
     """
     if len(axes) > 2:
@@ -190,6 +191,11 @@ def run_atlas(
                 texts = tuple(f"{axis.key}={value}" for axis, value in zip(axes, values, strict=True))
                 one = scene_at(texts)
                 cycles = isnan(one.period)
+                if follow and cycles:
+                    raise UserError(
+                        "atlas: found responses to follow without loads that repeat; expected loads that do: limit "
+                        "cycles are not followed, leave out --follow"
+                    )
                 begin = rest_of(one) if cycles else starts_of(one, settle, starts, reach, seed)
                 scene = scene or one.scene
             if kept is not None:
@@ -225,7 +231,7 @@ def run_atlas(
             picture = draw_cycles(whole.points, over, whole.turning) if cycles else _picture(whole, scene)
             give_units(picture, over, known)
             write_figure(picture, paths[2])
-        branches = _followed(whole, scene_at) if follow and not cycles else []
+        branches = _followed(whole, scene_at) if follow else []
         if branches:
             paths.append(folder / BRANCHES)
             write_table(paths[-1], *branch_rows(branches))

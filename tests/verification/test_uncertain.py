@@ -76,6 +76,15 @@ def test_indices_of_ishigami_lie_in_their_intervals() -> None:
     assert not one.missing
 
 
+@pytest.mark.parametrize("shares", [(1.0,), (0.7, 0.3), (0.5, 0.3, 0.2)])
+def test_indices_of_any_number_of_inputs(shares: tuple[float, ...]) -> None:
+    """Of a sum with these shares of the variance; a single input, which has all of it, ended in a traceback."""
+    one = indices_of(lambda u: {"y": u @ np.sqrt(shares)}, len(shares), 4096, 1)["y"]
+    for value, interval in ((one.first, one.first_interval), (one.total, one.total_interval)):
+        assert value == pytest.approx(shares, abs=0.03)
+        assert np.all((interval[:, 0] <= value) & (value <= interval[:, 1]))
+
+
 @pytest.mark.parametrize("missing", [1, 40, 150])
 def test_indices_have_any_number_of_points_without_a_figure(missing: int) -> None:
     """Of the sum of two equal inputs each has half of the variance, whichever points have no figure."""

@@ -400,21 +400,20 @@ def _indices(y: Array, seed: int) -> Indices:
         return Indices(none, pair, none, pair, none, none, missing)
 
     def found(part: Array) -> object:
-        part = part - part.mean()
+        A, B, *AB = np.repeat((part - part.mean())[:, None], 2, axis=1)  # twice: SciPy takes no single index
         return sobol_indices(
-            func={"f_A": part[:1], "f_B": part[1:2], "f_AB": part[2:, None]}, n=part.shape[1],
-            random_state=np.random.default_rng(seed),
-        )  # fmt: skip
+            func={"f_A": A, "f_B": B, "f_AB": np.array(AB)}, n=part.shape[1], random_state=np.random.default_rng(seed)
+        )
 
     whole_result, half = found(kept), found(kept[:, : kept.shape[1] // 2])
     ends = whole_result.bootstrap(confidence_level=0.95, n_resamples=RESAMPLES)  # type: ignore[attr-defined]
 
     def of(result: object, name: str) -> Array:
-        return np.asarray(getattr(result, name), dtype=float).ravel()
+        return np.asarray(getattr(result, name), dtype=float).reshape(2, inputs)[0]
 
     def interval(one: object) -> Array:
         ci = one.confidence_interval  # type: ignore[attr-defined]
-        return np.column_stack([np.ravel(ci.low), np.ravel(ci.high)])
+        return np.column_stack([np.reshape(end, (2, inputs))[0] for end in (ci.low, ci.high)])
 
     return Indices(
         of(whole_result, "first_order"), interval(ends.first_order), of(whole_result, "total_order"),

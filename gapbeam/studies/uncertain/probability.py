@@ -409,11 +409,11 @@ def _indices(y: Array, seed: int) -> Indices:
     ends = whole_result.bootstrap(confidence_level=0.95, n_resamples=RESAMPLES)  # type: ignore[attr-defined]
 
     def of(result: object, name: str) -> Array:
-        return np.asarray(getattr(result, name), dtype=float).reshape(2, inputs)[0]
+        return np.asarray(getattr(result, name), dtype=float).ravel()[:inputs]
 
     def interval(one: object) -> Array:
         ci = one.confidence_interval  # type: ignore[attr-defined]
-        return np.column_stack([np.reshape(end, (2, inputs))[0] for end in (ci.low, ci.high)])
+        return np.column_stack([np.ravel(end)[:inputs] for end in (ci.low, ci.high)])
 
     return Indices(
         of(whole_result, "first_order"), interval(ends.first_order), of(whole_result, "total_order"),

@@ -115,6 +115,29 @@ def test_sets_of_abaqus(tmp_path: Path) -> None:
     assert one.size == 12
 
 
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "*NSET, NSET=HELD, ELSET=LEFT\n",
+        "*NSET, NSET=HELD, INSTANCE=BLOCK-1\nLEFT\n",
+        "*NSET, NSET=HELD\nBlock-1.LEFT\n",
+        "*NSET, NSET=HELD\nNODES\n",
+        '*NSET, NSET="held"\nLEFT\n',
+        '*NSET, NSET="Left end"\nLEFT\n*NSET, NSET=HELD\n"Left end",\n',
+    ],
+)
+def test_sets_of_abaqus_as_programs_write_them(tmp_path: Path, lines: str) -> None:
+    """Sets of elements, of instances and in quotes hold the nodes that NumPy finds in half of the block."""
+    mesh = block()
+    held = np.flatnonzero(mesh.points[:, 0] <= 40.0) + 1
+    mesh.point_sets["LEFT"] = held - 1
+    mesh.write(tmp_path / "a.inp")
+    with (tmp_path / "a.inp").open("a") as file:
+        file.write(lines.replace("NODES", "\n".join(f"PART-1-1.{node}," for node in held)))
+    made = gb.from_mesh(tmp_path / "a.inp", gb.material(2e11, 7850.0), units="mm", clamped=["HELD"])
+    assert made.size == 3 * (len(mesh.points) - len(held))
+
+
 def test_properties_of_nastran_are_groups(tmp_path: Path) -> None:
     mesh = block()
     mesh.cell_sets, mesh.point_sets = {}, {}
@@ -226,7 +249,15 @@ SLIPS: dict[str, tuple[Edit, str, str]] = {
                                "young_modulus, poisson_ratio, shear_moduli"),
     "energy below 0": (put(*MODEL, "materials", 1, "poisson_ratios", value=[5.0, 0.3, 0.3]), "materials", "nu21"),
     "skew axes": (put(*MODEL, "materials", 1, "across", value=[1.0, 0.0, 0.1]), "materials", "at right angles"),
-    "no such set": (put("joint", 0, "nodes", value="BASE"), "joint", "sets: LEFT, RIGHT, ROOT"),
+    "no such set": (put("joint", 0, "nodes", value="BASE"), "joint", "a set: LEFT, RIGHT, ROOT"),
+    "a set without nodes": (text(lambda s: s.replace("NSET=ROOT", "NSET=OTHER") + "*NSET, NSET=ROOT\n"), "joint",
+                            "the set 'ROOT' without a node"),
+    "a set of unknown elements": (text(lambda s: s.replace("NSET=ROOT", "NSET=OTHER")
+                                  + "*NSET, NSET=ROOT, ELSET=MIDDLE\n"), "joint", "'ROOT' without a node"),
+    "a set of nodes of no cell": (text(lambda s: s.replace("NSET=ROOT", "NSET=OTHER")
+                                  + "*NODE, NSET=ROOT\n99, 0, 0, 0\n"), "joint", "'ROOT' without a node"),
+    "a set of an unknown set": (text(lambda s: s + "*NSET, NSET=MORE\nROOTS, 1\n"), FILE,
+                                r"ROOTS below \*NSET\s+expected: a number or a set above: ROOT"),
     "no set of a point": (put("point", 0, value={"name": "tip", "structure": "bracket", "set": "TOP",
                           "direction": [0, 0, 1.0]}), "tip", "'TOP'"),
     "a clamped point": (put("point", 0, "nearest", value=[0.0, 0.0, 0.0]), "tip", "is clamped"),

@@ -14,7 +14,8 @@ import scipy.io
 import scipy.sparse as sp
 
 import gapbeam as gb
-from gapbeam.solver.scene.imported_points import Rows, read_nodes
+from gapbeam.solver.scene.imported_points import Rows
+from gapbeam.solver.scene.node_files import read_nodes
 from gapbeam.solver.scene.order_of_rows import check_order
 from tests.shared.command import PROJECT
 
@@ -115,7 +116,7 @@ REFUSED = {
     "units": (lambda f: read(f, "inch"), "expected one of m-kg-s"),
     "suffix": (lambda _: gb.read_structure("k.txt", "m.txt", units="m-kg-s"), "found .txt, expected .mtx"),
     "no file": (lambda _: gb.read_structure("k.mtx", "m.mtx", units="m-kg-s"), "cannot be read as a matrix"),
-    "clamped": (lambda f: read(f, clamped=["99"]), "found '99', which is no node"),
+    "clamped": (lambda f: read(f, clamped=["99"]), "found '99', expected a node or DOF"),
     "point": (
         lambda f: read(f, points={"tip": "21.1"}),
         "'21.1', expected a DOF of the matrices, .* to .*; that node has 21.3, 21.5",

@@ -10,8 +10,8 @@ from itertools import product
 
 import numpy as np
 
-from gapbeam.solver.scene.imported_points import Nodes
 from gapbeam.solver.scene.mesh_files import SolidMesh
+from gapbeam.solver.scene.node_files import Nodes
 from gapbeam.solver.scene.solid_cells import KINDS, CellKind, Indices, shapes_at
 from gapbeam.solver.system.operators import Array
 

@@ -20,7 +20,7 @@ from scipy.sparse.csgraph import connected_components
 
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError
-from gapbeam.solver.scene.imported_points import (
+from gapbeam.solver.scene.node_files import (
     InputBlock,
     Nodes,
     input_blocks,
@@ -165,7 +165,13 @@ def _of_input(path: Path) -> _Parts:
         }
         for name, members in sets.items()
     }  # fmt: skip
-    return _Parts(list(nodes.places), np.array(list(nodes.places.values())), nodes.sets, found, groups)
+    labels = list(nodes.places)
+    for block in blocks:
+        if block.keyword == "NSET" and "ELSET" in block.options:
+            used = [found[k].nodes[some].ravel() for k, some in groups.get(block.options["ELSET"], {}).items()]
+            members = [labels[i] for i in np.unique(np.concatenate([np.zeros(0, dtype=int), *used]))]
+            nodes.sets.setdefault(block.options["NSET"], []).extend(members)
+    return _Parts(labels, np.array(list(nodes.places.values())), nodes.sets, found, groups)
 
 
 def _elements(path: Path, block: InputBlock, name: str) -> list[list[str]]:

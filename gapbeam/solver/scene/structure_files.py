@@ -18,9 +18,10 @@ from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked
 from gapbeam.solver.scene.beam_structure import driven_rows
-from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows, check_imported, read_nodes
+from gapbeam.solver.scene.imported_points import DIRECTIONS, Label, PointGiven, Rows, check_imported
 from gapbeam.solver.scene.matrix_digits import MORE_DIGITS, PrintedDigits, frequency_doubt
 from gapbeam.solver.scene.matrix_files import FIRST_LETTERS, aligned, dmig_text, read_matrix, refuse_half
+from gapbeam.solver.scene.node_files import read_nodes
 from gapbeam.solver.scene.solid_material import strains_in
 from gapbeam.solver.scene.structure import MOST_RIGID, SYMMETRY, Structure
 from gapbeam.solver.scene.structure_geometry import Pose, StructureGeometry, directions_across

@@ -17,7 +17,7 @@ whose slip turns round is linearized at no slip.
 # mypy: disable-error-code="no-untyped-def,no-untyped-call"
 from __future__ import annotations
 
-from gapbeam.solver.scene.lane_code import L, add, copy, eliminate, lanewise, spread
+from gapbeam.solver.scene.lane_code import L, add, clear, copy, eliminate, lanewise, spread
 from gapbeam.solver.scene.touch_kernel import CREEP, FORCE, LAST, MU, NEW, OLD, SLOPE, WIDTH, call, move
 
 PASSES, PLAIN, RAMP, EPS, SUMMED = 120, 8, 60, 2e-16, 64.0
@@ -57,16 +57,20 @@ def ask(slabs, h, y0, y1, F, room, which, scale, begin):
                 o, c, felt = slabs.motion[i], i - first, 0.0
                 for k in range(d):
                     for lane in range(L):
-                        law[o + k, lane], J[3 * (o + k), lane] = (
-                            scale * w[s, FORCE + k, c, lane],
-                            scale * w[s, SLOPE + 3 * k, c, lane],
-                        )
-                        felt += abs(w[s, FORCE + k, c, lane]) + abs(w[s, SLOPE + 3 * k, c, lane]) + abs(F[o + k, lane])
+                        law[o + k, lane] = scale * w[s, FORCE + k, c, lane]
+                        J[3 * (o + k), lane] = scale * w[s, SLOPE + 3 * k, c, lane]
                     for n in range(1, d):
                         for lane in range(L):
                             J[3 * (o + k) + n, lane] = scale * w[s, SLOPE + 3 * k + n, c, lane]
-                            felt += abs(w[s, SLOPE + 3 * k + n, c, lane])
-                if which == 0 and not felt == 0.0:  # noqa: SIM201 - NaN feels
+                if which != 0:
+                    continue
+                for k in range(d):
+                    for lane in range(L):
+                        felt += abs(law[o + k, lane]) + abs(J[3 * (o + k), lane]) + abs(F[o + k, lane])
+                    for n in range(1, d):
+                        for lane in range(L):
+                            felt += abs(J[3 * (o + k) + n, lane])
+                if not felt == 0.0:  # noqa: SIM201 - NaN feels
                     flag[i] = 1
                     fresh += 1
     return fresh
@@ -103,6 +107,8 @@ def off(h, D, free, F, y1, room, a, tolerance, sticks):
     """
     law, J, size, closed, rough, loose, bad = room.law, room.J, room.way, room.closed, 0, 0, 0
     for i in range(a):
+        if room.span[i] == 1 and not sticks and (i == 0 or room.span[i - 1] == 1):
+            continue
         for lane in range(L):
             size[i, lane] = abs(y1[closed[i], lane]) + abs(free[closed[i], lane])
     for j in range(a if sticks else 0):
@@ -116,7 +122,8 @@ def off(h, D, free, F, y1, room, a, tolerance, sticks):
         h00 = h * D[o, o]
         if d == 1:
             for lane in range(L):
-                r, u = abs(law[o, lane] - F[o, lane]), size[i, lane]
+                r = abs(law[o, lane] - F[o, lane])
+                u = size[i, lane] if sticks else abs(y1[o, lane]) + abs(free[o, lane])
                 miss, limit = h00 * r, tolerance * u * (1.0 - h00 * J[3 * o, lane])
                 near = EPS * (abs(law[o, lane]) + u * abs(J[3 * o, lane]))
                 rough += not r <= near  # NaN is bad
@@ -203,7 +210,7 @@ def slide(slabs, ease):
 @lanewise
 def newton(slabs, h, D, Q, y0, free, F, y1, room, tolerance):
     """Find contact forces F (a guess at entry) and places y1. Return passes, negative if not converged."""
-    m, new, way, base, closed = len(D), room.new, room.way, room.base, room.closed
+    m, new, way, closed = len(D), room.new, room.way, room.closed
     room.flag[:] = 0
     copy(free, y1)
     a, near = 0, False
@@ -214,7 +221,12 @@ def newton(slabs, h, D, Q, y0, free, F, y1, room, tolerance):
         if known > 0:
             closed[a] = j
             a += 1
-    spread(D, closed, a, F, y1, h)
+    if 2 * Q.shape[1] < a and not slabs.rough:
+        clear(room.x[: Q.shape[1]])
+        spread(Q, closed, a, F, room.x, 1.0)
+        add(Q, room.x, y1, h)
+    else:
+        spread(D, closed, a, F, y1, h)
     fresh = ask(slabs, h, y0, y1, F, room, 0, 1.0, True) > 0
     room.size[0] = 0
     if not fresh:
@@ -249,13 +261,12 @@ def newton(slabs, h, D, Q, y0, free, F, y1, room, tolerance):
             few(h, free, F, y1, room, a)
             continue
         for i in range(a):
-            copy(y1[closed[i] : closed[i] + 1], base[i : i + 1])
             copy(free[closed[i] : closed[i] + 1], way[i : i + 1])
-        linearized(room, a)
+        linearized(y1, room, a)
         if a <= len(room.A):
             by_forces(h, room, a)
         else:
-            by_motions(h, Q, room, a)
+            by_motions(h, Q, y1, room, a)
         if PLAIN <= it < RAMP and not slabs.rough:
             search(slabs, h, y0, y1, F, room, a)
         for i in range(a):
@@ -266,18 +277,17 @@ def newton(slabs, h, D, Q, y0, free, F, y1, room, tolerance):
 
 
 @lanewise
-def linearized(room, a):
-    """Set `new` to the forces of `a` closed motions at places `way`, by their slopes at `base`."""
-    i = 0
+def linearized(y1, room, a):
+    """Set `new` to the forces of `a` closed motions at places `way`, by their slopes at y1."""
+    new, way, i = room.new, room.way, 0
     while i < a:
         d, o = room.span[i], room.closed[i]
         for k in range(d):
-            copy(room.law[o + k : o + k + 1], room.new[i + k : i + k + 1])
-            for n in range(d):
+            for lane in range(L):
+                new[i + k, lane] = room.law[o + k, lane] + room.J[3 * (o + k), lane] * (way[i, lane] - y1[o, lane])
+            for n in range(1, d):
                 for lane in range(L):
-                    room.new[i + k, lane] += room.J[3 * (o + k) + n, lane] * (
-                        room.way[i + n, lane] - room.base[i + n, lane]
-                    )
+                    new[i + k, lane] += room.J[3 * (o + k) + n, lane] * (way[i + n, lane] - y1[o + n, lane])
         i += d
 
 
@@ -306,33 +316,54 @@ def by_forces(h, room, a):
 
 
 @lanewise
-def by_motions(h, Q, room, a):
+def by_motions(h, Q, y1, room, a):
     """Solve the equations of `a` closed motions for new forces and places by the columns of Q."""
     J, A, x, new, closed, columns, i = room.J, room.A, room.x, room.new, room.closed, Q.shape[1], 0
+    clear(x[:columns])
     for r in range(columns):
-        for lane in range(L):
-            x[r, lane] = 0.0
-        for j in range(a):
-            for lane in range(L):
-                x[r, lane] += Q[closed[j], r] * new[j, lane]
         for s in range(columns):
             for lane in range(L):
                 A[r, s, lane] = 1.0 if r == s else 0.0
-    while i < a:
+    for t in range(a // 4):
+        i = 4 * t
+        o, o1, o2, o3 = closed[i], closed[i + 1], closed[i + 2], closed[i + 3]
+        for r in range(columns):
+            q0, q1, q2, q3 = Q[o, r], Q[o1, r], Q[o2, r], Q[o3, r]
+            for lane in range(L):
+                x[r, lane] += q0 * new[i, lane] + q1 * new[i + 1, lane] + q2 * new[i + 2, lane] + q3 * new[i + 3, lane]
+    for i in range(a // 4 * 4, a):
+        for r in range(columns):
+            for lane in range(L):
+                x[r, lane] += Q[closed[i], r] * new[i, lane]
+    i = 0
+    while i < a:  # contacts of one motion: a symmetric part
         d, o = room.span[i], closed[i]
-        if d == 1 and i + 3 < a and room.span[i + 1] == 1 and room.span[i + 2] == 1 and room.span[i + 3] == 1:
-            o1, o2, o3 = closed[i + 1], closed[i + 2], closed[i + 3]
+        i += d
+        if d > 1:
+            continue
+        if i + 2 < a and room.span[i] == 1 and room.span[i + 1] == 1 and room.span[i + 2] == 1:
+            o1, o2, o3, i = closed[i], closed[i + 1], closed[i + 2], i + 3
             for r in range(columns):
                 q0, q1, q2, q3 = h * Q[o, r], h * Q[o1, r], h * Q[o2, r], h * Q[o3, r]
-                for s in range(columns):
+                for s in range(r, columns):
                     c0, c1, c2, c3 = q0 * Q[o, s], q1 * Q[o1, s], q2 * Q[o2, s], q3 * Q[o3, s]
                     for lane in range(L):
                         A[r, s, lane] -= (
                             c0 * J[3 * o, lane] + c1 * J[3 * o1, lane] + c2 * J[3 * o2, lane] + c3 * J[3 * o3, lane]
                         )
-            i += 4
             continue
-        for k in range(d):
+        for r in range(columns):
+            for s in range(r, columns):
+                c = h * Q[o, r] * Q[o, s]
+                for lane in range(L):
+                    A[r, s, lane] -= c * J[3 * o, lane]
+    for r in range(columns):
+        for s in range(r):
+            copy(A[s, r : r + 1], A[r, s : s + 1])
+    i = 0
+    while i < a:  # contacts of several: their slopes are not symmetric
+        d, o = room.span[i], closed[i]
+        for k in range(d if d > 1 else 0):
             for n in range(d):
                 for r in range(columns):
                     for s in range(columns):
@@ -341,9 +372,9 @@ def by_motions(h, Q, room, a):
                             A[r, s, lane] -= c * J[3 * (o + k) + n, lane]
         i += d
     eliminate(A, x, room.inverse, columns)
-    for j in range(a):
-        add(Q[closed[j] : closed[j] + 1], x[:columns], room.way[j : j + 1], h)
-    linearized(room, a)
+    for i in range(a):
+        add(Q[closed[i] : closed[i] + 1], x[:columns], room.way[i : i + 1], h)
+    linearized(y1, room, a)
 
 
 @lanewise
@@ -376,6 +407,8 @@ def search(slabs, h, y0, y1, F, room, a):
     """Shorten each lane's update to where the step potential stops falling (bisection on its derivative)."""
     low, high, s, rise = room.line[0], room.line[1], room.line[2], room.line[3]
     new, way, base = room.new, room.way, room.base
+    for i in range(a):
+        copy(y1[room.closed[i] : room.closed[i] + 1], base[i : i + 1])
     for lane in range(L):
         low[lane], high[lane], s[lane] = 0.0, 1.0, 1.0
     for _ in range(30):

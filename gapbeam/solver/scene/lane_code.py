@@ -75,7 +75,13 @@ def add(A, x, y, scale):
                         + a6 * x[k + 6, lane]
                         + a7 * x[k + 7, lane]
                     )
-            for j in range(columns // 8 * 8, columns):
+            done = columns // 8 * 8
+            if columns - done >= 4:
+                k, done = done, done + 4
+                a0, a1, a2, a3 = scale * A[i, k], scale * A[i, k + 1], scale * A[i, k + 2], scale * A[i, k + 3]
+                for lane in range(L):
+                    y[i, lane] += a0 * x[k, lane] + a1 * x[k + 1, lane] + a2 * x[k + 2, lane] + a3 * x[k + 3, lane]
+            for j in range(done, columns):
                 a0 = scale * A[i, j]
                 for lane in range(L):
                     y[i, lane] += a0 * x[j, lane]
@@ -149,16 +155,22 @@ def clear(x):
 
 @lanewise
 def spread(A, which, count, x, y, scale):
-    """Y += scale sum_j x_j A_j over the rows j that are listed in `which`: two at a time."""
-    columns = A.shape[1]
-    for t in range(count // 2):
-        j, k = which[2 * t], which[2 * t + 1]
+    """Y += scale sum_j x_j A_j over the rows j that are listed in `which`: four at a time, then two."""
+    columns, done = A.shape[1], count // 4 * 4
+    for t in range(count // 4):
+        j, k, m, n = which[4 * t], which[4 * t + 1], which[4 * t + 2], which[4 * t + 3]
+        for i in range(columns):
+            a, b, c, d = scale * A[j, i], scale * A[k, i], scale * A[m, i], scale * A[n, i]
+            for lane in range(L):
+                y[i, lane] += a * x[j, lane] + b * x[k, lane] + c * x[m, lane] + d * x[n, lane]
+    if count - done >= 2:
+        j, k, done = which[done], which[done + 1], done + 2
         for i in range(columns):
             a, b = scale * A[j, i], scale * A[k, i]
             for lane in range(L):
                 y[i, lane] += a * x[j, lane] + b * x[k, lane]
-    if count % 2:
-        j = which[count - 1]
+    if count > done:
+        j = which[done]
         for i in range(columns):
             a = scale * A[j, i]
             for lane in range(L):

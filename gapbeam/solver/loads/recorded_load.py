@@ -106,6 +106,8 @@ LITTLE = 0.01
 """Share of the power of a record, or of its peak, that counts as little."""
 MOST_OVERSHOOT = 0.05
 """Largest overshoot over the range of the rows."""
+UNEVEN = 2.0
+"""Mean interval over the shortest, from which on rows are corners of a curve, without a sampling rate."""
 LONG = 500.0
 """Times the run: a record that looks as if its times were in ms."""
 FEW, ENOUGH = 20, 50
@@ -193,7 +195,7 @@ class RecordedLoad(RecordedTable):
             )
         half = float(signal.content.frequencies[-1])
         share = signal.content.above(EDGE * half)
-        if signal.peak > 0.0 and share > LITTLE:
+        if signal.peak > 0.0 and share > LITTLE and signal.curve.interval < UNEVEN * signal.curve.closest:
             yield (
                 f"has {share:.2g} of its power above {EDGE * half:.4g} Hz, close to half its sampling rate of "
                 f"{2.0 * half:.4g} Hz: sampled too slowly, or without a filter, it holds aliases or noise; "

@@ -88,10 +88,16 @@ class StepForce(UnrepeatedLoad, PointLoad):
 
     @property
     def frequency_of_interest(self) -> tuple[float, str] | None:
-        """Two over the ramp; a jump holds all frequencies, and asks for none."""
-        if self.ramp == 0.0:
+        """Two over the ramp, or over a pulse without one; a jump that stays has all frequencies, and asks for none."""
+        if self._shortest is None:
             return None
-        return FASTEST / self.ramp, f"{FASTEST:g} over the ramp of the load {self.name}"
+        part = "ramp" if self.ramp > 0.0 else "length"
+        return FASTEST / self._shortest, f"{FASTEST:g} over the {part} of the load {self.name}"
+
+    @property
+    def _shortest(self) -> float | None:
+        """Duration of the ramp or, without one, of the pulse, s; None: a jump that stays."""
+        return self.ramp or (self.end - self.start if self.end is not None and self.end > self.start else None)
 
     @property
     def rise_time(self) -> float:
@@ -127,9 +133,10 @@ class StepForce(UnrepeatedLoad, PointLoad):
             yield "start + ramp = {} is later than the end of the run, {} s".format(*apart(self.rise_time, end))
 
     def unusual_steps(self, step: float) -> Iterator[str]:
-        """Yield a warning of a step that is long compared with the ramp."""
-        if self.ramp > 0.0 and exceeds(step, self.ramp):
-            yield f"longer than the ramp of {apart(step, self.ramp)[1]} s: the force jumps within a step"
+        """Yield a warning of a step that is longer than the ramp or the pulse."""
+        if (shortest := self._shortest) is not None and exceeds(step, shortest):
+            part, jumps = ("ramp", "jumps") if self.ramp > 0.0 else ("pulse", "jumps and falls")
+            yield f"longer than the {part} of {apart(step, shortest)[1]} s: the force {jumps} within a step"
 
 
 class PointOrSupportLoad(UnrepeatedLoad):

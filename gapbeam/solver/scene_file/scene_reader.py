@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import partial
+from itertools import chain
 from math import ceil, inf, pi, sqrt
 from pathlib import Path
 from typing import Any
@@ -44,7 +45,7 @@ from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocitie
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_checks import FILES, scene_faults
 from gapbeam.solver.scene_file.structure_tables import ElementBeam, ElementFrame
-from gapbeam.solver.scene_file.unit_questions import unit_questions
+from gapbeam.solver.scene_file.unit_questions import load_questions, unit_questions
 
 LOG = logging.getLogger("gapbeam")
 STEPS_OF_FLIGHT = 1000  # of a run without any frequency
@@ -255,7 +256,7 @@ class SceneFile:
             CaseError: A structure cannot be read, parts do not fit, or a path is of no value of the scene.
         """
         path = self.places.path
-        for question in unit_questions(self.case) if finer == 1 else ():
+        for question in chain(unit_questions(self.case), load_questions(self.case)) if finer == 1 else ():
             LOG.warning("%s", question)
         scene, spans = built_scene(self.case, str(path), self.places.put_in_order, finer)
         faults = list[Fault]()

@@ -1,9 +1,9 @@
-"""Questions about values of a file of several structures that look like another unit, as of cases."""
+"""Questions about values of a file of several structures that look like another unit, and about loads, as of cases."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,11 @@ from gapbeam.solver.case.checks.usual_ranges import (
     USUAL,
     asked,
     damping_questions,
+    load_warnings,
     material_questions,
     play_question,
     shape_questions,
+    step_warnings,
 )
 from gapbeam.solver.messages.wording import exceeds
 from gapbeam.solver.scene_file.scene_case import SceneCase
@@ -39,6 +41,14 @@ def unit_questions(case: SceneCase) -> Iterator[str]:
             continue
         if exceeds(abs(play), MUCH_PLAY * size):
             yield play_question(f'[[pair]] number {number} (name "{pair.name}") region', play, size)
+
+
+def load_questions(case: SceneCase) -> Iterator[str]:
+    """Yield loads that do nothing, do not suit the run, or that a given step is too long for, one line each."""
+    end, step = case.time.end, case.time.step
+    yield from load_warnings(case.load, lambda load: chain(load.unusual_values(), load.unusual_in_run(end)))
+    if step != "auto":
+        yield from step_warnings(case.load, step, {})
 
 
 def _of_profile(place: str, one: Any) -> Iterator[str]:

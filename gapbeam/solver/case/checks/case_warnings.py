@@ -23,9 +23,11 @@ from gapbeam.solver.case.checks.usual_ranges import (
     asked,
     damping_questions,
     in_si,
+    load_warnings,
     material_questions,
     play_question,
     shape_questions,
+    step_warnings,
 )
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
 from gapbeam.solver.case.model_choice import bending_wavelength, graded_count
@@ -159,7 +161,9 @@ def beam_elements(case: Case) -> Iterator[str]:
 def unusual_loads(case: Case) -> Iterator[str]:
     """Yield values of loads that look like another unit."""
     speed = math.sqrt(case.material.young_modulus / case.material.density)
-    yield from _of_loads(case, lambda load: chain(load.unusual_values(), load.unusual_shaking(speed, case.beam.length)))
+    yield from load_warnings(
+        case.load, lambda load: chain(load.unusual_values(), load.unusual_shaking(speed, case.beam.length))
+    )
 
 
 def waves(case: Case) -> Iterator[str]:
@@ -171,14 +175,7 @@ def waves(case: Case) -> Iterator[str]:
         loaded = [piece for piece in case.profile.pieces if piece.start < span[1] and piece.end > span[0]]
         yield from load.unusual_waves(0.5 * min(bending_wavelength(piece, asked[0]) for piece in loaded))
 
-    yield from _of_loads(case, look)
-
-
-def _of_loads(case: Case, look: Callable[[Load], Iterator[str]]) -> Iterator[str]:
-    """Yield the warnings of each load, with its place in the case file."""
-    for number, load in enumerate(case.load, 1):
-        for line in look(load):
-            yield f'[[load]] number {number} (name "{load.name}") {line}'
+    yield from load_warnings(case.load, look)
 
 
 def shape(case: Case) -> Iterator[str]:
@@ -245,7 +242,7 @@ def motion(case: Case) -> Iterator[str]:
 
 def start(case: Case) -> Iterator[str]:
     """Yield loads that start with a jump, that never reach their amplitude, or whose record does not suit the run."""
-    yield from _of_loads(case, lambda load: load.unusual_in_run(case.time.end))
+    yield from load_warnings(case.load, lambda load: load.unusual_in_run(case.time.end))
 
 
 def steps(case: Case) -> Iterator[str]:
@@ -253,17 +250,12 @@ def steps(case: Case) -> Iterator[str]:
     time = case.time
     if time.step == "auto":
         return
-    periods = {f"load {load.name}": 1 / load.forcing_frequency for load in case.load if load.forcing_frequency}
+    periods = dict[str, float]()
     if not isinstance(case.model, RigidModel):
         periods["first bending mode"] = 1 / overhang_frequency(case)
     if time.frequency:
         periods["time.frequency"] = 1 / time.frequency
-    for name, period in periods.items():
-        if time.step > period / 20:
-            count = period / time.step
-            yield f"[time] step = {time.step:g}: {count:.3g} steps in a period of the {name}, and 50 are good"
-    for line in (line for load in case.load for line in load.unusual_steps(time.step)):
-        yield f"[time] step = {time.step:g}: {line}"
+    yield from step_warnings(case.load, time.step, periods)
     count = time.end / time.step
     if count > MOST_STEPS:
         yield f"[time] {count:.3g} steps until the end: this takes long"

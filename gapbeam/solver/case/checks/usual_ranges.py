@@ -1,9 +1,12 @@
-"""Usual values, and questions about those that look like another unit; cases and files of structures share them."""
+"""Usual values, and questions about those that look like another unit; cases and files of structures share them.
+
+So they do warnings about loads, and about steps that are too long for them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 from gapbeam.solver.messages.wording import apart, exceeds
 
@@ -30,6 +33,7 @@ class UsualRange(NamedTuple):
 
 
 MOST_SECTION = 10.0  # m
+FEW = 20.0  # steps in a period
 LENGTHS = (("mm", 1e-3), ("um", 1e-6))
 USUAL = (
     UsualRange("beam", "length", 0.0, 100.0, "m, not mm", LENGTHS),
@@ -102,3 +106,32 @@ def damping_questions(place: str, largest: float) -> Iterator[str]:
     """Ask about half of the critical damping and more."""
     if largest >= MUCH_DAMPING:
         yield f"{place}: {largest:g} of critical damping is unusual: is it in %, {in_si(1e-2 * largest)}?"
+
+
+def load_warnings(loads: Iterable[Any], look: Callable[[Any], Iterator[str]]) -> Iterator[str]:
+    """Yield the warnings of each load, with its place in the file.
+
+    Args:
+        loads: The loads of the file, in its order.
+        look: Function that yields the warnings of one.
+    """
+    for number, load in enumerate(loads, 1):
+        for line in look(load):
+            yield f'[[load]] number {number} (name "{load.name}") {line}'
+
+
+def step_warnings(loads: Iterable[Any], step: float, periods: Mapping[str, float]) -> Iterator[str]:
+    """Yield in what periods and features of loads a step is coarse.
+
+    Args:
+        loads: The loads of the file.
+        step: The time step, s.
+        periods: Periods of other motions by name, s.
+    """
+    loads = tuple(loads)
+    forced = {f"load {load.name}": 1.0 / load.forcing_frequency for load in loads if load.forcing_frequency}
+    for name, period in {**forced, **periods}.items():
+        if step > period / FEW:
+            yield f"[time] step = {step:g}: {period / step:.3g} steps in a period of the {name}, and 50 are good"
+    for line in (line for load in loads for line in load.unusual_steps(step)):
+        yield f"[time] step = {step:g}: {line}"

@@ -141,7 +141,7 @@ def test_a_file_with_a_snubber_runs(tmp_path: Path) -> None:
         ({"velocity": None}, "neither velocity nor acceleration"),
         ({"release": 0.4}, "less than 0.3, at which it locks"),
         ({"damping": 0.0}, "does nothing"),
-        ({"name": "push"}, "a second time"),
+        ({"name": "push"}, 'name = "push-2"'),
         ({"between": ["box.tip"]}, "which is no point"),
         ({"release": None}, "missing"),
         ({"drag": -1.0}, "drag"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -96,6 +97,22 @@ def test_means_over_intervals() -> None:
     assert found == pytest.approx([0.0, 0.75 * FORCE, 0.5 * FORCE, 0.0], abs=1e-12)
     rise = StepForce.model_validate({"type": "step_force", "point": 0.1, "amplitude": FORCE, "start": 0.3, "ramp": 0.4})
     assert rise.time_function().mean(np.array([0.3]), np.array([0.7])) == pytest.approx([0.5 * FORCE], rel=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e2])
+@pytest.mark.parametrize(
+    ("start", "ramp", "end"), [(0.5, 0.0, 0.2), (0.5, 0.0, 0.5), (0.5, 0.1, 0.3), (0.5, 0.1, 0.55)]
+)
+def test_advice_on_ends_gives_a_force_that_acts(start: float, ramp: float, end: float, size: float) -> None:
+    """Ends at or before the start, or within the rise: the value that the message names is taken, and acts."""
+    times = {"start": start * size, "ramp": ramp * size, "end": end * size}
+    load = {"type": "step_force", "point": LENGTH, "amplitude": 3.0} | times
+    with pytest.raises(CaseError) as refused:
+        gapbeam.read_case(cantilever([load]))
+    advised = float(re.search(r"try: +end = ([^,\s]+)", str(refused.value)).group(1))  # type: ignore[union-attr]
+    force = StepForce.model_validate(load | {"end": advised})
+    gapbeam.read_case(cantilever([load | {"end": advised}]))
+    assert force.time_function().mean(np.array([0.0]), np.array([2.0 * advised])) > 0.0
 
 
 def test_faults_and_doubts() -> None:

@@ -114,8 +114,17 @@ class StepForce(UnrepeatedLoad, PointLoad):
         return f"at {self.start:g} s", rise
 
     def faults(self, key: Key) -> Iterator[Fault]:
-        """Yield an end before the force has risen."""
-        if self.end is not None and exceeds(self.rise_time, self.end):
+        """Yield an end at or before the start, or before the force has risen."""
+        if self.end is not None and not exceeds(self.end, self.start):
+            end, start = apart(self.end, self.start)
+            yield Fault(
+                (*key, "end"),
+                f"{end} s, with start = {start} s: it would never act",
+                "a time later than the start of the force",
+                f"end = {self.start + max(2.0 * self.ramp, self.end):.6g}, or leave end out: the force then stays",
+                ((*key, "start"),),
+            )
+        elif self.end is not None and exceeds(self.rise_time, self.end):
             end, rise = apart(self.end, self.rise_time)
             yield Fault(
                 (*key, "end"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -95,8 +96,9 @@ def _names(tables: Mapping[str, Any]) -> Iterator[Fault]:
                 continue
             key = (array, number, "name")
             if one.name in seen:
+                free = next(name for k in count(2) if (name := f"{one.name}-{k}") not in seen)
                 yield Fault(key, f'"{one.name}", a second time', "different names of structures, pairs, loads, forces",
-                            related=(seen[one.name],))  # fmt: skip
+                            f'name = "{free}"', (seen[one.name],))  # fmt: skip
             seen.setdefault(one.name, key)
     forces = {number: one for number, one in tables.get("joint", {}).items() if getattr(one, "force", False)}
     for array, entries, expected in (

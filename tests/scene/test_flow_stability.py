@@ -402,12 +402,12 @@ def refused() -> dict[str, tuple[Callable[[], Any], str]]:
     return {
         "outside": (
             lambda: gb.measured(one["at"], table, **air, frequencies=[1.0], states=1),
-            r"reduced velocity U/\(f D\) = 62.83 at 1 m/s and 1 rad/s is outside of the table, 2 to 20",
+            r"reduced velocity U/\(f D\) = 62.83 at 1 m/s and 0.1592 Hz is outside of the table, 2 to 20",
         ),
-        "faster": (lambda: gb.history(fast, 1e-3, 0.05), r"= 25.13 at 2 m/s and 5 rad/s is outside of the table"),
+        "faster": (lambda: gb.history(fast, 1e-3, 0.05), r"= 25.13 at 2 m/s and 0.7958 Hz is outside of the table"),
         "members that are faster": (
             lambda: gb.ensemble(gb.Scene(one, feedbacks=[fit]), {"fit.velocity": [0.5, 2.0]}, step=0.01, end=1.0),
-            r"flow fit: [^$]*= 25.13 at 2 m/s and 5 rad/s is outside of the table",
+            r"flow fit: [^$]*= 25.13 at 2 m/s and 0.7958 Hz is outside of the table",
         ),
         "columns": (lambda: gb.measured(one["at"], [[1.0, 2.0]], **air, frequencies=[1.0]), "3 or 9 columns"),
         "no table": (lambda: gb.measured(one["at"], "none.csv", **air, frequencies=[1.0]), "none.csv"),

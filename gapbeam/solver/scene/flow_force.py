@@ -236,14 +236,14 @@ class Flow(Feedback):
             found, (low, high) = 2.0 * pi * U / (w * law.diameter), law.reduced
             if not low * (1.0 - SAME) <= found <= high * (1.0 + SAME):
                 raise ArgumentError(
-                    f"{where}: reduced velocity U/(f D) = {found:.4g} at {U:.4g} m/s and {w:.4g} rad/s is outside of "
-                    f"the table, {low:.4g} to {high:.4g}; measure there, or take another velocity",
+                    f"{where}: reduced velocity U/(f D) = {found:.4g} at {U:.4g} m/s and {0.5 * w / pi:.4g} Hz is outside "
+                    f"of the table, {low:.4g} to {high:.4g}; measure there, or take another velocity",
                     "velocity",
                 )
             if w > law.highest * (1.0 + SAME):
                 raise UserError(
-                    f"{where}: the motion has {w:.4g} rad/s, but states of its delay cover {law.highest:.4g} rad/s; "
-                    "give a larger `frequency`"
+                    f"{where}: the motion has {0.5 * w / pi:.4g} Hz, but states of its delay cover up to "
+                    f"{0.5 * law.highest / pi:.4g} Hz; give a larger `frequency` (in Python {w:.4g} rad/s)"
                 )
 
     def replaced(self, name: str, value: Any) -> Flow:

@@ -236,8 +236,8 @@ class Flow(Feedback):
             found, (low, high) = 2.0 * pi * U / (w * law.diameter), law.reduced
             if not low * (1.0 - SAME) <= found <= high * (1.0 + SAME):
                 raise ArgumentError(
-                    f"{where}: reduced velocity U/(f D) = {found:.4g} at {U:.4g} m/s and {0.5 * w / pi:.4g} Hz is outside "
-                    f"of the table, {low:.4g} to {high:.4g}; measure there, or take another velocity",
+                    f"{where}: reduced velocity U/(f D) = {found:.4g} at {U:.4g} m/s and {0.5 * w / pi:.4g} Hz is "
+                    f"outside of the table, {low:.4g} to {high:.4g}; measure there, or take another velocity",
                     "velocity",
                 )
             if w > law.highest * (1.0 + SAME):

@@ -14,6 +14,7 @@ from gapbeam.solver.scene import finer_mesh
 from gapbeam.solver.scene.mesh_files import read_mesh
 from gapbeam.solver.scene.mesh_structure import mesh_model
 from gapbeam.solver.scene.solid_cells import KINDS
+from gapbeam.solver.scene_file.scene_reader import read_scene
 from tests.scene.solid_grids import grid, with_sets
 
 YOUNG, LENGTH, HIGH, FORCE = 7e10, 0.2, 0.02, 100.0
@@ -151,3 +152,42 @@ def test_meshes_whose_errors_are_left_out_are_named(
     monkeypatch.setattr("gapbeam.solver.scene.mesh_structure.finer_mesh", failing)
     said = str(gb.run(small, output=tmp_path / "failed").summary["warnings"])
     assert "the comparison run with finer structures failed, and its errors are left out" in said
+
+
+@pytest.mark.parametrize("slips", [0.0, 0.3])
+@pytest.mark.parametrize(
+    ("kind", "other"), [("quad8", "quad"), ("quad", "quad8"), ("triangle6", "quad"), ("hexahedron20", "hexahedron")]
+)
+def test_faces_of_finer_meshes_touch_at_the_same_points(kind: str, other: str, slips: float, tmp_path: Path) -> None:
+    """A block that lies on another is pressed by its weight evenly: each corner carries its share, finer or not."""
+    d = KINDS[kind].dimension
+    bodies, weight = [], 9810.0
+    for name, cells, across, low in (("lid", kind, 3, 1.0), ("base", other, 2, 0.0)):
+        mesh = grid(cells, (across,) * d, (1.0,) * d)
+        mesh.points[:, d - 1] += low
+        up = mesh.points[:, d - 1] - low
+        mesh.point_data = {"side": np.select([up == 0.0, up == 1.0], [1, 2])}
+        mesh.write(tmp_path / f"{name}.vtk")
+        material = {"young_modulus": 1e7, "poisson_ratio": 0.0, "density": 1000.0}
+        model = {"type": "mesh", "file": str(tmp_path / f"{name}.vtk"), "units": "m", "materials": [material]}
+        model |= {"plane": "stress", "thickness": 1.0} if d == 2 else {}
+        bodies.append({"name": name, "model": model, "reduce": {"modes": 6}, "ratio": 0.1})
+    joints = [{"type": "clamped", "structure": "base", "nodes": "side:1"}]
+    face = {"between": ["lid.side:1", "base.side:2"], "at": "faces", "law": {"type": "kelvin-voigt", "stiffness": 1e9}}
+    down = [0.0] * (d - 1) + [-1.0] + [0.0] * (3 - d)
+    given = {
+        "structure": bodies,
+        "joint": joints,
+        "pair": [{"name": "seat", **face, "friction": slips}],
+        "load": [{"type": "gravity", "direction": down}],
+        "time": {"end": 1e-2, "step": 1e-4},
+        "start": {"state": "seat"},
+    }
+    read = read_scene(given)
+    assert read.finer is not None
+    for scene in (read.scene, read.finer().scene):
+        force = -np.asarray(gb.seat(scene).F)[:, 0]
+        share = np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
+        shares = share if d == 2 else np.outer(share, share).ravel()
+        normal = np.sort(force[np.abs(force) > 1e-3 * weight])  # the others are friction
+        assert normal == pytest.approx(np.sort(weight * shares), rel=1e-6)

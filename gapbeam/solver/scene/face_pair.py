@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -136,6 +136,8 @@ def face_contacts(
                 motions = (1 + slips) * corners[:, None] + np.arange(1 + slips)
                 rows = np.broadcast_to(motions[..., None, None], table.shape)
                 found.append(np.array([rows.ravel(), columns.ravel(), table.ravel()]))
+    merged = _merged(one)
+    area, gap = merged @ area, merged @ gap
     nodes = np.flatnonzero(area > SMALL * area.max(initial=0.0))
     if not len(nodes):
         raise UserError(
@@ -152,7 +154,8 @@ def face_contacts(
             "`clearance`, 0 where they touch, below 0 for an interference"
         )
     first_rows, second_rows = (
-        _rows(found, face, nodes, 1 + slips) / area[nodes, None, None] for found, face in ((own, one), (other, two))
+        _rows(found, face, nodes, 1 + slips, merged) / area[nodes, None, None]
+        for found, face in ((own, one), (other, two))
     )
     normal_way = (1.0, 0.0, 0.0)[: 1 + slips]
     return [
@@ -281,12 +284,21 @@ def _reference(face: _Face, facet: Indices, across: Array, points: Array) -> Arr
     return x
 
 
-def _rows(found: Sequence[Array], face: _Face, nodes: Indices, motions: int) -> Array:
+def _merged(face: _Face) -> Any:
+    """Return the sum over nodes that gives those of the file, (nodes, nodes): hats of coarse cells are sums of fine."""
+    assert face.structure.geometry is not None
+    corners_of = face.structure.geometry.corners_of
+    return sp.identity(len(face.places), format="csr") if corners_of is None else corners_of.T
+
+
+def _rows(found: Sequence[Array], face: _Face, nodes: Indices, motions: int, merged: Any) -> Array:
     """Return the motions of the corners as rows of the structure's DOFs, (nodes, motions, DOFs)."""
     row, column, value = np.concatenate(found, axis=1)
-    shape = (1 + int(row.max()), 3 * len(face.places))
     wanted = (motions * nodes[:, None] + np.arange(motions)).ravel()
-    table = sp.csr_matrix((value, (row.astype(int), column.astype(int))), shape)[wanted]
+    parts = sp.kron(merged, sp.identity(motions), format="csr")[wanted]
+    table = parts @ sp.csr_matrix(
+        (value, (row.astype(int), column.astype(int))), (parts.shape[1], 3 * len(face.places))
+    )
     assert face.structure.geometry is not None
     moved = dense(table @ face.structure.geometry.rows)
     return moved.reshape(len(nodes), motions, -1)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
+import scipy.sparse as sp
 
 from gapbeam.solver.scene.mesh_files import SolidMesh
 from gapbeam.solver.scene.node_files import Nodes
@@ -36,30 +37,34 @@ def finer_mesh(mesh: SolidMesh) -> SolidMesh:
     kind, count = KINDS[mesh.kind], len(mesh.labels)
     name, parts = _parts(mesh.kind)
     points, of_part = np.unique(parts.reshape(-1, kind.dimension), axis=0, return_inverse=True)
-    codes = np.concatenate([_codes(mesh, at) for at in (_nodes(kind), points)], axis=1)
+    every = np.vstack([_nodes(kind), points])
+    codes = _codes(mesh, every)
     _, first, same = np.unique(codes.reshape(-1, codes.shape[2]), axis=0, return_index=True, return_inverse=True)
     same = same.reshape(codes.shape[:2])
     number = np.full(len(first), -1)
     number[same[:, : mesh.cells.shape[1]]] = mesh.cells
     new = np.flatnonzero(number < 0)
     number[new] = count + np.arange(len(new))
-    cell, at = np.divmod(first[new], codes.shape[1])
-    at -= mesh.cells.shape[1]
+    cell, at = np.divmod(first, len(every))
+    weights = _weights(mesh.kind, every) / PARTS
+    ends = np.stack(np.broadcast_arrays(number[:, None], mesh.cells[cell, : weights.shape[1]]))
+    corners_of = sp.csr_matrix((weights[at].ravel(), ends.reshape(2, -1)))
+    cell, at = cell[new], at[new]
     top = 1 + max(int(one) for one in mesh.nodes.places)
     labels = [str(top + k) for k in range(len(new))]
     places = np.array([mesh.nodes.places[one] for one in mesh.labels])
     corners = places[mesh.cells[cell]]
-    moved = corners[:, 0] + np.einsum("kn,knx->kx", shapes_at(mesh.kind, points)[0][at], corners - corners[:, :1])
+    moved = corners[:, 0] + np.einsum("kn,knx->kx", shapes_at(mesh.kind, every)[0][at], corners - corners[:, :1])
     nodes = Nodes(
         mesh.nodes.places | dict(zip(labels, moved, strict=True)),
-        _sets(mesh, cell, _around(mesh.kind, points)[at], labels),
+        _sets(mesh, cell, _around(mesh.kind, every)[at], labels),
         frozenset(labels),
     )
     cells = number[same[:, mesh.cells.shape[1] :]][:, of_part.ravel()].reshape(-1, parts.shape[1])
     groups = {
         one: (len(parts) * members[:, None] + np.arange(len(parts))).ravel() for one, members in mesh.groups.items()
     }
-    return SolidMesh(name, cells, [*mesh.labels, *labels], nodes, groups)
+    return SolidMesh(name, cells, [*mesh.labels, *labels], nodes, groups, corners_of)
 
 
 def _nodes(kind: CellKind) -> Array:

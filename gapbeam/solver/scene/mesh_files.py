@@ -63,6 +63,7 @@ class SolidMesh:
         labels: Names of the nodes of the cells.
         nodes: Coordinates of all nodes by name, and sets.
         groups: Cells of each group, by its name in capitals.
+        corners_of: Weights of corners in the file at each node of a finer mesh, (nodes, nodes), sparse; None: the file.
     """
 
     kind: str
@@ -70,9 +71,10 @@ class SolidMesh:
     labels: list[str]
     nodes: Nodes
     groups: dict[str, Indices]
+    corners_of: Any = None
 
-    def surface(self) -> tuple[Indices, dict[str, Indices], str]:
-        """Return the surface as indices of labels: lines, facets by the name of the set of their nodes, their kind."""
+    def surface(self) -> tuple[Indices, dict[str, Indices], str, Any]:
+        """Return the surface as indices of labels: lines, facets by the set of their nodes, kind, `corners_of`."""
         kind = KINDS[self.kind]
         facet, local = facet_of(kind)
         every = np.concatenate([self.cells[:, list(one)] for one in local])
@@ -89,7 +91,7 @@ class SolidMesh:
                 faces[name] = some
         ends = corners.shape[1]
         pairs = [outer[:, [i, (i + 1) % ends]] for i in range(ends if ends > 2 else 1)]
-        return np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0), faces, facet
+        return np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0), faces, facet, self.corners_of
 
     def made(self, meter: float) -> Cells:
         """Return the cells, coordinates times the unit of length, m."""

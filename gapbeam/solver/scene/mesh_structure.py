@@ -87,7 +87,6 @@ def mesh_model(
     if units not in LENGTHS:
         raise ArgumentError(f"{where}: found units {units!r}, expected one of {', '.join(LENGTHS)}", "units")
     mesh, meter = read_mesh(Path(file)), LENGTHS[units]
-    surface = MeshSurface(*mesh.surface())
     flat = KINDS[mesh.kind].dimension == 2
     if finer and may_be_finer(len(mesh.labels) * (2 if flat else 3), 2 if flat else 3):
         mesh = finer_mesh(mesh)
@@ -128,7 +127,9 @@ def mesh_model(
             )
         return np.asarray(np.mean([stresses[of_cell[cell]] @ B for cell, B in met], axis=0))
 
-    return ImportedModel(K, M, None, rows, name, is_placed=True, surface=surface, stress_at=stress_at)
+    return ImportedModel(
+        K, M, None, rows, name, is_placed=True, surface=MeshSurface(*mesh.surface()), stress_at=stress_at
+    )
 
 
 def _of_cells(mesh: SolidMesh, materials: Materials, where: str) -> tuple[list[SolidMaterial], Indices]:

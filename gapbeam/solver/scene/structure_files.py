@@ -84,11 +84,12 @@ def read_structure(
 
 
 class MeshSurface(NamedTuple):
-    """Surface of a mesh: lines, (lines, 2), facets by the name of a set, (facets, nodes), and the kind of facets."""
+    """Surface of a mesh: lines, (lines, 2), facets by the name of a set, (facets, nodes), their kind, `corners_of`."""
 
     lines: Any
     faces: dict[str, Any]
     facet: str
+    corners_of: Any = None
 
 
 @dataclass(frozen=True)
@@ -119,12 +120,12 @@ class ImportedModel:
 
     @property
     def places(self) -> dict[str, Array]:
-        """Places in space of the nodes of the file that have rows, m; empty where it does not say so."""
+        """Places in space of the nodes that have rows, m; empty where the files do not say so."""
         nodes = self.rows.nodes
         if nodes is None:
             return {}
         meter, turned = self.rows.meter, self.rows.place.in_space
-        return {node: turned(meter * nodes.places[node]) for node in self.rows.of_file}
+        return {node: turned(meter * nodes.places[node]) for node in self.rows.of_node}
 
     def structure(
         self,
@@ -206,18 +207,19 @@ class ImportedModel:
             return None
         number = {node: k for k, node in enumerate(nodes)}
         parts = [label.partition(".") for label in self.rows.labels]
-        node = np.array([number.get(a, -1) for a, _, _ in parts])
-        way = np.array([DIRECTIONS[b] for _, _, b in parts])
-        some = np.flatnonzero((way < 3) & (node >= 0))
+        node, way = (np.array(one) for one in zip(*((number[a], DIRECTIONS[b]) for a, _, b in parts), strict=True))
+        some = np.flatnonzero(way < 3)
         value = self.rows.place.turn[:, way[some]]
         at = 3 * node[some] + np.arange(3)[:, None]
         shape = (3 * len(nodes), len(parts))
         moved = sp.csr_matrix((value.ravel(), (at.ravel(), np.tile(some, 3))), shape)
         moved.eliminate_zeros()
-        lines, faces, facet = self.surface or MeshSurface(np.zeros((0, 2), dtype=int), {}, "")
+        lines, faces, facet, corners_of = self.surface or MeshSurface(np.zeros((0, 2), dtype=int), {}, "")
         known = {key: (one.place, one.axes) for key, one in places.items() if one.place is not None}
         points = {key: (place, axes) for key, (place, axes) in known.items() if axes is not None}
-        return StructureGeometry(np.array(list(nodes.values())), moved[:, free], lines, points, faces, facet)
+        return StructureGeometry(
+            np.array(list(nodes.values())), moved[:, free], lines, points, faces, facet, corners_of
+        )
 
 
 def read_model(

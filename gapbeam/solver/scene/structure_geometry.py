@@ -39,6 +39,7 @@ class StructureGeometry:
         points: Place, (3,), and directions, (motions, 3), of points by their names.
         faces: Facets on the surface of solids by the name of a set that holds all their nodes, (facets, nodes).
         facet: Kind of these facets.
+        corners_of: Weights of corners in a file at each node of a finer mesh, whose faces touch there, (nodes, nodes).
     """
 
     places: Array
@@ -47,6 +48,7 @@ class StructureGeometry:
     points: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
     faces: Mapping[str, Indices] = field(default_factory=dict)
     facet: str = ""
+    corners_of: Any = None
 
     def over(self, basis: Array) -> StructureGeometry:
         """Return the geometry in other coordinates, DOFs = basis @ coordinates."""

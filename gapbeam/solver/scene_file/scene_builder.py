@@ -182,7 +182,8 @@ def _place(site: Site, table: BodyTable) -> None:
             model.stiffness, model.mass, units=model.units, damping=model.damping, dofs=model.dofs, nodes=model.nodes,
             place=place, name=table.name,
         )  # fmt: skip
-        site.models[table.name], nodes = read, read.places
+        site.models[table.name] = read
+        nodes = {node: at for node, at in read.places.items() if node in read.rows.of_file}
         if nodes:
             site.extents[table.name] = PlacedBody(tuple(nodes), np.array(list(nodes.values())))
     elif isinstance(model, ElementFrame):

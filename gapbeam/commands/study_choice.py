@@ -118,7 +118,9 @@ def estimate(
     print_study(result.tables(), [])
     if output is not None:
         write_table(output, *result.rows())
-    print_study([], [one.headline() for one in [*estimates, *([result] if len(estimates) > 2 else [])]])
+    print_study(
+        [], [one.headline() for one in [*estimates, *([result] if len(estimates) > 1 or times or limits else [])]]
+    )
     if samples is not None:
         drawn = [posterior(found, one, period) for one in recorded]
         write_table(samples, *sample_rows(drawn))

@@ -269,7 +269,7 @@ def write_json(path: Path, data: Any) -> None:
 
 
 def write_table(path: Path, heads: Iterable[Any], rows: Iterable[Iterable[Any]]) -> None:
-    """Write a table of a study as CSV.
+    """Write a table of a study as CSV, in a folder that is made where it is missing.
 
     Raises:
         NotWritten: The operating system reports an error.
@@ -277,4 +277,5 @@ def write_table(path: Path, heads: Iterable[Any], rows: Iterable[Iterable[Any]])
     text = io.StringIO()
     csv.writer(text).writerows([heads, *rows])
     with study_written(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
         write_beside(path, text.getvalue())

@@ -13,7 +13,7 @@ from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.checks.periodic_checks import TYPE
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.loads import record_file
-from gapbeam.solver.loads.record_file import read_record
+from gapbeam.solver.loads.record_file import RecordError, read_record
 from gapbeam.solver.loads.recorded_load import MOST_ROWS
 from gapbeam.solver.models.time_step import frequency_of_interest
 from tests.shared.case_texts import GOOD, assert_says, faults_of, written
@@ -75,6 +75,16 @@ def test_rows_may_be_written_in_many_ways(
     record = read_record(str(path), *columns)
     assert record.times == pytest.approx(TIMES, abs=1e-9)
     assert record.values == pytest.approx(np.sin(40.0 * np.pi * TIMES), abs=1e-9)
+
+
+@pytest.mark.parametrize("columns", [(1, 0), (0, 2), (1, -1), (1, 3)])
+def test_columns_are_counted_from_1(columns: tuple[int, int], tmp_path: Path) -> None:
+    """Also where no schema has looked at them: column 0 was the last one."""
+    path = tmp_path / "push.csv"
+    path.write_text(rows())
+    with pytest.raises(RecordError) as refused:
+        read_record(str(path), *columns)
+    assert "1 to 2" in f"{refused.value} {vars(refused.value)}"
 
 
 BAD: dict[str, tuple[str | bytes, dict[str, Any], tuple[str, ...]]] = {

@@ -207,6 +207,17 @@ def test_trend_is_least_squares_with_fieller_ends() -> None:
     assert 0.94 < reached / 2000 <= 0.985
 
 
+@pytest.mark.parametrize("outside", [0, 1, 3])
+@pytest.mark.parametrize("inside", [1, 2])
+def test_series_without_a_trend_say_so(inside: int, outside: int) -> None:
+    """With fewer than three recordings inside there are no rates: the time to a limit was left out without a word."""
+    rarities = [1.0] * inside + [0.0] * outside
+    some = [gb.EstimatedValues("r", {"g": IntervalEstimate(1.0, 0.9, 1.1, 1)}, rarity, ()) for rarity in rarities]
+    one = gb.series(some, None, {"g": 2.5})
+    assert not one.trends
+    assert "no rates, no times to limits" in one.headline()
+
+
 def test_library_is_read_back_and_continued(tmp_path: Path) -> None:
     """The folder gives the same estimates; another library in it, and damage, are refused."""
     body = gb.mass(1.0, stiffness=1.0, name="body")
@@ -450,11 +461,12 @@ def test_commands(tmp_path: Path) -> None:
     head[8] = f"         2{len(rows):10d}         1{rows[0, 0]:13.5e}{step:13.5e}  0.00000E+00"
     lines = ["".join(f"{x:13.5e}" for x in rows[i : i + 6, 1]) for i in range(0, len(rows), 6)]
     (tmp_path / "tip.uff").write_text("\n".join([*head, *lines, "    -1", ""]))
-    given = ("estimate", tmp_path / "found", *[tmp_path / "tip.csv"] * 2, tmp_path / "tip.uff")
+    files = [tmp_path / "tip.csv", tmp_path / "tip.csv", tmp_path / "tip.uff"]
+    given: tuple[Any, ...] = ("estimate", tmp_path / "found", *files)
     done = called_anew(*given, "--unit", "mm/s", "--at", "0,1,2", "--limit", "stop*.clearance=1e-3", "--output",
-                       tmp_path / "estimates.csv")  # fmt: skip
+                       tmp_path / "new" / "folder" / "estimates.csv")  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
-    table = list(csv.DictReader((tmp_path / "estimates.csv").open()))
+    table = list(csv.DictReader((tmp_path / "new" / "folder" / "estimates.csv").open()))
     assert float(table[0]["estimate"]) == pytest.approx(7e-4, rel=0.03)
     assert float(table[0]["from"]) <= 7e-4 <= float(table[0]["to"])
     by_file = {row["recording"]: float(row["estimate"]) for row in table if row["value"] == "stop*.clearance"}

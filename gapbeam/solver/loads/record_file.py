@@ -58,7 +58,7 @@ class RecordLayout:
     def place(self, column: int | str) -> int | None:
         """Return the place of a column, from 0, by its number from 1 or its name, with or without its unit."""
         if isinstance(column, int):
-            return column - 1 if column <= self.columns else None
+            return column - 1 if 1 <= column <= self.columns else None
         for names in self.names:
             for known in (names, tuple(map(without_unit, names))):
                 if column.strip() in known:

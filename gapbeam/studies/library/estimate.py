@@ -171,7 +171,8 @@ class Series(PrintedResult):
                 )
             if one.scatter > 2.0:
                 words.append(f"scatter {one.scatter:.2g} times the intervals': not a straight line")
-        return "; ".join(words) or "fewer than three recordings: no trend"
+        few = [] if self.trends else ["fewer than three recordings inside of the library: no rates, no times to limits"]
+        return "; ".join([*words, *few])
 
     def rows(self) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
         """Return heads and one row for each recording and value."""

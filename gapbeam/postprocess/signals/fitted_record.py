@@ -16,7 +16,7 @@ Source: Lilhanand and Tseng, Nucl. Eng. Des. 110 (1988) 157; Al Atik and Abraham
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, log2
+from math import ceil, log, log2
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -30,8 +30,11 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite
 
 PER_OCTAVE = 24
+"""Frequencies that a pass corrects, of the worst in each share of an octave."""
+APART = 0.2
+"""Largest distance of frequencies at which spectra are compared, over the damping: peaks between them are near."""
 SCALINGS, CORRECTIONS = 6, 40
-CLOSE = 0.3
+CLOSE = 0.5
 """Misfit over the tolerance at which no better one is sought."""
 RISE, DECAY = 0.15, 0.6
 """Ends of the growth and of the strong part of a record, over its duration."""
@@ -97,7 +100,8 @@ def fitted_record(
         step: Time between values, s; default 20 in a period of the highest frequency.
         damping: Ratio of the oscillators.
         seed: Seed of the noise that it starts from, without `start`.
-        tolerance: Largest misfit: relative difference at 24 frequencies in an octave.
+        tolerance: Largest misfit: relative difference at frequencies at most 0.2 dampings apart, 24 in an octave or
+            more.
 
     Raises:
         UserError: A value is out of range, or the record does not meet the tolerance.
@@ -114,7 +118,8 @@ def fitted_record(
     if faults:
         raise UserError("fitted_record: " + "; ".join(faults))
     h = 0.05 / float(corners[-1]) if step is None else step
-    count = ceil(PER_OCTAVE * log2(corners[-1] / corners[0])) + 1
+    finer = ceil(log(2.0) / (PER_OCTAVE * APART * damping))
+    count = ceil(PER_OCTAVE * log2(corners[-1] / corners[0])) * finer + 1
     f: np.ndarray = np.geomspace(corners[0], corners[-1], count)
     wanted = np.exp(np.interp(np.log(f), np.log(corners), np.log(levels)))
     part = np.arange(round(duration / h) + 1) * h / duration
@@ -124,9 +129,9 @@ def fitted_record(
     else:
         raw = np.interp(times[0] + part * duration, times, motion)
         shape = _envelope_of(raw, part, round(FEWEST_PERIODS / corners[0] / h))
-    started = _scaled(raw, h, f, wanted, damping, shape)
-    a = _corrected(started, h, f, wanted, damping, shape, CLOSE * tolerance)
-    found = FittedRecord(np.arange(len(a)) * h, a, f, np.abs(_seen(a, h, f, damping)).max(axis=1), wanted, damping)
+    started = _scaled(raw, h, f[::finer], wanted[::finer], damping, shape)
+    a = _corrected(started, h, f, wanted, damping, shape, finer, CLOSE * tolerance)
+    found = FittedRecord(np.arange(len(a)) * h, a, f, _spectrum(a, h, f, damping), wanted, damping)
     if found.misfit > tolerance:
         worst = float(f[np.argmax(np.abs(found.spectrum / wanted - 1.0))])
         raise UserError(
@@ -204,6 +209,11 @@ def _seen(a: np.ndarray, h: float, f: np.ndarray, damping: float) -> np.ndarray:
     return np.array([responses(a, h, float(one), damping, "pseudo") for one in f])
 
 
+def _spectrum(a: np.ndarray, h: float, f: np.ndarray, damping: float) -> np.ndarray:
+    """Return the largest pseudo-accelerations of all oscillators, (k,)."""
+    return np.array([np.abs(responses(a, h, float(one), damping, "pseudo")).max() for one in f])
+
+
 def _scaled(
     a: np.ndarray, h: float, f: np.ndarray, wanted: np.ndarray, damping: float, shape: np.ndarray
 ) -> np.ndarray:
@@ -211,32 +221,34 @@ def _scaled(
     lines = np.maximum(np.fft.rfftfreq(len(a), h), 1e-3 * f[0])
     low = np.minimum(lines / f[0], 1.0) ** 2
     for _ in range(SCALINGS):
-        lacking = wanted / np.abs(_seen(a, h, f, damping)).max(axis=1)
+        lacking = wanted / _spectrum(a, h, f, damping)
         factor = low * np.exp(np.interp(np.log(lines), np.log(f), np.log(lacking)))
         a = np.where(shape > 0.0, np.fft.irfft(np.fft.rfft(a) * factor, len(a)), 0.0)
     return a
 
 
 def _corrected(
-    a: np.ndarray, h: float, f: np.ndarray, wanted: np.ndarray, damping: float, shape: np.ndarray, enough: float
-) -> np.ndarray:
-    """Return the best record of all passes; each pass moves the peaks of responses onto the spectrum."""
+    a: np.ndarray, h: float, f: np.ndarray, wanted: np.ndarray, damping: float, shape: np.ndarray, finer: int,
+    enough: float,
+) -> np.ndarray:  # fmt: skip
+    """Return the best record of all passes; each moves peaks of the worst of `finer` responses onto the spectrum."""
     n, struck = len(a), np.zeros(len(a))
     struck[0] = 1.0
-    back = _seen(struck, h, f, damping)[:, ::-1] / wanted[:, None]
     ends = np.stack([np.ones(n), 1.0 - np.arange(n) / n]) / (np.sqrt(n) * wanted.max())
     best, least = a, np.inf
     for number in range(CORRECTIONS):
-        seen = _seen(a, h, f, damping) / wanted[:, None]
-        misfit = float(np.abs(np.abs(seen).max(axis=1) - 1.0).max())
+        off = np.abs(_spectrum(a, h, f, damping) / wanted - 1.0)
+        misfit = float(off.max())
         if number > 0 and misfit < least:  # the ends of the first one move on
             best, least = a, misfit
         if least < enough:
             break
+        worst = [int(j + off[j : j + finer].argmax()) for j in range(0, len(f), finer)]
+        seen, back = (_seen(one, h, f[worst], damping) / wanted[worst, None] for one in (a, struck))
         peaks = [(j, i, lacks) for j, row in enumerate(seen) for i, lacks in _peaks(row)]
         rows = np.zeros((len(peaks) + 2, n))
         for row, (j, i, _) in zip(rows, peaks, strict=False):
-            row[: i + 1] = back[j, n - 1 - i :]
+            row[: i + 1] = back[j, i::-1]
         rows[-2:] = ends
         change = np.append([RELAXED * lacks for _, _, lacks in peaks], -ends @ a)
         products = (rows * shape) @ rows.T

@@ -29,6 +29,7 @@ from gapbeam.postprocess.signals.signal import (
     peaks_per_period,
     probe_name,
     probe_signal,
+    smooth_motions,
 )
 from gapbeam.postprocess.signals.spectra import (
     POINTS,
@@ -194,7 +195,7 @@ def analyze(results: Results, options: Options | None = None, history: xr.Datase
     found, section = None, None
     if frequency is not None:
         try:
-            found = periodicity((displacement, velocity), frequency, options.tolerance)
+            found = periodicity(smooth_motions(history, probe, component), frequency, options.tolerance)
             section = poincare_section(displacement, velocity, frequency)
         except SignalError as fault:
             notes.append(str(fault))

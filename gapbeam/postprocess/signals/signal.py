@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gapbeam.postprocess.display_units import PREFIXES, shown
-from gapbeam.solver.schema.record_table import HISTORY, TURNING, unit_where
+from gapbeam.solver.schema.record_table import HISTORY, STRUCK, TURNING, unit_where
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -126,6 +126,17 @@ def finite_record(history: xr.Dataset, name: str) -> FloatArray:
 def turning_in(history: xr.Dataset) -> set[str]:
     """Return the names of probes that are rotations, and of faces between them."""
     return set(history[TURNING].values.tolist()) if TURNING in history.coords else set()
+
+
+def struck_in(history: xr.Dataset) -> set[str]:
+    """Return the names of faces of impulses, and of probes of what they strike."""
+    return set(history[STRUCK].values.tolist()) if STRUCK in history.coords else set()
+
+
+def smooth_motions(history: xr.Dataset, probe: str, component: str | None = None) -> tuple[Signal, ...]:
+    """Return displacement and velocity of a probe, without the velocity where impulses make it jump."""
+    names = ("displacement",) if probe in struck_in(history) else ("displacement", "velocity")
+    return tuple(probe_signal(history, name, probe, component) for name in names)
 
 
 def units_of(signals: Iterable[Signal]) -> str:

@@ -17,7 +17,16 @@ import numpy as np
 
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.signals.periodicity import TOLERANCE, Periodicity, last_periods, left_to_change, periodicity
-from gapbeam.postprocess.signals.signal import Signal, SignalError, face_signal, names_along, probe_signal, probes_of
+from gapbeam.postprocess.signals.signal import (
+    Signal,
+    SignalError,
+    face_signal,
+    names_along,
+    probe_signal,
+    probes_of,
+    smooth_motions,
+    struck_in,
+)
 from gapbeam.postprocess.signals.spectra import CYCLE, smooth_over, whole_periods, window_of
 from gapbeam.solver.messages.wording import counted
 
@@ -126,7 +135,7 @@ def settled_windows(
         SignalError: No probe, fewer than four forcing periods or four values in one, or values that are not finite.
     """
     names = probes_of(history) if probes is None else probes
-    motions = [probe_signal(history, name, probe) for probe in names for name in ("displacement", "velocity")]
+    motions = [motion for probe in names for motion in smooth_motions(history, probe)]
     recorded = whole_periods(motions[0], frequency)
     if recorded < FEWEST:
         raise SignalError(
@@ -250,7 +259,7 @@ def steady(
     For every probe, in the bending direction: peak to peak of the absolute acceleration as recorded and of its mean
     over `smoothing_window` ("smoothed"), of the displacement, and the amplitudes of the harmonics 1 to 5 of the
     displacement ("harmonic 1" ...; those of the relative acceleration are (2 pi n f)^2 times as large). For every face:
-    the largest contact force on record and the impulse in a forcing period ("impulse").
+    the largest contact force on record but of impulses, and the impulse in a forcing period ("impulse").
 
     Args:
         history: The records of a run.
@@ -348,7 +357,8 @@ def figures_over(
             )
     for face in names_along(history, "face"):
         force, pushed = (face_signal(history, name, face) for name in ("contact_force", "impulse"))
-        quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure(force.unit, span.largest(force))
+        if face not in struck_in(history):
+            quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure(force.unit, span.largest(force))
         quantities[f"{face} impulse"] = WindowFigure(pushed.unit, span.increments(pushed))
     return quantities, amplitudes, notes
 
@@ -377,7 +387,8 @@ def figures_of_record(history: xr.Dataset, after: float | None = None) -> tuple[
     for face in names_along(history, "face"):
         force, pushed = (face_signal(history, name, face) for name in ("contact_force", "impulse"))
         impulse = _later(pushed, after)
-        quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure(force.unit, np.array([_later(force, after).max()]))
+        if face not in struck_in(history):
+            quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure(force.unit, np.array([_later(force, after).max()]))
         quantities[f"{face} whole impulse"] = WindowFigure(pushed.unit, np.array([impulse[-1] - impulse[0]]))
     return quantities, list(dict.fromkeys(notes))
 

@@ -26,11 +26,11 @@ from gapbeam.solver.scene.flow_margin import eigenvalues
 from gapbeam.solver.scene.linear_scheme import LinearScheme, StepRecords
 from gapbeam.solver.scene.marcher import TOLERANCE, Marcher
 from gapbeam.solver.scene.reaction_rows import ReactionRows
-from gapbeam.solver.scene.recorded_places import components_of, gauges_of, turning_places
+from gapbeam.solver.scene.recorded_places import components_of, gauges_of, struck_places, turning_places
 from gapbeam.solver.scene.scene_load import BaseMotion
 from gapbeam.solver.scene.step_kernel import DAMPED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
 from gapbeam.solver.scene.surface_stress import TENSOR, von_mises
-from gapbeam.solver.schema.record_table import HISTORY, TURNING
+from gapbeam.solver.schema.record_table import HISTORY, STRUCK, TURNING
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.slip_modes import closed_part
 
@@ -295,6 +295,7 @@ class SceneRecords:
             "worn_face": scene.contact_names if any(one.region.motions > 1 for one in scene.contacts) else (),
             "load": (*self.loaded, *(name for name, _ in self.fed), *self.walled),
             TURNING: turning_places(scene),
+            STRUCK: struck_places(scene),
         }
         unknown = {"contact_moment", "contact_area", "iterations"} | ({ABSOLUTE} if self.frame is None else set())
         self.variables = {record.name for record in HISTORY} - unknown

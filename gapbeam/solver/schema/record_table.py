@@ -116,6 +116,10 @@ def unit_of_places(unit: str, places: Iterable[object], turning: Container[objec
 TURNING = "turning"
 """Coordinate of a history with the names of probes that are rotations, and of faces between them."""
 
+STRUCK = "struck"
+"""Coordinate of a history with the names of faces of impulses, whose forces depend on the step, and of probes of what
+they strike, whose velocities jump."""
+
 _PROBE = ("time", "probe", "component")
 _FROM_SUPPORTS = ("time", "moved_probe", "component")
 _GAUGE = ("time", "gauge")

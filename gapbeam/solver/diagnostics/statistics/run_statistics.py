@@ -56,7 +56,7 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import (
     probe_series,
 )
 from gapbeam.solver.messages.wording import counted
-from gapbeam.solver.schema.record_table import SLIP_MODES, TURNING, unit_where
+from gapbeam.solver.schema.record_table import SLIP_MODES, STRUCK, TURNING, unit_where
 
 Array = np.ndarray
 
@@ -223,9 +223,10 @@ class RunStatistics:
         return found
 
     def _at(self, place: str | None, series: Sequence[AveragedSeries]) -> list[AveragedSeries]:
-        """Return the series of a place in its units: rad and N m where it rotates."""
-        turns = place in self.labels.get(TURNING, ())
-        return [replace(one, unit=unit_where(one.unit, turns)) for one in series]
+        """Return the series of a place in its units, rad and N m where it rotates; of impulses those without a step."""
+        turns, struck = (place in self.labels.get(name, ()) for name in (TURNING, STRUCK))
+        kept = (one for one in series if not (struck and one.name.endswith((RMS_FORCE, "acceleration_rms"))))
+        return [replace(one, unit=unit_where(one.unit, turns)) for one in kept]
 
     def _slowest_of(self, series: Sequence[AveragedSeries]) -> float:
         """Return the longest relaxation time, as measured or by the damping, in blocks; percentiles are left out."""

@@ -289,3 +289,19 @@ def test_means_cover_jumps_of_accelerations_between_records() -> None:
         )
     assert np.mean(np.array(missed) <= 1.0) >= 0.9
     assert np.median(missed) >= 0.1
+
+
+@pytest.mark.parametrize("step", [0.05, 2.0])
+def test_a_wall_that_nothing_touches_changes_no_figure(tmp_path: Path, step: float) -> None:
+    """The table of a block is the same however far the wall is: a gap is no motion, beside which others were none."""
+    closed = []
+    for number, clearance in enumerate((1e2, 1e6, 1e10)):
+        block = gb.mass(1.0, stiffness=1.0, damping=0.02, name="block")
+        stop = gb.Contact(block["at"], gb.HalfPlane(clearance), gb.KelvinVoigt(stiffness=100.0), name="stop")
+        push = gb.Force(block["at"], lambda t: 0.5 * np.cos(0.7 * t), name="push")
+        outcome = gb.run(
+            gb.Scene(block, contacts=[stop], loads=[push]), step=step, end=40.0, output=tmp_path / str(number)
+        )
+        closed.append(outcome.summary["closing"]["rows"])
+    assert closed[0] == closed[1] == closed[2]
+    assert "round-off" not in str(closed)

@@ -101,8 +101,8 @@ class MotionRecord:
                 np.concatenate([records[name][:, :, axis] for axis in axes], axis=1)
                 for name in ("displacement", _acceleration_in(records))
             )
-            sized = [records[name] for name in ("displacement", "penetration") if name in records]
-            farthest = max(float(np.abs(one).max(initial=0.0)) for one in sized)
+            pressed = float(np.max(records.get("penetration", still), initial=0.0))  # below 0: a gap
+            farthest = max(float(np.abs(records["displacement"]).max(initial=0.0)), pressed)
             gained = np.cumsum(acceleration * steps, axis=0)
             probes = (*probes, *(f"{name} lateral" for name in probes)) if in_space else probes
         force = impulse = still

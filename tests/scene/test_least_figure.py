@@ -6,6 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.optimize import minimize_scalar
 
 import gapbeam as gb
@@ -83,3 +84,23 @@ def test_a_search_that_fails_says_what_came_nearest(seed: int) -> None:
     words = str(caught.value).rpartition("the nearest was k = ")[2]
     assert float(words.partition(",")[0]) == pytest.approx(stiff, rel=1e-4)
     assert float(words.rpartition("at.peak = ")[2]) == pytest.approx(least, rel=1e-3)
+
+
+@pytest.mark.parametrize("others", [0, 1])
+def test_figures_take_structure_and_point_however_many_structures_there_are(others: int) -> None:
+    """The motion without contact, f / |k - m w^2|: of a single structure only "at" was known."""
+    w, f = 0.8, 0.1
+    body, free = gb.mass(1.0, stiffness=1.0, damping=0.1, name="body"), gb.mass(1.0, stiffness=3.0, name="other")
+    stop = gb.Contact(body["at"], gb.HalfPlane(9.0), gb.KelvinVoigt(stiffness=30.0), name="stop")
+    shaker = gb.Force(body["at"], lambda t, size: size * np.cos(w * t), name="shaker", size=f)
+    scene = gb.Scene(body, *[free] * others, contacts=[stop], loads=[shaker])
+    asked, exact = {"period": 2.0 * pi / w, "steps": 400}, f / abs(1.0 - w * w + 0.1j * w)
+    orbit = gb.periodic(scene, start=scene.state(), **asked).state
+    found = gb.tangents(scene, ["body.at.harmonic_1"], {"shaker.size": f}, start=orbit, **asked)
+    assert found.values["body.at.harmonic_1"] == pytest.approx(exact, rel=1e-3)
+    limits = {"peak/body.at": 1.1 * exact, "peak_force/stop": 1.0}
+    given = {"shaker.size": stats.uniform(0.0, 2.0 * f)}
+    spread = gb.uncertain(scene, given, limits=limits, members=256, settle=60, measure=1, **asked)
+    point = "body.at" if others else "at"
+    over = spread.exceeded[f"peak/{point}"]
+    assert over.low <= 0.45 <= over.high

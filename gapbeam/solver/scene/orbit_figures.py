@@ -112,12 +112,15 @@ class OrbitFigure:
 
 
 def figure_of(scene: Scene, name: str) -> OrbitFigure:
-    """Return a figure by its name, "owner.kind"; a star in the name of contacts of as many motions stands for letters.
+    """Return a figure by its name, "owner.kind" or "structure.point.kind".
+
+    A star in the name of contacts of as many motions stands for letters.
 
     Raises:
         UserError: The scene has no such figure.
     """
-    owner, _, kind = name.rpartition(".")
+    given, _, kind = name.rpartition(".")
+    owner = scene.short_name(given)
     at, columns = 0, dict[str, list[int]]()
     for point, one in scene.point_names.items():
         columns[point], at = list(range(at, at + len(one.rows))), at + len(one.rows)

@@ -188,6 +188,7 @@ def unit_of_figure(scene: Scene, name: str) -> str:
     """Return the SI unit of a figure of a search, which is of a rotation where its place turns."""
     place, _, kind = name.rpartition(".")
     unit = OF_FIGURES.get(kind, "m")  # of harmonics
+    place = scene.short_name(place)
     return unit_where(unit, any(fnmatchcase(one, place) for one in turning_places(scene)))
 
 

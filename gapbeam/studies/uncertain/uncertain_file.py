@@ -335,7 +335,11 @@ def uncertain(
     if rare_members < 100 or rare_replicates < 2:
         raise UserError("uncertain: expected 100 rare_members or more, and 2 rare_replicates or more")
     units = figure_units(model, figures) if isinstance(model, Scene) else {}
-    wanted = {name: float(finite(limit, f"uncertain: limit of {name}")) for name, limit in (limits or {}).items()}
+    wanted = {}
+    for name, limit in (limits or {}).items():
+        kind, slash, place = name.partition("/")
+        place = model.short_name(place) if isinstance(model, Scene) else place
+        wanted[f"{kind}{slash}{place}"] = float(finite(limit, f"uncertain: limit of {name}"))
     if units:
         _check_names(wanted, units)
     normal = normal_points(sampling, members, replicates, len(given), seed)

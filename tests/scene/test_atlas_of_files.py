@@ -1,11 +1,14 @@
-"""The command `gapbeam atlas` of files of structures: killed, it resumes after its last point."""
+"""The command `gapbeam atlas` of files of structures: which points it starts from, and where it resumes when killed."""
 
 from __future__ import annotations
 
+import json
+from math import hypot, pi
 from pathlib import Path
 from typing import Any
 
 import pytest
+from scipy.optimize import brentq
 
 from gapbeam.commands.study_choice import atlas
 from gapbeam.interface.case_atlas import repeating_scene
@@ -62,3 +65,57 @@ def test_a_killed_atlas_of_a_flow_resumes(tmp_path: Path, monkeypatch: pytest.Mo
     assert found() == before
     assert len(searched) == 1
     assert not (tmp_path / "found" / "points.jsonl").exists()
+
+
+OPTIONS = {"settle": 40, "rounds": 1, "orders": 2, "reach": 2.0, "seed": 0}
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0])
+@pytest.mark.parametrize("keys", [[], ["pair.ring.region.clearance=3e-5,5e-5"]])
+def test_a_rotor_whirls_in_a_round_hole_at_its_radius(keys: list[str], scale: float, tmp_path: Path) -> None:
+    """A point of two motions: of a force that turns, m r'' + c r' + K (r - gap) = F gives the radius."""
+    m, c, K, gap, F, f = 0.4 * scale, 80.0 * scale, 4e6 * scale, 4e-5, 60.0 * scale, 100.0
+    loads = "".join(
+        f'[[load]]\ntype = "harmonic_force"\nname = "{name}"\npoint = "rotor.at"\namplitude = {F}\nfrequency = {f}\n'
+        f"phase = {phase}\ndirection = {way}\n"
+        for name, phase, way in (("along", 0.0, [1.0, 0.0]), ("across", -90.0, [0.0, 1.0]))
+    )
+    law = f'{{ type = "kelvin-voigt", stiffness = {K} }}'
+    path = tmp_path / "rotor.toml"
+    path.write_text(f"""
+structure = [{{ name = "rotor", model = {{ type = "mass", mass = {m}, motions = 2, damping = {c} }} }}]
+pair = [{{ name = "ring", between = ["rotor.at"], region = {{ type = "disc", clearance = {gap} }}, law = {law} }}]
+time = {{ end = 0.5, step = 1e-5 }}
+{loads}""")
+    w = 2.0 * pi * f
+    atlas(path, keys[:1], None, 4, output=tmp_path / "found", **OPTIONS)
+    for point in json.loads((tmp_path / "found" / "atlas.json").read_text()):
+        play = point["values"].get("pair.ring.region.clearance", gap)
+        radius = brentq(lambda r, play=play: hypot(K * (r - play) - m * w**2 * r, c * w * r) - F, play, 2.0 * play)
+        (found,) = point["responses"]
+        assert set(found["peak"]) == {"at 1", "at 2"}
+        assert all(abs(one / radius - 1.0) < 1e-3 for one in found["peak"].values())
+
+
+@pytest.mark.parametrize("places", [(0.0, 0.3), (0.0, 0.15, 0.3), (0.0, 0.05, 0.1, 0.3)])
+def test_points_of_a_rigid_bar_that_follow_each_other_do_not_stop_an_atlas(
+    places: tuple[float, ...], tmp_path: Path
+) -> None:
+    points = "".join(f'[[point]]\nname = "p{i}"\nstructure = "bar"\nat = {x}\n' for i, x in enumerate(places))
+    springs = "".join(
+        f'[[joint]]\ntype = "elastic"\nname = "s{i}"\nbetween = ["bar.p{i}"]\nstiffness = 2e4\ndamping = 9.0\n'
+        for i in (0, len(places) - 1)
+    )
+    steel = "{ young_modulus = 2e11, poisson_ratio = 0.3, density = 7850.0 }"
+    law = '{ type = "kelvin-voigt", stiffness = 1e5, damping = 20.0 }'
+    path = tmp_path / "bar.toml"
+    path.write_text(f"""
+structure = [{{ name = "bar", model = {{ type = "rigid", length = 0.3, thickness = 0.01, material = {steel} }} }}]
+pair = [{{ name = "stop", between = ["bar.p0"], region = {{ type = "half-plane", clearance = 2e-4 }}, law = {law} }}]
+load = [{{ type = "harmonic_force", point = "bar.p0", amplitude = 10.0, frequency = 60.0 }}]
+time = {{ end = 0.5, step = 4e-5 }}
+{points}{springs}""")
+    atlas(path, [], None, 4, output=tmp_path / "found", **OPTIONS)
+    (point,) = json.loads((tmp_path / "found" / "atlas.json").read_text())
+    assert [one["order"] for one in point["responses"]] == [1]
+    assert set(point["responses"][0]["peak"]) == {f"p{i}" for i in range(len(places))}

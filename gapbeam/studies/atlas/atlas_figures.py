@@ -14,7 +14,7 @@ from gapbeam.postprocess.figures.figure_style import BLACK, COLORS, GRAY, journa
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.atlas.response_atlas import Atlas
+from gapbeam.studies.atlas.response_atlas import Atlas, single_motions
 from gapbeam.studies.atlas.response_search import CHAOTIC, NEVER
 
 OPEN = "#F0E442"  # yellow: not settled, or failed
@@ -34,10 +34,10 @@ def draw_responses(found: Atlas, point: str) -> Figure:
 
     Args:
         found: Atlas over one or two parameters.
-        point: Point of the scene, with one motion.
+        point: Point of the scene; of several motions with the number of one, "tip 1".
 
     Raises:
-        UserError: The atlas has no parameter, or the point has not one motion.
+        UserError: The atlas has no parameter, or the name is that of no single motion.
     """
     if not found.over:
         raise UserError("draw_responses: the atlas has no parameter; draw_basins draws its starts")
@@ -98,22 +98,26 @@ def draw_basins(found: Atlas, x: tuple[str, str], y: tuple[str, str], scene: Any
 
     Args:
         found: Atlas with starts as of `gridded_starts` or `drawn_starts`.
-        x: Point of the scene and "displacement" or "velocity": what is drawn to the right.
+        x: Point of the scene, of several motions "tip 1", and "displacement" or "velocity": what is drawn to the right.
         y: Point and quantity that are drawn upward.
         scene: Scene of the atlas.
         at: Number of the parameter point.
 
     Raises:
-        UserError: A name is unknown, or a point has not one motion.
+        UserError: A name is unknown, or that of no single motion.
     """
     if not 0 <= at < len(found.points):
         raise UserError(f"draw_basins: found parameter point {at}, expected 0 to {len(found.points) - 1}")
 
     def place(name: tuple[str, str]) -> Array:
         point, quantity = name
-        rows = scene.rows_at(scene.point(point))
+        known = single_motions({key: scene.rows_at(one) for key, one in scene.point_names.items()})
+        rows = known[point][None] if point in known else scene.rows_at(scene.point(point))
         if len(rows) != 1 or quantity not in ("displacement", "velocity"):
-            raise UserError(f"draw_basins: found {name!r}, expected a point of one motion and displacement or velocity")
+            raise UserError(
+                f"draw_basins: found {name!r}, expected a point of one motion, or one of {', '.join(known)}, and "
+                "displacement or velocity"
+            )
         values: Array = (rows @ (found.starts.q if quantity == "displacement" else found.starts.v))[0]
         return values
 
@@ -145,7 +149,9 @@ def draw_basins(found: Atlas, x: tuple[str, str], y: tuple[str, str], scene: Any
 
 
 def _strobes(found: Atlas, point: str) -> Array:
-    if point not in found.strobes or found.strobes[point].ndim != 3:
-        known = ", ".join(name for name, one in found.strobes.items() if one.ndim == 3) or "none"
-        raise UserError(f"draw_responses: found point {point!r}, expected one of one motion: {known}")
-    return found.strobes[point]
+    known = single_motions(
+        {name: one[None] if one.ndim == 3 else np.moveaxis(one, -1, 0) for name, one in found.strobes.items()}
+    )
+    if point not in known:
+        raise UserError(f"draw_responses: found point {point!r}, expected one of: {', '.join(known) or 'none'}")
+    return known[point]

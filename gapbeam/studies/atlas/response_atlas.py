@@ -220,6 +220,15 @@ def _summary(search: ResponseSearch, i: int, values: dict[str, float], exponent:
     return AtlasPoint(values, float(search.strobe.period[i]), responses, shares[0], mean, *shares[1:])
 
 
+def single_motions(tables: Mapping[str, Array]) -> dict[str, Array]:
+    """Return tables, (motions, ...) by point, by their motions: "tip" of one, "tip 1" and "tip 2" of a point of two."""
+    return {
+        f"{name} {i}" if len(table) > 1 else name: one
+        for name, table in tables.items()
+        for i, one in enumerate(table, 1)
+    }
+
+
 Ranges = Mapping[str, ArrayLike]
 
 
@@ -236,13 +245,13 @@ def drawn_starts(
     Args:
         scene: The scene.
         count: Starts.
-        displacement: Ranges by point of one motion, (lowest, highest), m, from `rest`.
+        displacement: Ranges by point, (lowest, highest), m, from `rest`; of each of its motions.
         velocity: Ranges of velocities likewise, m/s.
         seed: Seed of the draws.
         rest: State to which they are added, such as a seat; default undeformed.
 
     Raises:
-        UserError: A point has no single motion, values are no pair, or the motions of two points follow each other.
+        UserError: Values are no pair, or the motions of two points follow each other.
     """
     if count < 1:
         raise UserError(f"starts: found {count}, expected 1 or more")
@@ -254,7 +263,7 @@ def drawn_starts(
             ends = finite(pair, f"starts: {name}")
             if ends.shape != (2,) or ends[0] > ends[1]:
                 raise UserError(f"starts: {name}: found {pair!r}, expected (lowest, highest)")
-            found[name] = draw.uniform(float(ends[0]), float(ends[1]), count)
+            found[name] = draw.uniform(float(ends[0]), float(ends[1]), (len(scene.point(name).rows), count))
         return found
 
     return _starts(scene, values(displacement), values(velocity), count, rest)
@@ -273,7 +282,7 @@ def gridded_starts(
         rest: See `drawn_starts`.
 
     Raises:
-        UserError: As `drawn_starts`.
+        UserError: As `drawn_starts`, or a point has several motions.
     """
     axes = [
         finite(np.atleast_1d(one), "starts") for table in (displacement, velocity) for one in (table or {}).values()
@@ -303,12 +312,11 @@ def _motion(scene: Scene, values: dict[str, Array], mobility: Array) -> Any:
     """Return the motion, (n, starts), of least weight that has these values."""
     if not values:
         return 0.0
-    points = [scene.point(name) for name in values]
-    wide = [name for name, point in zip(values, points, strict=True) if len(point.rows) != 1]
-    if wide:
-        raise UserError(f"starts: {', '.join(wide)}: expected points of one motion")
-    B = scene.rows(points)
+    B, asked = scene.rows([scene.point(name) for name in values]), np.vstack(list(values.values()))
+    if len(B) != len(asked):
+        wide = ", ".join(name for name in values if len(scene.point(name).rows) != 1)
+        raise UserError(f"starts: {wide}: expected points of one motion")
     G = (B * mobility) @ B.T
     if np.linalg.matrix_rank(G, hermitian=True) < len(G):
         raise UserError(f"starts: the motions of {', '.join(values)} follow each other; give fewer points")
-    return mobility[:, None] * B.T @ np.linalg.solve(G, np.vstack(list(values.values())))
+    return mobility[:, None] * B.T @ np.linalg.solve(G, asked)

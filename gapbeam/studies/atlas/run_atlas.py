@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import ceil, isnan, pi
@@ -29,7 +29,7 @@ from gapbeam.solver.schema.record_table import TURNING
 from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
 from gapbeam.studies.atlas.cycle_search import cycle_atlas, draw_cycles
 from gapbeam.studies.atlas.followed_responses import FollowedResponse, Shaken, follow_responses
-from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, atlas, drawn_starts
+from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, atlas, drawn_starts, single_motions
 from gapbeam.studies.engine.study_journal import StudyJournal
 from gapbeam.studies.printed_results import PrintedResult, table_of
 from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_json, write_table
@@ -324,6 +324,8 @@ def _pushed(scene: Scene, t: float) -> bool:
 def starts_of(one: PeriodicScene, settle: int, count: int, reach: float, seed: int) -> SceneState:
     """Return drawn starts: the seat with velocities of the probes, at a time when the loads have their full amplitude.
 
+    Of probes whose motions follow those of the ones before, such as a third on a rigid bar, none are drawn.
+
     Args:
         one: Scene that starts.
         settle: Periods after which the motion from the seat is measured.
@@ -335,12 +337,13 @@ def starts_of(one: PeriodicScene, settle: int, count: int, reach: float, seed: i
         UserError: The scene has no probe, or its loads move none.
     """
     scene, T, rest = one.scene, one.period, rest_of(one)
-    names = [name for name, point in scene.point_names.items() if len(point.rows) == 1]
+    names, drawn = list[str](), scene.rows([])
+    for name, point in scene.point_names.items():
+        more = np.vstack([drawn, scene.rows_at(point)])
+        if np.linalg.matrix_rank(more / np.linalg.norm(more, axis=1, keepdims=True).clip(1e-300)) == len(more):
+            names, drawn = [*names, name], more
     if not names:
-        raise UserError(
-            "starts are drawn by velocities of points of one motion, found none; add a [[probe]], or to structures a "
-            "[[point]] of one direction"
-        )
+        raise UserError("starts are drawn by velocities of points, found none; add a [[probe]] or a [[point]]")
     if not reach > 0.0:
         raise UserError(f"found a reach of {reach:g}, expected one above 0")
     steps = one.steps
@@ -356,7 +359,7 @@ def starts_of(one: PeriodicScene, settle: int, count: int, reach: float, seed: i
     )
     speeds = {}
     for name in names:
-        moved = first.rms[name][0] ** 2 - abs(first.harmonics[name][0, 0]) ** 2
+        moved = np.max(first.rms[name][0] ** 2 - abs(first.harmonics[name][0, 0]) ** 2)
         speeds[name] = float(2.0 * pi / T * np.sqrt(max(2.0 * moved, 0.0)))
     if not max(speeds.values()) > 0.0:
         raise UserError("the loads do not move the probes")
@@ -371,19 +374,20 @@ def _record(one: AtlasPoint) -> dict[str, Any]:
             "order": r.order, "starts": r.count, "share": r.share, "interval": list(r.interval),
             "multipliers": [[float(m.real), float(m.imag)] for m in r.multipliers],
             "largest_multiplier": float(np.abs(r.multipliers).max()),
-            "peak": {name: np.asarray(value).tolist() for name, value in r.peak.items()},
+            "peak": {name: float(one) for name, one in single_motions(peaks).items()},
             "impacts": {str(name): value for name, value in r.impacts.items()},
             "peak_force": {str(name): value for name, value in r.peak_force.items()},
             "period": r.period, "figures": r.figures, "frequencies": list(r.frequencies),
         }
         for r in one.responses
+        for peaks in [{name: np.atleast_1d(one) for name, one in r.peak.items()}]
     ]  # fmt: skip
     shares = {"chaotic": one.chaotic, "exponent": one.exponent, "unsettled": one.unsettled, "failed": one.failed}
     return {"values": one.values, "period": one.period, "responses": responses, **shares}
 
 
 def _picture(found: Atlas, scene: Scene) -> Any:
-    names = list(_single(found))
+    names = list(single_motions({name: scene.rows_at(point) for name, point in scene.point_names.items()}))
     if found.over:
         return draw_responses(found, names[-1])
     up = (names[-2], "velocity") if len(names) > 1 else (names[-1], "displacement")
@@ -399,8 +403,3 @@ def give_units(picture: Any, over: dict[str, Any], units: Units) -> None:
                     axis.set_label_text(si_key(key, units))
                     if is_logarithmic(values):
                         axes.set(**{f"{axis.axis_name}scale": "log"})
-
-
-def _single(found: Atlas) -> Iterator[str]:
-    """Yield points of one motion."""
-    yield from (name for name, strobes in found.strobes.items() if strobes.ndim == 3)

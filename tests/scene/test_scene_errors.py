@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import gapbeam as gb
 from gapbeam.studies.error_estimate.force_peaks import Averages, Span, key_figures
@@ -305,3 +306,47 @@ def test_a_wall_that_nothing_touches_changes_no_figure(tmp_path: Path, step: flo
         closed.append(outcome.summary["closing"]["rows"])
     assert closed[0] == closed[1] == closed[2]
     assert "round-off" not in str(closed)
+
+
+def flights(ratio: float, push: float, frequency: float, gap: float, restitution: float, end: float) -> float:
+    """Return the sum of impulses of a unit oscillator that hits a wall, by flights of an adaptive method."""
+
+    def rate(t: float, x: Any) -> list[float]:
+        return [x[1], push * np.sin(frequency * t) - 2.0 * ratio * x[1] - x[0]]
+
+    def hit(t: float, x: Any) -> float:  # noqa: ARG001
+        return float(x[0] - gap)
+
+    hit.terminal, hit.direction = True, 1.0  # type: ignore[attr-defined]
+    t, x, total = 0.0, np.zeros(2), 0.0
+    while t < end:
+        flight = solve_ivp(rate, (t, end), x, "DOP853", events=hit, rtol=1e-11, atol=1e-13)
+        t, x = float(flight.t[-1]), flight.y[:, -1]
+        if flight.status == 1:
+            total += (1.0 + restitution) * x[1]
+            x = np.array([gap * (1.0 - 1e-12), -restitution * x[1]])
+    return total
+
+
+@pytest.mark.parametrize("size", [1e-5, 1.0, 1e3])
+def test_errors_of_impulses_do_not_agree_by_chance(tmp_path: Path, size: float) -> None:
+    """Sums of impulses of a step and of half of the step agree at some times by chance, not all the time."""
+    rng, missed = np.random.default_rng(125), []
+    for _ in range(24):
+        ratio, push, w = rng.uniform(0.02, 0.1), rng.uniform(0.5, 2.0), rng.uniform(0.5, 3.0)
+        gap, restitution = rng.uniform(0.05, 0.8) * push, rng.choice([0.6, 0.8, 0.95])
+        end = 2.0 * np.pi / w * 6.0
+        body = gb.mass(1.0, stiffness=1.0 / size**2, damping=2.0 * ratio / size, name="body")
+        wall = gb.Contact(body["at"], gb.HalfPlane(gap), gb.Unilateral(restitution=restitution), name="wall")
+        load = gb.Force(body["at"], gb.sine, name="load", amplitude=push / size**2, frequency=w / 2.0 / np.pi / size)
+        step = size * 2.0 * np.pi / w / rng.integers(60, 200)
+        outcome = gb.run(
+            gb.Scene(body, contacts=[wall], loads=[load]), step=step, end=size * end, output=tmp_path / "a",
+            overwrite=True,
+        )  # fmt: skip
+        errors = outcome.summary["errors"]
+        if errors["horizon"] is None and (exact := flights(ratio, push, w, gap, restitution, end)) > 0.0:
+            value, error = figures(outcome)["wall impulse"]
+            missed.append(abs(value * size - exact) / (error * size))
+    assert len(missed) >= 8
+    assert max(missed) < 2.0

@@ -53,7 +53,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gapbeam.postprocess.signals.figure_names import DISPLACEMENT, FORCES, LARGEST_FORCE, SMOOTHED_ACCELERATION
+from gapbeam.postprocess.signals.figure_names import DISPLACEMENT, FORCES, IMPULSE, LARGEST_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.system.operators import Array
@@ -85,9 +85,10 @@ SETTLING = "settling"
 QUICK, SLOW = 0.5, 0.99  # ratios of neighboring differences of windows
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
 PARTED, OF_FINER = 2.0, 2.0  # E is so much larger where motions are about to part; over what finer structures change
-# Least differences of figures of two motions, which agree by chance, over those of the difference of the motions.
+# Least differences of figures of two motions, which agree by chance, over those of the difference of the motions; of
+# impulses the share of the time in which they differ by less.
 OF_CHATTER = {DISPLACEMENT: 0.35, SMOOTHED_ACCELERATION: 0.35}
-OF_ONE = {DISPLACEMENT: 0.1, SMOOTHED_ACCELERATION: 0.1, LARGEST_FORCE: 0.02}  # where there is one companion only
+OF_ONE = {DISPLACEMENT: 0.1, SMOOTHED_ACCELERATION: 0.1, LARGEST_FORCE: 0.02, IMPULSE: 0.75}  # with one companion
 CONFIDENCE = 0.95
 SAME_VARIANCE = 0.75  # of the ratios of two estimates of one variance lie below what is pooled
 FIRST_ORDER, SLOWEST = 0.5, 0.9  # ratios of differences of finer meshes
@@ -338,8 +339,6 @@ def _apart(
 ) -> dict[str, float]:
     """Return the least differences of figures up to the horizon that follow from the difference of two motions.
 
-    Figures may agree by chance where motions do not, and amplitudes of harmonics where motions differ by phase.
-
     Args:
         one: A motion.
         other: The other one.
@@ -351,16 +350,17 @@ def _apart(
         return {}
     count = min(len(one.times), len(other.times))
     left, right = one.first(count), other.first(count)
-    between = replace(
-        left,
-        displacement=left.displacement - right.displacement,
-        velocity_gained=left.velocity_gained - right.velocity_gained,
-        force=np.abs(left.force - right.force),
-    )
+    moved = ("displacement", "velocity_gained", "force", "impulse")
+    between = replace(left, **{name: getattr(left, name) - getattr(right, name) for name in moved})
+    between = replace(between, force=np.abs(between.force))
     figures = key_figures(between, span, averages)
     found = {name: figure.mean for name, figure in figures.items() if HARMONIC in name}
     for end, share in least.items():
         found |= {name: share * figure.mean for name, figure in figures.items() if name.endswith(f" {end}")}
+    if IMPULSE in least:  # not the moments in which one motion alone has hit
+        parts = [np.abs(part.impulse - part.impulse[0]) for part in span.windows(between)]
+        usual = np.mean([np.quantile(part, least[IMPULSE], axis=0) for part in parts], axis=0)
+        found |= {f"{face} {IMPULSE}": float(apart) for face, apart in zip(one.faces, usual, strict=True)}
     return found
 
 

@@ -8,10 +8,10 @@ reduced structures and the elements of beams and frames, with finer meshes of re
 The midpoint rule is of second order, where 4/3 |f - H| would do; where contacts close and open within steps it is of
 first order, and F = 2 its error. Other schemes and impulses are of first order at each contact, Euler's rule
 everywhere: F = 3, since 2 leaves out that what is lost falls with the loss, 1 - y^2 > 2 (y - y^2). Ranges of motions,
-which may agree by chance, differ by at least a tenth of the range of the difference. Of contacts of few steps half of
-the step shows as little as the run: see `lost_in_steps`. Where both motions differ by 3 % of their range, the motion
-can no longer be predicted, and only its statistics have errors. Errors include the part of a first frequency that
-digits of matrices leave unknown.
+which may agree by chance, differ by at least a tenth of the range of the difference, sums of impulses by what they
+differ in three quarters of the time. Of contacts of few steps half of the step shows as little as the run: see
+`lost_in_steps`. Where both motions differ by 3 % of their range, the motion can no longer be predicted, and only its
+statistics have errors. Errors include the part of a first frequency that digits of matrices leave unknown.
 """
 
 from __future__ import annotations

@@ -282,6 +282,46 @@ def test_a_pair_of_faces_in_a_file_sticks_and_slides(tmp_path: Path, pull: float
         assert found.displacement["face"][-1] == pytest.approx(wanted, rel=2e-2)
 
 
+def test_figures_of_a_whole_pair_have_the_sum_over_its_contacts(tmp_path: Path) -> None:
+    """The force on a pair of faces is the weight on it, and so is an impulse over time; no contact presses deeper."""
+    tables, weight = sled(tmp_path), 0.1 * 0.02 * 0.1 * 7800.0 * 9.81
+    tables["load"][1]["amplitude"] = 1e-3 * weight
+    asked = {"total": ("contact_force", "mean"), "push": ("impulse", "maximum"), "deep": ("penetration", "maximum"),
+             "one": ("penetration", "maximum")}  # fmt: skip
+    tables["figure"] = [
+        {"name": name, "quantity": quantity, "place": "under-0" if name == "one" else "under", "statistic": statistic}
+        for name, (quantity, statistic) in asked.items()
+    ]
+    found = gb.run(tables, output=tmp_path / "run").summary["figures"]
+    assert found["total"]["value"] == pytest.approx(weight, rel=1e-3)
+    assert found["push"]["value"] == pytest.approx(0.02 * weight, rel=1e-2)
+    assert found["one"]["value"] <= found["deep"]["value"] < 3.0 * weight / (1e13 * 0.1 * 0.1)
+
+
+@pytest.mark.parametrize("place", ["unde", "under-", "under-99", "TOP"])
+def test_figures_of_no_pair_are_refused(tmp_path: Path, place: str) -> None:
+    given = sled(tmp_path)
+    given["figure"] = [{"name": "total", "quantity": "contact_force", "place": place}]
+    check_slip(given, (put("time", "end", value=0.02), "place", '"under"'), tmp_path)
+
+
+def test_a_closing_slot_has_the_force_of_both_sides(tmp_path: Path) -> None:
+    """A block on a spring in a slot that closes: figures of the slot are the sum of those of its sides."""
+    given: dict[str, Any] = {
+        "structure": [{"name": "block", "model": {"type": "mass", "mass": 1.0, "stiffness": 1e4, "damping": 5.0}}],
+        "pair": [{"name": "gap", "between": ["block.at"], "region": {"type": "slot", "clearance": 1e-3},
+                  "law": {"type": "kelvin-voigt", "stiffness": 1e5}}],
+        "load": [{"type": "harmonic_force", "point": "block.at", "amplitude": 60.0, "frequency": 9.0},
+                 {"type": "clearance_change", "support": "gap", "times": [0.0, 0.5], "changes": [0.0, -5e-4]}],
+        "time": {"step": 1e-4, "end": 1.0},
+        "figure": [{"name": f"on-{place}", "quantity": "contact_force", "place": place, "statistic": "mean"}
+                   for place in ("gap", "gap-0", "gap-1")],
+    }  # fmt: skip
+    found = {name: one["value"] for name, one in gb.run(given, output=tmp_path / "run").summary["figures"].items()}
+    assert min(abs(found["on-gap-0"]), abs(found["on-gap-1"])) > 0.0
+    assert found["on-gap"] == pytest.approx(found["on-gap-0"] + found["on-gap-1"], rel=1e-12)
+
+
 PAIR = ("pair", 0)
 SLIPS: dict[str, tuple[Change, str, str]] = {
     "one face": (put(*PAIR, "between", value=["sled.LOW:1"]), "under", "two faces"),

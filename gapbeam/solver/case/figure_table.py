@@ -17,8 +17,9 @@ Source: Clopper and Pearson, Biometrika 26 (1934) 404.
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Any, ClassVar, Literal
@@ -183,7 +184,7 @@ class Figure(Table):
         min_length=1,
         max_length=81,
         description="name of the probe, face, joint, load or support body; a whole support has the sum over its "
-        "faces, or the largest penetration; default none: the quantity has no place",
+        "faces, a pair of faces over its contacts, or the largest penetration; default none: the quantity has no place",
         examples=["gland"],
     )
     component: str | None = Field(
@@ -320,7 +321,8 @@ class Figure(Table):
     def _at_place(self, found: Array, names: Sequence[str], dim: str) -> Array:
         mine = [number for number, name in enumerate(names) if name == self.place]
         if dim in OF_FACES and not mine:
-            mine = [number for number, name in enumerate(names) if name.startswith(f"{self.place}_")]
+            parts = parts_of(self.place or "", names)
+            mine = [number for number, name in enumerate(names) if name in parts]
             whole = self.quantity in SUMS or self.quantity == "penetration"
             if mine and not whole:
                 self._refuse("place", self.place, [names[number] for number in mine])
@@ -358,6 +360,12 @@ def figure(name: str, quantity: str, place: str | None = None, **keys: Any) -> F
     for fault in figure_faults({0: found}, {}, inf):
         raise UserError(f"figure: {fault.key[-1]}: found {fault.found}; expected {fault.expected}")
     return found
+
+
+def parts_of(place: str, names: Iterable[str]) -> list[str]:
+    """Return the names of the faces of a whole support, "NAME_below", or of the contacts of a pair, "NAME-0"."""
+    form = re.compile(rf"{re.escape(place)}(_.*|-\d+)")
+    return [name for name in names if form.fullmatch(name)]
 
 
 def labels_of(history: Any) -> dict[str, list[str]]:

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.case.figure_table import Figure, part_above
+from gapbeam.solver.case.figure_table import Figure, part_above, parts_of
 from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.scene.object_code import fingerprint
 from gapbeam.solver.scene.printed_values import result_words
@@ -272,7 +272,9 @@ def lane_figure_faults(scene: Scene, figures: Sequence[Figure]) -> Iterator[tupl
             yield one, f"quantity = {one.quantity!r}; expected {', '.join(MOTIONS)} or {FORCE}; or run one member"
         elif one.statistic in KEPT_BY_HISTORIES:
             yield one, f"statistic = {one.statistic!r}, which needs a history; expected another, or run one member"
-        elif one.quantity == FORCE and any(name == one.place for name in _labels_of(scene, one, signed)):
+        elif one.quantity == FORCE and (
+            one.place in _labels_of(scene, one, signed) or parts_of(one.place or "", signed)
+        ):
             yield one, "a contact with friction, or that pulls; expected one that presses, or run one member"
         elif one.quantity == FORCE and one.place in struck and not one.is_stepless:
             yield one, "impulses, whose force follows the step; expected the mean, or a displacement or velocity"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
 from math import log2
 
 import numpy as np
 
-from gapbeam.solver.case.figure_table import NUMBERS, Figure
+from gapbeam.solver.case.figure_table import NUMBERS, Figure, parts_of
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.reaction_rows import ReactionRows
 from gapbeam.solver.scene.scene import Scene
@@ -37,7 +38,21 @@ def struck_places(scene: Scene) -> tuple[str, ...]:
     probes = [one for one in scene.probe_names if one in points or one.rpartition(" ")[0] in points]
     supports = ReactionRows(scene)
     held = zip(supports.names, supports.owners, strict=True)
-    return (*(name for _, name in hard), *probes, *(name for name, one in held if scene.place_of(one, name) in bodies))
+    whole = [one for one in whole_pairs(scene) if parts_of(one, [name for _, name in hard])]
+    return (
+        *whole,
+        *(name for _, name in hard),
+        *probes,
+        *(name for name, one in held if scene.place_of(one, name) in bodies),
+    )
+
+
+def whole_pairs(scene: Scene) -> tuple[str, ...]:
+    """Return the names of pairs of several contacts, "seat" of "seat-0" and "seat-1", that have forces."""
+    turning = turning_places(scene)
+    names = {name: match[1] for name in scene.contact_names if (match := re.fullmatch(r"(.+)-\d+", name))}
+    turned = {whole for name, whole in names.items() if name in turning}
+    return tuple(dict.fromkeys(one for one in names.values() if one not in scene.contact_names and one not in turned))
 
 
 def turning_places(scene: Scene) -> tuple[str, ...]:
@@ -68,7 +83,7 @@ def places_of_figures(scene: Scene) -> dict[str, tuple[str, ...]]:
     """Return the places that figures of one's own may have, by kind; impulses strike those of "struck"."""
     supports = ReactionRows(scene)
     return {"joint": supports.names, "translation": supports.axes, "turn": supports.axes,
-            "probe": scene.probe_names, "face": scene.contact_names, "turned_probe": (),
+            "probe": scene.probe_names, "face": scene.contact_names, "support": whole_pairs(scene), "turned_probe": (),
             "gauge": tuple(gauges_of(scene)), "component": components_of(scene),
             "struck": struck_places(scene),
             **{f"component of {name}": _components_at(scene, name) for name in scene.probe_names}}  # fmt: skip

@@ -55,6 +55,7 @@ import scipy
 
 from gapbeam.postprocess.signals.figure_names import DISPLACEMENT, FORCES, IMPULSE, LARGEST_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
+from gapbeam.solver.case.figure_table import parts_of
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.companions import COARSER, FINER, FINEST, FOURFOLD, HALF_STEP, STIFFER, TWICE
@@ -77,8 +78,7 @@ FACTORS = {FINEST: 2.0, COARSER: 1.0, FOURFOLD: 0.5, HALF_STEP: 4.0 / 3.0}
 OTHER_STEPS = (TWICE, FOURFOLD, HALF_STEP)
 RIGID_FACTOR = 1.0 / (1.0 - 0.5**0.5)
 MODEL = "step and model"  # the difference from the reference
-SHORT = "steps in a contact"
-EDGE = "end of the part"
+SHORT, EDGE = "steps in a contact", "end of the part"
 RECORDS = "records"  # what they leave open of a figure of one's own, and miss of ranges
 LATER = 2  # records of the companions, by which the end may be late
 SETTLING = "settling"
@@ -326,7 +326,7 @@ def _lost_of(name: str, faces: Iterable[str], lost: Mapping[str, float], span: S
         assert span.figure is not None
         place, peak = span.figure.place, span.figure.statistic in ("maximum", "peak-to-peak")
         end = f" {LARGEST_FORCE}" if peak and span.figure.quantity == "contact_force" else ""
-        places = [one for one in faces if one == place or one.startswith(f"{place}_")] if place else [OF_MOTION]
+        places = [place, *parts_of(place, faces)] if place else [OF_MOTION]
         return max((lost.get(f"{one}{end}", 0.0) for one in places), default=0.0)
     for face in faces:
         if name.startswith(f"{face} "):

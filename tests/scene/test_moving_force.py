@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import scipy
 
 import gapbeam as gb
 from gapbeam.solver.loads.time_function import Harmonic
+from gapbeam.solver.messages.errors import CaseError
 from gapbeam.solver.system.operators import Array
 from tests.shared.slips import Change, Tables, check_refused, check_slip, put
 
@@ -203,6 +205,93 @@ def test_a_point_moves_along_a_frame() -> None:
         assert np.abs(one - two).max() < 1e-3 * np.abs(one).max()
     put("point", 1, "at", value=LENGTH)(tables, Path())
     check_refused(tables, "road", "30 m/s at 10 m of 10 m")
+
+
+@pytest.mark.parametrize("kind", ["beam", "frame"])
+def test_an_axle_that_starts_outside_comes_later(kind: str) -> None:
+    """Two axles are the sum of one and the same one later, in either direction; what starts too early is refused."""
+    step, late = 5e-4, 0.08
+
+    def marched(*starts: float, speed: float = SPEED) -> Any:
+        tables = crossing()
+        tables["structure"], tables["pair"], tables["load"] = tables["structure"][:1], [], []
+        tables["point"] = tables["point"][:1] + [
+            {"name": f"road{i}", "structure": "bridge", "at": at, "speed": speed} for i, at in enumerate(starts)
+        ]
+        tables["load"] = [
+            {"type": "constant_force", "name": f"axle{i}", "point": f"bridge.road{i}", "amplitude": -WHEEL}
+            for i in range(len(starts))
+        ]
+        tables["start"] = {"state": "rest"}
+        if kind == "frame":
+            del tables["structure"][0]["model"]["length"]
+            tables["structure"][0]["model"] |= {"type": "frame", "route": [[0, 0, 0], [0, LENGTH, 0]]}
+            tables["structure"][0]["reduce"] = {"modes": 40}
+            for point in tables["point"]:
+                point["direction"] = [0, 0, 1]
+        return gb.history(gb.scene(tables), step, 0.4).displacement["middle"].ravel()
+
+    for speed, first, second in ((SPEED, 0.0, -SPEED * late), (-SPEED, LENGTH, LENGTH + SPEED * late)):
+        alone, both = marched(first, speed=speed), marched(first, second, speed=speed)
+        count = round(late / step)
+        wanted = alone + np.r_[np.zeros(count), alone[:-count]]
+        assert np.abs(both - wanted).max() < 1e-3 * np.abs(wanted).max()
+    with pytest.raises(CaseError, match=r"no minus sign, or a speed above 0|along the axis from there"):
+        marched(-1.0, speed=-SPEED)
+
+
+@pytest.mark.parametrize("spans", [2, 7, 15])
+def test_wheels_of_runways_of_any_length_follow_their_spans(spans: int) -> None:
+    """A slow wheel at the middle of a span: the deflection of a beam on as many supports, by its own elements."""
+    side, count = 3.0, 8
+    tables = crossing()
+    tables["structure"] = [tables["structure"][0] | {"reduce": {"modes": 12 * spans}, "ratio": 0.02}]
+    tables["structure"][0]["model"] |= {"length": side * spans, "elements": count * spans}
+    tables["joint"] = [{"type": "pinned", "structure": "bridge", "at": side * i} for i in range(spans + 1)]
+    tables["point"] = [
+        {"name": "road", "structure": "bridge", "at": 0.0, "speed": 0.5},
+        {"name": "middle", "structure": "bridge", "at": 0.5 * side},
+    ]
+    tables["pair"], tables["start"] = [], {"state": "rest"}
+    tables["load"] = [{"type": "constant_force", "name": "wheel", "point": "bridge.road", "amplitude": -1e4}]
+    found = gb.history(gb.scene(tables), 5e-3, 0.5 * side / 0.5).displacement["middle"].ravel()[-1]
+    length, n = side / count, count * spans
+    bending, shear = STEEL.young_modulus * 1e-4 / 12.0, STEEL.young_modulus / 2.6 * 1e-2 * 5.0 / 6.0
+    phi = 12.0 * bending / (shear * length**2)
+    rows = np.array([[12, 6, -12, 6], [6, 4 + phi, -6, 2 - phi], [-12, -6, 12, -6], [6, 2 - phi, -6, 4 + phi]])
+    scale = np.array([1.0, length, 1.0, length])
+    K = np.zeros((2 * n + 2, 2 * n + 2))
+    for i in range(n):
+        part = slice(2 * i, 2 * i + 4)
+        K[part, part] += bending / (length**3 * (1.0 + phi)) * rows * np.outer(scale, scale)
+    free = np.setdiff1d(np.arange(2 * n + 2), [2 * count * i for i in range(spans + 1)])
+    force = np.zeros(2 * n + 2)
+    force[count] = -1e4
+    moved = np.zeros(2 * n + 2)
+    moved[free] = np.linalg.solve(K[np.ix_(free, free)], force[free])
+    assert found == pytest.approx(moved[count], rel=0.02)
+
+
+def test_fast_points_are_resolved_and_steps_beyond_them_said(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """A force that crosses in 0.7 ms leaves the impulse that it has in the first modes; a long step is said."""
+    tables = crossing()
+    speed = 500.0 * SPEED
+    tables["structure"], tables["pair"], tables["start"] = tables["structure"][:1], [], {"state": "rest"}
+    tables["point"][1]["speed"] = speed
+    tables["load"] = [{"type": "constant_force", "name": "wheel", "point": "bridge.road", "amplitude": -WHEEL}]
+    del tables["time"]["step"]
+    found = gb.run(tables, output=tmp_path / "run")
+    x, t = 0.4 * LENGTH, found.history.time.values
+    wanted = np.zeros(len(t))
+    mass, bending = STEEL.density * SECTION.area, STEEL.young_modulus * SECTION.second_moment
+    for n in range(1, 11, 2):
+        k = n * np.pi / LENGTH
+        w = k * k * np.sqrt(bending / mass)
+        wanted -= 2.0 * WHEEL / (mass * LENGTH) * 2.0 / (k * speed) / w * np.sin(w * t) * np.sin(k * x)
+    assert np.ptp(found.history.displacement.values.ravel()) == pytest.approx(np.ptp(wanted), rel=0.05)
+    with caplog.at_level(logging.WARNING, "gapbeam"):
+        gb.scene(tables | {"time": {"end": 0.4, "step": 1e-4}})
+    assert "steps in a period of the crossing of bridge by road" in caplog.text
 
 
 ROAD = ("point", 1)

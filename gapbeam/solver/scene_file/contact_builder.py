@@ -38,10 +38,14 @@ MESSAGES = (
 
 @dataclass
 class Site:
-    """Structures and points built so far, with faults; `finer`: so many times the modes and elements asked for."""
+    """Structures and points built so far, with faults; `finer`: so many times the modes and elements asked for.
+
+    `counts` has the times of elements that each beam or frame got.
+    """
 
     case: SceneCase
     finer: int = 1
+    counts: dict[str, int] = field(default_factory=dict)
     bodies: dict[str, Structure] = field(default_factory=dict)
     models: dict[str, ImportedModel] = field(default_factory=dict)
     extents: dict[str, PlacedBody] = field(default_factory=dict)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
+from math import ceil
 from typing import Any, TypeVar
 
 import numpy as np
@@ -77,7 +78,7 @@ from gapbeam.solver.scene_file.structure_tables import (
 from gapbeam.solver.system.operators import Array
 
 LOG = logging.getLogger("gapbeam")
-WAY = 41  # points along the way of one that moves
+WAY = 40  # parts of the way of a point that moves, at least
 
 
 def built_scene(
@@ -243,14 +244,20 @@ def _body(site: Site, table: BodyTable) -> Structure:
         one, at = _imported(site, table, points, held, driven, gauges), {}
     elif isinstance(model, ElementFrame):
         given = stations_of(points, nearest, extent)
-        given |= {name: (x, direction_of(point)) for point, way in _ways(site, table) for name, x in way.items()}
         one, places = _refined(site, table, lambda count: framed(
-            table, model, site.members(table), given, held, driven, gauges, count * element_count(model.elements)
+            table, model, site.members(table), given | {
+                name: (x, direction_of(point)) for point, way in _ways(site, table) for name, x in way.items()
+            }, held, driven, gauges, count * element_count(model.elements)
         ))  # fmt: skip
         at, site.places = {}, site.places | places
     else:
-        at = {point.name: _along(extent, point) for point in points} | nearest | _stations(site, table)
-        one, _ = _refined(site, table, lambda count: (_straight(table, model, at, held, driven, gauges, count), None))
+        fixed = {point.name: _along(extent, point) for point in points} | nearest
+
+        def straight(count: int) -> tuple[Structure, dict[str, float]]:
+            at = fixed | _stations(site, table)
+            return _straight(table, model, at, held, driven, gauges, count), at
+
+        one, at = _refined(site, table, straight)
         if isinstance(model, ElementBeam) and model.motions == 2:
             one = in_two_planes(one)
     if extent is not None and extent.ways is not None:
@@ -270,8 +277,12 @@ Part = TypeVar("Part")
 
 def _refined(site: Site, table: BodyTable, made: Callable[[int], tuple[Structure, Part]]) -> tuple[Structure, Part]:
     """Return a structure with more elements, or with those of the file where it would be marched sparse."""
-    found = made(site.finer)
-    return made(1) if site.finer > 1 and table.reduce is None and found[0].is_large else found
+    for count in dict.fromkeys((site.finer, 1)):
+        site.counts[table.name] = count
+        found = made(count)
+        if table.reduce is not None or not found[0].is_large:
+            break
+    return found
 
 
 def _condensed(site: Site, table: BodyTable) -> Structure:
@@ -355,20 +366,25 @@ def _ways(site: Site, table: BodyTable) -> Iterator[tuple[PointTable, dict[str, 
     """Yield points that move along a beam or a frame, with the places along their ways by name, m, growing.
 
     Raises:
-        ArgumentError: A point starts where its way ends, or beyond.
+        ArgumentError: A point starts where its way ends, or moves away.
     """
     for number, point in enumerate(site.case.point):
         if point.speed and point.structure == table.name:
             length = table.model.length if isinstance(table.model, ElementBeam | RigidBar) else site.lengths[table.name]
             start, end = point.at or 0.0, length if point.speed > 0.0 else 0.0
-            if start == end or start > length:
+            first = min(max(start, 0.0), length)  # what starts outside comes later
+            if first == end:
                 raise ArgumentError(
                     f"found {point.speed:g} m/s at {start:g} m of {length:g} m, expected a speed along the axis from "
                     "there; leave speed out where the point stays",
                     f"points.{point.name}",
                 )
-            first, last = sorted([start, end])
-            yield point, {f"point {number}: {i}": first + (last - first) * i / (WAY - 1) for i in range(WAY)}
+            count = site.counts[table.name] * element_count(
+                getattr(table.model, "elements", None)
+            )  # which follow the spans
+            low, high = sorted([first, end])
+            places = np.linspace(low, high, max(WAY, ceil(abs(end - first) / length * count)) + 1)
+            yield point, {f"point {number}: {i}": float(x) for i, x in enumerate(places)}
 
 
 def _moving(site: Site, table: BodyTable) -> dict[str, MovingPoint]:

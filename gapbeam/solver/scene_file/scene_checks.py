@@ -214,6 +214,9 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
                     "gapbeam.moving_point takes points of other models")  # fmt: skip
     elif point.speed == 0.0:
         yield Fault((*key, "speed"), "0 m/s", "a speed along the axis", "leave speed out where the point stays")
+    if (point.at or 0.0) < 0.0 and not (point.speed or 0.0) > 0.0:
+        yield Fault((*key, "at"), f"{point.at:g}", "a number not less than 0, m, of a point that does not come later",
+                    "no minus sign, or a speed above 0")  # fmt: skip
     if point.about is not None and not isinstance(model, ElementFrame):
         yield Fault((*key, "about"), f"a rotation of a model {model.type}", "a model frame",
                     'dof = "12.5" is a rotation of matrices')  # fmt: skip
@@ -243,7 +246,7 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
         if point.at is None:
             if not given:
                 yield Fault((*key, "at"), "nothing: the key is missing", "x from the start of the beam, m")
-        elif point.at > model.length:
+        elif point.at > model.length and not (point.speed or 0.0) < 0.0:
             yield Fault((*key, "at"), f"{point.at:g} m, beyond the end", f"0 to {model.length:g} m")
     else:
         if point.at is not None:

@@ -45,7 +45,7 @@ from gapbeam.solver.scene_file.scene_builder import built_scene, start_velocitie
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_checks import FILES, scene_faults
 from gapbeam.solver.scene_file.structure_tables import ElementBeam, ElementFrame
-from gapbeam.solver.scene_file.unit_questions import load_questions, unit_questions
+from gapbeam.solver.scene_file.unit_questions import crossings, load_questions, unit_questions
 
 LOG = logging.getLogger("gapbeam")
 STEPS_OF_FLIGHT = 1000  # of a run without any frequency
@@ -87,6 +87,7 @@ def with_step(
 def _longest(case: SceneCase, scene: Scene) -> tuple[float, str]:
     """Return the longest step that will do, s, and its reason."""
     candidates = [found for load in case.load if (found := load.frequency_of_interest) is not None]
+    candidates += [(1.0 / time, f"the {name}") for name, time in crossings(case).items()]
     for one in scene.structures:
         squares = one.modes[0]
         frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * pi)

@@ -352,9 +352,9 @@ class PointTable(Table):
 
     name: Name = Field(description="name, unique in its structure", examples=["tip"])
     structure: Name = Field(description="name of its structure", examples=["rack"])
-    at: NonNegative | None = Field(
+    at: Number | None = Field(
         default=None,
-        description="x of a beam or bar, length along the axis of a frame, m",
+        description="x of a beam or bar, length along the axis of a frame, m; below 0 only of a point that comes later",
         examples=[0.5],
     )
     node: Annotated[Whole, Field(ge=1)] | None = Field(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import chain, pairwise
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -48,14 +48,31 @@ def load_questions(case: SceneCase) -> Iterator[str]:
     end, step = case.time.end, case.time.step
     yield from load_warnings(case.load, lambda load: chain(load.unusual_values(), load.unusual_in_run(end)))
     if step != "auto":
-        yield from step_warnings(case.load, step, {})
+        yield from step_warnings(case.load, step, crossings(case))
+
+
+def crossings(case: SceneCase) -> dict[str, float]:
+    """Return the times in which points move along beams and frames, s, by what they are called."""
+    models, found = {one.name: one.model for one in case.structure}, dict[str, float]()
+    for point in case.point:
+        model = models.get(point.structure)
+        route = getattr(model, "route", None)
+        length = _legs(route).sum() if route is not None else getattr(model, "length", None)
+        if point.speed and length:
+            found[f"crossing of {point.structure} by {point.name}"] = float(length / abs(point.speed))
+    return found
+
+
+def _legs(route: Any) -> np.ndarray:
+    """Return the lengths of the legs of a route, m."""
+    return np.asarray(np.linalg.norm(np.diff(np.asarray(route), axis=0), axis=1))
 
 
 def _of_profile(place: str, one: Any) -> Iterator[str]:
     """Ask about lengths and materials of a model or a branch; those that it has."""
     length, route = getattr(one, "length", None), getattr(one, "route", None)
     if route is not None:
-        length = max(float(np.linalg.norm(np.subtract(b, a))) for a, b in pairwise(route))
+        length = float(_legs(route).max())
     sizes = {"length": length, "thickness": getattr(one, "thickness", None), "width": getattr(one, "width", None)}
     material = getattr(one, "material", None)
     materials = [("material", material)] if material is not None else []

@@ -217,6 +217,7 @@ def renamed(given: Tables, folder: Path) -> None:
 
 MODEL = ("structure", 0, "model")
 FILE = "bracket.*model.file"
+GROUPS = "bracket.*model materials$"
 SLIPS: dict[str, tuple[Edit, str, str]] = {
     "no file": (put(*MODEL, "file", value="none.inp"), FILE, "no file"),
     "no mesh": (text(lambda _: "hello\n"), FILE, "no solid cells"),
@@ -238,11 +239,11 @@ SLIPS: dict[str, tuple[Edit, str, str]] = {
     "a missing node": (text(lambda s: s.replace("\n20, ", "\n2000, ")), FILE, "node 20 in an element"),
     "a coordinate that is none": (text(lambda s: s.replace("8.0000000000000000e+01", "nan")), FILE, "not finite"),
     "an included file": (text(lambda s: s + "*INCLUDE, INPUT=b.inp\n"), FILE, "one file of one part"),
-    "an unknown group": (put(*MODEL, "materials", 0, "group", value="LEFTT"), "materials", "LEFT, RIGHT"),
-    "cells without a material": (put(*MODEL, "materials", value=[{"group": "LEFT", **STEEL}]), "materials",
+    "an unknown group": (put(*MODEL, "materials", 0, "group", value="LEFTT"), GROUPS, "LEFT, RIGHT"),
+    "cells without a material": (put(*MODEL, "materials", value=[{"group": "LEFT", **STEEL}]), GROUPS,
                                  r"2 cells without a material, the first at \(50, 10, 10\)"),
     "two materials of cells": (text(lambda s: s.replace("*ELSET, ELSET=RIGHT\n", "*ELSET, ELSET=RIGHT\n1,\n")),
-                               "materials", "1 cells in both LEFT and right"),
+                               GROUPS, "1 cells in both LEFT and right"),
     "a group twice": (put(*MODEL, "materials", 1, "group", value="LEFT"), "group", "a second time"),
     "half a material": (put(*MODEL, "materials", 0, "poisson_ratio", value=None), "materials", "or young_moduli"),
     "both kinds of material": (put(*MODEL, "materials", 0, "shear_moduli", value=[1e9] * 3), "materials",

@@ -117,7 +117,7 @@ def label(key: Key, data: object, root: type[BaseModel] = Case) -> str:
     is_table = isinstance(value, Mapping) or (value is None and bool(candidates(key, data, root)))
     if is_table or isinstance(key[-1], int):
         return header(key, data, root)
-    if isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
+    if len(key) == 1 and isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
         return f"[[{printable(key[-1])}]]"
     return f"{header(key[:-1], data, root)} {printable(key[-1])}".strip()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import gapbeam as gb
+from gapbeam.solver.messages.errors import CaseError
 from tests.scene.test_scene_files import LAW, NODES, beam, solid
 from tests.shared import slips
 from tests.shared.slips import Tables, check_refused
@@ -251,3 +253,43 @@ def test_the_side_of_a_frame_keeps_the_end_of_another_one_away(turn: float) -> N
             check_refused(given, '"gap".*between', rf"overlap by {0.1 * reach:.3g}")
         else:
             assert len(gb.scene(given).contacts) == 1
+
+
+@pytest.mark.parametrize("off", [0.02, 0.3])
+@pytest.mark.parametrize("model", ["frame", "beam", "joint"])
+def test_coordinates_far_from_a_structure_are_asked_about(
+    model: str, off: float, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A slip of 0.3 m beside a structure of 2 m is said, with its distance; an offset within a section is not."""
+    steel = {"young_modulus": 2e11, "poisson_ratio": 0.3, "density": 7850.0}
+    body: dict[str, Any] = {"thickness": 0.04, "material": steel}
+    tables: dict[str, Any] = {"time": {"end": 0.1, "step": 1e-3}}
+    point: dict[str, Any] = {"name": "guide", "structure": "pipe", "nearest": [1.0, off, 0.0]}
+    if model == "beam":
+        tables["structure"] = [{"name": "pipe", "model": body | {"type": "beam", "length": 2.0}, "place": {}}]
+        held = {"at": 0.0}
+    else:
+        route = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]
+        tables["structure"] = [{"name": "pipe", "model": body | {"type": "frame", "route": route}}]
+        point["direction"] = [0.0, 1.0, 0.0]
+        held = {"nearest": [0.0, off, 0.0]} if model == "joint" else {"at": 0.0}
+    if model == "joint":
+        point["nearest"] = [1.0, 0.0, 0.0]
+    tables |= {"point": [point], "joint": [{"type": "clamped", "structure": "pipe", **held}]}
+    with caplog.at_level(logging.WARNING, "gapbeam"):
+        gb.scene(tables)
+    assert (f"coordinates are {off} m away from the structure of 2 m" in caplog.text) is (off > 0.1)
+
+
+def test_quotes_are_advised_only_where_the_text_in_them_fits() -> None:
+    """A number for "structure.point" gets an example, a number for a title quotes."""
+    tables: Tables = {
+        "title": 7,
+        "structure": [{"name": "box", "model": {"type": "mass", "mass": 1.0, "stiffness": 1.0}}],
+        "load": [{"type": "constant_force", "point": 5.0, "amplitude": 1.0}],
+        "time": {"end": 1.0},
+    }
+    with pytest.raises(CaseError) as refused:
+        gb.scene(tables)
+    assert 'title = "7"' in str(refused.value)
+    assert '"5.0"' not in str(refused.value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import logging
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -19,6 +20,8 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted, printable
 from gapbeam.solver.system.operators import Array
 
+LOG = logging.getLogger("gapbeam")
+FAR = 0.1  # of the size of a structure, from which on coordinates are asked about
 P = ParamSpec("P")
 R = TypeVar("R")
 Kind = tuple[Callable[[Any], bool], str]
@@ -162,7 +165,7 @@ def coordinates(value: Any, where: str, argument: str) -> Array:
 
 
 def check_near(where: str, argument: str, apart: float, size: float) -> None:
-    """Refuse coordinates that are farther from a structure than it is large: they are often of another unit.
+    """Refuse coordinates farther from a structure than it is large, and warn from a tenth on: slips and other units.
 
     Args:
         where: Name of the point in the message.
@@ -179,6 +182,11 @@ def check_near(where: str, argument: str, apart: float, size: float) -> None:
             "size; are they in m?",
             argument,
         )
+    if apart > FAR * size:
+        LOG.warning(
+            "%s: its coordinates are %.4g m away from the structure of %.4g m: is its nearest place meant?",
+            where, apart, size,
+        )  # fmt: skip
 
 
 NO_NUMBERS = {"c": "complex numbers", "U": "text", "S": "text", "m": "spans of time, not s", "M": "dates, not s"}

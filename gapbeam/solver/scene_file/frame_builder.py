@@ -99,7 +99,7 @@ def framed(
     for name, (at, way) in points.items():
         ways = np.atleast_2d(np.asarray(way, dtype=float))
         on_axis = (not isinstance(at, float) or at <= axes.routes[0].length) and ways.shape[1] == 3
-        place = axes.at(axes.along(at, "point")) if on_axis else None
+        place = axes.at(axes.nearest(np.asarray(at)) if np.shape(at) else axes.along(at, "point")) if on_axis else None
         size = np.linalg.norm(ways, axis=1)[:, None]
         places[f"{table.name}.{name}"] = PlacedPoint(
             place, ways / np.where(size > 0.0, size, 1.0)

@@ -25,7 +25,7 @@ NonNegative = Annotated[Number, Field(ge=0)]
 Whole = Annotated[int, Strict()]
 Switch = Annotated[bool, Strict()]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=40)]
-POINT_PATTERN = r"^[^.\s]+(\.[^.\s]+)?$"
+POINT_PATTERN = r"^[A-Za-z][^.\s]*(\.[^.\s]+)?$"
 PointName = Annotated[str, Field(pattern=POINT_PATTERN, max_length=81)]
 """A point of a scene: "structure.point"."""
 FORMS = ("table", "array")

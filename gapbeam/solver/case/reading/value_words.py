@@ -209,7 +209,7 @@ def hint_for(model: type[BaseModel], name: str, value: object) -> str:
             return "a finite number"
         case float() if "integer" in types and value.is_integer() and fits(model, name, int(value)):
             return f"a whole number without decimal point: {name} = {int(value)}"
-        case int() | float() if types == {"string"} and not names and not isinstance(value, bool):
+        case int() | float() if types == {"string"} and not names and fits(model, name, str(value)):
             return f'quotes: {name} = "{value}"'
         case int() | float() if value < 0 and numeric and fits(model, name, -value):
             return "no minus sign"

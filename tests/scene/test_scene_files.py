@@ -160,6 +160,36 @@ def test_a_step_follows_from_loads_modes_and_contacts(read: Any, step: float, wo
     assert count == pytest.approx(round(count)), "the period, or the run, is a whole number of steps"
 
 
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e4])
+@pytest.mark.parametrize("grounded", [False, True])
+@pytest.mark.parametrize("load", [None, 1.0, 1e-3, 20.0])
+def test_a_step_resolves_bodies_on_their_joints(scale: float, grounded: bool, load: float | None) -> None:
+    """A chain of three masses: its second frequency, unless it is rigid beside the frequencies of the loads."""
+    masses, springs = [2.0 * scale, 1.0 * scale, 0.5 * scale], [3e4 * scale, 5e4 * scale]
+    K = np.zeros((3, 3))
+    for i, k in enumerate(springs):
+        K[i : i + 2, i : i + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    K[0, 0] += 1e4 * scale * grounded
+    values = np.linalg.eigvals(K / np.array(masses)[:, None]).real
+    second = np.sort(np.sqrt(values[values > 1e-3 * values.max()]))[1] / (2.0 * np.pi)
+    ends = [["m0.at", "m1.at"], ["m1.at", "m2.at"], *([["m0.at"]] if grounded else [])]
+    given: Tables = {
+        "structure": [{"name": f"m{i}", "model": {"type": "mass", "mass": one}} for i, one in enumerate(masses)],
+        "joint": [{"type": "elastic", "name": f"s{i}", "between": end, "stiffness": k}
+                  for i, (end, k) in enumerate(zip(ends, [*springs, 1e4 * scale], strict=False))],
+        "time": {"end": 1.0},
+    }  # fmt: skip
+    frequency = 0.0 if load is None else 5.0 * load * second
+    if load is not None:
+        given["load"] = [{"type": "harmonic_force", "point": "m2.at", "amplitude": 1.0, "frequency": load * second}]
+    interest = frequency if second >= 10.0 * frequency > 0.0 else max(second, frequency)
+    span = 1.0 if load is None else min(1.0, 1.0 / (load * second))
+    found = read_scene(given)
+    count = 50.0 * interest * span
+    assert span / (count + 1.01) <= found.step <= span / count * (1.0 + 1e-9)
+    assert ("the second frequency of m0 and m1 and m2 on elastic joints" in found.reason) == (interest == second)
+
+
 def test_a_structure_whose_modes_are_not_known_needs_a_step() -> None:
     tube = {"name": "tube", "model": beam(0.5) | {"elements": 2000}}
     joint = {"type": "clamped", "structure": "tube", "at": 0.0}

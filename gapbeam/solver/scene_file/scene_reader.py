@@ -3,15 +3,16 @@
 Time step of a file of structures that gives none, by `step_rule`: from its loads, its modes and its contacts.
 
 The highest frequency of interest f is one of the loads, five times a forcing frequency, or the second one of an elastic
-structure. T_c = pi / sqrt(k b^2) is half a period of a contact of stiffness k on the modes below 10 f, with the sum b^2
-of the squares of their motions there.
+structure, or of structures on their elastic joints, which are rigid beyond 10 f of the others. T_c = pi / sqrt(k b^2)
+is half a period of a contact of stiffness k on the modes below 10 f, with the sum b^2 of the squares of their motions
+there.
 """
 
 from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import partial
@@ -21,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from gapbeam.solver.case.figure_table import figure_faults
 from gapbeam.solver.case.reading.case_reader import SCENE, Places, SceneSource, checked_tables, plain_tables
@@ -37,6 +39,7 @@ from gapbeam.solver.integrators.time_scheme import (
 from gapbeam.solver.messages.errors import CaseError, Fault, UserError
 from gapbeam.solver.messages.wording import near
 from gapbeam.solver.scene.contact_pair import Contact
+from gapbeam.solver.scene.feedback import Joint
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.recorded_places import as_recorded, places_of_figures
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -46,6 +49,7 @@ from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.scene_checks import FILES, scene_faults
 from gapbeam.solver.scene_file.structure_tables import ElementBeam, ElementFrame
 from gapbeam.solver.scene_file.unit_questions import crossings, load_questions, unit_questions
+from gapbeam.solver.system.operators import Array
 
 LOG = logging.getLogger("gapbeam")
 STEPS_OF_FLIGHT = 1000  # of a run without any frequency
@@ -89,14 +93,11 @@ def _longest(case: SceneCase, scene: Scene) -> tuple[float, str]:
     candidates = [found for load in case.load if (found := load.frequency_of_interest) is not None]
     candidates += [(1.0 / time, f"the {name}") for name, time in crossings(case).items()]
     for one in scene.structures:
-        squares = one.modes[0]
-        frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * pi)
-        elastic = frequencies[frequencies > FREE * frequencies.max(initial=0.0)]
-        distinct = elastic[np.diff(elastic, prepend=0.0) > APART * elastic][:2]
-        if distinct.size:
-            words = ("the frequency", "the second frequency")[distinct.size - 1]
-            candidates.append((float(distinct[-1]), f"{words} of {one.name or 'a structure'}"))
+        candidates += _second(one.modes[0], one.name or "a structure")
     frequency, origin = max(candidates, default=(0.0, ""))
+    joined = [found for squares, words in _joined(scene) for found in _second(squares, words)]
+    soft = [one for one in joined if not is_rigid(0.5 / one[0], frequency)]
+    frequency, origin = max([(frequency, origin), *soft])
     longest = step_of_period(frequency)
     reason = f"{STEPS_PER_PERIOD} steps in a period of {frequency:.4g} Hz, {origin}"
     for number, contact in enumerate(scene.contacts):
@@ -107,6 +108,31 @@ def _longest(case: SceneCase, scene: Scene) -> tuple[float, str]:
     if longest == inf:
         return case.time.end / STEPS_OF_FLIGHT, f"nothing vibrates: {STEPS_OF_FLIGHT} steps in the run"
     return longest, reason
+
+
+def _second(squares: Array, words: str) -> list[tuple[float, str]]:
+    """Return the second frequency, Hz, or the only one, that is not of a rigid motion, and what it is."""
+    frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * pi)
+    elastic = frequencies[frequencies > FREE * frequencies.max(initial=0.0)]
+    distinct = elastic[np.diff(elastic, prepend=0.0) > APART * elastic][:2]
+    number = ("the frequency", "the second frequency")[min(distinct.size, 2) - 1]
+    return [(float(one), f"{number} of {words}") for one in distinct[-1:]]
+
+
+def _joined(scene: Scene) -> Iterator[tuple[Array, str]]:
+    """Yield the squares of the angular frequencies of structures that elastic joints hold or join, and their names."""
+    springs = [(scene.rows([one.sense]), -one.D[0, 0]) for one in scene.feedbacks if isinstance(one, Joint)]
+    if not springs:
+        return
+    owner = np.repeat(np.arange(len(scene.structures)), np.diff(scene.start))
+    links = [np.unique(owner[np.any(rows != 0.0, axis=0)]) for rows, _ in springs]
+    meets = np.array([np.isin(np.arange(len(scene.structures)), link) for link in links])
+    _, groups = connected_components(meets.T.astype(int) @ meets.astype(int))
+    K = np.diag(scene.squares) + sum(stiffness * rows.T @ rows for rows, stiffness in springs)
+    for group in np.unique([groups[link[0]] for link in links if link.size]).astype(int):
+        mine = groups[owner] == group
+        names = [one.name or "a structure" for one, of in zip(scene.structures, groups, strict=True) if of == group]
+        yield np.linalg.eigvalsh(K[np.ix_(mine, mine)]), f"{' and '.join(names)} on elastic joints"
 
 
 def _duration(scene: Scene, number: int, contact: Contact, frequency: float) -> float:

@@ -28,6 +28,7 @@ Multipliers = NDArray[np.complex128]
 REAL = 1.0e-6  # a multiplier with a smaller imaginary part, relative to it, is real
 
 NEAR_ONE = 1.0e-8  # a multiplier as near to the unit circle may lie at either side of it
+MOSTLY = 0.5  # of the squares of the velocities of a disturbance
 
 STABLE = "stable"
 UNKNOWN = "not known"
@@ -96,9 +97,19 @@ class Stability:
         return sum(abs(one) > 1.0 + NEAR_ONE and one.imag > 0.0 and not _is_real(one) for one in self.multipliers)
 
 
-def stability_of(monodromy: Array) -> Stability:
-    """Return the multipliers of a monodromy matrix, (2n, 2n)."""
-    return ordered(np.asarray(np.linalg.eigvals(monodromy), dtype=complex))
+def stability_of(monodromy: Array, unresolved: NDArray[np.bool_] | None = None) -> Stability:
+    """Return the multipliers of a monodromy matrix.
+
+    Args:
+        monodromy: Derivative of x = (q, v) after a period by that before, (2n, 2n).
+        unresolved: Motions whose damping the step does not resolve, (n,): multipliers of disturbances that are mostly
+            velocities of these are 0.
+    """
+    values, vectors = np.linalg.eig(monodromy)
+    if unresolved is not None and np.any(unresolved):
+        squares = np.abs(vectors[len(unresolved) :]) ** 2
+        values[squares[unresolved].sum(axis=0) > MOSTLY * squares.sum(axis=0)] = 0.0
+    return ordered(np.asarray(values, dtype=complex))
 
 
 def ordered(multipliers: NDArray[np.complex128] | Array) -> Stability:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.messages.errors import NotConverged
-from gapbeam.solver.periodic.floquet import Judgment, Stability, judged, stability_of
+from gapbeam.solver.periodic.floquet import Judgment, Stability, judged
 from gapbeam.solver.periodic.harmonic_balance import HarmonicBalance, HarmonicSolution
 from gapbeam.solver.periodic.period_map import ModalMap
 from gapbeam.solver.periodic.shooting import Fourier, no_pause
@@ -232,4 +232,4 @@ def balanced_multipliers(period_map: ModalMap, found: Climb, marched: Stability)
 def _multipliers_along(period_map: ModalMap, solution: HarmonicSolution) -> Stability:
     """Return the multipliers of the steps of a period along a Fourier series."""
     places, _, _ = solution.motion(np.asarray(period_map.dt * np.arange(period_map.steps + 1), dtype=float))
-    return stability_of(period_map.tangent_along(places))
+    return period_map.stability(period_map.tangent_along(places))

@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, step_slopes
 from gapbeam.solver.contact.solve.condensation import CondensedOperator
@@ -312,8 +313,17 @@ class ModalMap:
         return self.coordinates(end), tangent
 
     def stability(self, tangent: Array) -> Stability:
-        """Return the multipliers of P'(x), (2n, 2n)."""
-        return stability_of(tangent)
+        """Return the multipliers of P'(x), (2n, 2n); 0 of velocities that damp faster than the step resolves."""
+        return stability_of(tangent, self.unresolved)
+
+    @cached_property
+    def unresolved(self) -> NDArray[np.bool_]:
+        """Modes whose velocity decays as exp(-r t) with r dt > 2, r = c / 2 + sqrt(c^2 / 4 - s), (n,).
+
+        The midpoint rule multiplies such a velocity by (2 - r dt) / (2 + r dt) in a step: near -1 where it decays fast.
+        """
+        half = 0.5 * self.modal.damping
+        return np.asarray((half + np.sqrt(np.maximum(half**2 - self.modal.squares, 0.0))) * self.dt > 2.0)
 
     def reach(self, x: Array) -> Array:
         """Return the largest depth of each face over the period, (faces,), m; negative where it stays open."""

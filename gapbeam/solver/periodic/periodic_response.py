@@ -25,7 +25,7 @@ from gapbeam.solver.march.stepwise_march import March, march
 from gapbeam.solver.messages.errors import Interrupted
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.models.model import Model, model_of
-from gapbeam.solver.periodic.floquet import UNKNOWN, Judgment, stability_of, with_error
+from gapbeam.solver.periodic.floquet import UNKNOWN, Judgment, with_error
 from gapbeam.solver.periodic.harmonic_balance import series_steps
 from gapbeam.solver.periodic.harmonic_continuation import NOTABLE_TRUNCATION, Climb, balanced_multipliers, climb
 from gapbeam.solver.periodic.period_map import MarchedMap, ModalMap, shoot_marched
@@ -314,7 +314,7 @@ def _shot(
 ) -> PeriodicResponse:
     orbit = shoot(period_map, period_map.coordinates(begin), analysis.tolerance, analysis.max_iterations, pause)
     start = period_map.begun(orbit.x)
-    judgment = with_error(orbit.stability, 0.0)
+    judgment = with_error(period_map.stability(orbit.monodromy), 0.0)
     figures = {
         "residual": orbit.residual,
         "iterations": orbit.iterations,
@@ -377,7 +377,7 @@ def _balanced(
     x = np.concatenate([place[0], speed[0]])
     end, tangent = period_map.with_tangent(x)
     change = relative_change(period_map.scale, x, end)
-    judgment = balanced_multipliers(period_map, found, stability_of(tangent))
+    judgment = balanced_multipliers(period_map, found, period_map.stability(tangent))
     figures = {
         "residual": solution.residual,
         "iterations": sum(stage.iterations for stage in found.stages),

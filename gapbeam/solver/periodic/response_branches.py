@@ -35,7 +35,7 @@ from gapbeam.solver.periodic.continuation import (
     branch_off,
     follow,
 )
-from gapbeam.solver.periodic.floquet import BRANCH_POINT, PITCHFORK, Stability, stability_of
+from gapbeam.solver.periodic.floquet import BRANCH_POINT, PITCHFORK, Stability
 from gapbeam.solver.periodic.shooting import KnownOrbits, PeriodMap, relative_change, shoot
 from gapbeam.solver.system.operators import Array
 
@@ -72,7 +72,7 @@ class HalfWaveMap:
 
     def stability(self, tangent: Array) -> Stability:
         """Return the multipliers of P, the squares of those of H."""
-        return stability_of(tangent @ tangent)
+        return self.whole.stability(tangent @ tangent)
 
     def reach(self, x: Array) -> Array:
         """Return the largest penetration of each face over the whole period, (faces,), m."""

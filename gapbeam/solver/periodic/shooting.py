@@ -25,7 +25,7 @@ from typing import Protocol
 import numpy as np
 
 from gapbeam.solver.messages.errors import NotConverged
-from gapbeam.solver.periodic.floquet import Stability, stability_of
+from gapbeam.solver.periodic.floquet import Stability
 from gapbeam.solver.system.operators import Array
 
 SHORTEST_UPDATE = 2.0**-6  # of Newton's update
@@ -82,13 +82,11 @@ class Orbit(Iterated):
     Attributes:
         x: The state, (2n,).
         monodromy: P'(x), (2n, 2n).
-        stability: Its multipliers.
         residuals: |P(x) - x| / |x| of every iteration, scaled norms.
     """
 
     x: Array
     monodromy: Array
-    stability: Stability
     residuals: tuple[float, ...]
 
 
@@ -130,7 +128,7 @@ def shoot(
         if not np.isfinite(residual):
             break
         if residual <= tolerance:
-            return Orbit(x, tangent, stability_of(tangent), tuple(residuals))
+            return Orbit(x, tangent, tuple(residuals))
         try:
             update = np.asarray(np.linalg.solve(np.eye(len(x)) - tangent, end - x), dtype=float)
         except np.linalg.LinAlgError:

@@ -191,7 +191,7 @@ def figure_slopes(
     if here is None:
         raise NotConverged("the model is not dense")
     orbit = shoot(here, end, CONVERGED)
-    if not orbit.stability.stable or relative_change(here.scale, end, orbit.x) > ANOTHER:
+    if not here.stability(orbit.monodromy).stable or relative_change(here.scale, end, orbit.x) > ANOTHER:
         raise NotConverged("the response near the end of the run is another one, or not stable")
     found: dict[str, list[float | None]] = {figure.name: [] for figure in figures}
     for pair in shifted:

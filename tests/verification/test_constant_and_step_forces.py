@@ -118,7 +118,7 @@ def test_advice_on_ends_gives_a_force_that_acts(start: float, ramp: float, end: 
 def test_faults_and_doubts() -> None:
     """An end before the rise is refused; a force that never acts is said."""
     load = {"type": "step_force", "point": LENGTH, "amplitude": 3.0, "start": 0.01, "ramp": 0.01, "end": 0.015}
-    with pytest.raises(CaseError, match=r"end[\s\S]*before the force has risen"):
+    with pytest.raises(CaseError, match=r"end[\s\S]*the force rises from 0.01 to 0.02 s"):
         gapbeam.read_case(cantilever([load]))
     late = StepForce.model_validate({"type": "step_force", "point": 0.1, "amplitude": 1.0, "start": 3.0})
     assert any("not within the run" in words for words in late.unusual_in_run(1.0))

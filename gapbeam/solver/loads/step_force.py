@@ -115,22 +115,13 @@ class StepForce(UnrepeatedLoad, PointLoad):
 
     def faults(self, key: Key) -> Iterator[Fault]:
         """Yield an end at or before the start, or before the force has risen."""
-        if self.end is not None and not exceeds(self.end, self.start):
-            end, start = apart(self.end, self.start)
+        if self.end is not None and (not exceeds(self.end, self.start) or exceeds(self.rise_time, self.end)):
+            (end, start), rise = apart(self.end, self.start), apart(self.end, self.rise_time)[1]
             yield Fault(
                 (*key, "end"),
-                f"{end} s, with start = {start} s: it would never act",
-                "a time later than the start of the force",
+                f"{end} s; the force rises {f'at {start}' if self.ramp == 0.0 else f'from {start} to {rise}'} s",
+                "a time after the start at which the force has risen: start + ramp, or later",
                 f"end = {self.start + max(2.0 * self.ramp, self.end):.6g}, or leave end out: the force then stays",
-                ((*key, "start"),),
-            )
-        elif self.end is not None and exceeds(self.rise_time, self.end):
-            end, rise = apart(self.end, self.rise_time)
-            yield Fault(
-                (*key, "end"),
-                f"{end} s, before the force has risen at {rise} s",
-                "a time at which the force has risen: start + ramp, or later",
-                f"end = {rise}, or a shorter ramp",
                 ((*key, "start"), (*key, "ramp")),
             )
 

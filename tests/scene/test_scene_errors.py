@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -350,3 +351,33 @@ def test_errors_of_impulses_do_not_agree_by_chance(tmp_path: Path, size: float) 
             missed.append(abs(value * size - exact) / (error * size))
     assert len(missed) >= 8
     assert max(missed) < 2.0
+
+
+@pytest.mark.parametrize("periods", [191.0, 205.3, 230.7])
+@pytest.mark.parametrize("frequency", [15.9, 159.0])
+def test_figures_of_the_settled_part_have_errors_from_the_time_that_the_warning_has(
+    periods: float, frequency: float, tmp_path: Path
+) -> None:
+    """An impact damper is not predictable before it repeats: figures of one's own may begin no earlier."""
+    pace, h = frequency / 15.9, 1e-4 * 15.9 / frequency
+    main, ball = gb.mass(1.0, stiffness=1e4 * pace**2, damping=2.0 * pace, name="main"), gb.mass(0.1, name="ball")
+    box = gb.Contact((ball["at"], main["at"]), gb.Slot(10e-3), gb.Unilateral(0.6), name="box")
+    size, w = 5.0 * pace**2, 2.0 * np.pi * frequency
+    scene = gb.Scene(main, ball, contacts=[box], loads=[gb.Force(main["at"], lambda t: size * np.cos(w * t))])
+
+    def run(*starts: float) -> Any:
+        figures = [
+            gb.figure(f"rms-{i}", "displacement", "main.at", statistic="rms", start=one) for i, one in enumerate(starts)
+        ]
+        return gb.run(
+            scene, step=h, end=round(periods / frequency / h) * h, period=1.0 / frequency, figures=figures,
+            overwrite=True, output=tmp_path / "run",
+        )  # fmt: skip
+
+    (words,) = (one for one in run().summary["warnings"] if "settled part repeats" in one)
+    found = re.search(r"figures from t = (\S+) s on", words)
+    assert found is not None
+    start = float(found[1])
+    late, early = (one for one in run(start, 0.98 * start).figures if one["name"].startswith("rms"))
+    assert late["error"] is not None
+    assert early["error"] is None

@@ -215,7 +215,8 @@ def draw_contact(history: xr.Dataset, forcing_frequency: float | None, zoom: int
     for name, label, (whole, _) in zip(("contact force", "smallest gap", "penetration"), labels, axes, strict=True):
         whole.set_ylabel(f"{name} ({label})")
         whole.axvspan(in_record * start, in_record * stop, color=GRAY, alpha=0.25, lw=0)
-        whole.set_ylim(0.0, max(whole.get_ylim()[1], 1e-6))
+        low, high = whole.get_ylim()
+        whole.set_ylim(low if whole.dataLim.y0 < 0.0 else 0.0, max(high, 1e-6))  # contacts that adhere pull
     axes[0][1].legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, columnspacing=1.2)
     axes[-1][0].set_xlabel(f"time ({clock})")
     axes[-1][1].set_xlabel(f"time ({unit})")

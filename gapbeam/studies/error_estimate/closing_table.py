@@ -102,8 +102,9 @@ def closing_table(
 
 
 def words_beyond(
-    figures: Iterable[FigureError], statistics: bool, frequency: float | None, rise: float, horizon: float
-) -> str:
+    figures: Iterable[FigureError], statistics: bool, frequency: float | None, rise: float, horizon: float,
+    settled: float = 0.0,
+) -> str:  # fmt: skip
     """Return in words which figures of a run have errors beyond its horizon, and from which end on some would have.
 
     There are enough windows where four of a forcing period lie in the second half, behind the horizon and the rise.
@@ -114,10 +115,12 @@ def words_beyond(
         frequency: Frequency of the forcing, Hz; None: it has none, or several.
         rise: Smooth start of the loads, s.
         horizon: Time up to which the motion is predictable, s.
+        settled: Time at which the settled part begins, s, where the run has one.
     """
     known = {one.span for one in figures if one.error is not None}
     if SETTLED in known:
-        return "its settled part repeats, and the figures of that have errors"
+        digit = 10.0 ** (floor(log10(settled)) - 3)  # the fourth one; a start that is rounded down lies before it
+        return f"its settled part repeats, and figures from t = {ceil(settled / digit) * digit:.4g} s on have errors"
     if statistics or BEYOND_HORIZON in known:
         return "only its statistics have errors"
     if frequency is None:

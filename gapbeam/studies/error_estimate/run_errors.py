@@ -325,7 +325,8 @@ def errors_of(
         figures += figure_errors(run, motions, reference, own, plan.in_plane, averages, plan.records, meshed, lost)
     beyond, rates = "", impact_rates(part, motions.values())
     if horizon is not None:
-        beyond = words_beyond(figures, has_statistics(case), *frequency_and_rise(case), horizon)
+        start = 0.0 if repeating is None else repeating.start
+        beyond = words_beyond(figures, has_statistics(case), *frequency_and_rise(case), horizon, start)
         if not any(one.error is not None and one.span in (SETTLED, BEYOND_HORIZON) for one in figures):
             part = run.between(0.0, horizon)
     grown = run.force.max(axis=0) > part.force.max(axis=0, initial=0.0)

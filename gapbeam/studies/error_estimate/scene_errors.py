@@ -219,7 +219,8 @@ def _errors(
     warnings = list(doubtful_peaks(peaks, run.interval, turning=run.turning))
     warnings += words_of_failed(failed)
     if horizon is not None:
-        beyond = words_beyond(figures, statistics is not None, frequency, 0.0, horizon)
+        start = begin + (0.0 if settled is None else settled.start)
+        beyond = words_beyond(figures, statistics is not None, frequency, 0.0, horizon, start)
         warnings.append(
             f"the motion can be predicted up to t = {begin + horizon:.4g} s only: beyond, it depends on the step, and "
             f"{beyond}"

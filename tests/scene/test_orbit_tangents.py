@@ -153,3 +153,36 @@ def test_forces_of_contacts_that_share_a_star_add_up() -> None:
             each.slopes[f"{owner}.{kind}"][path] for each, owner in zip(found, ("stop 0", "stop *"), strict=True)
         )
         assert two == pytest.approx(one, rel=1e-7)
+
+
+@pytest.mark.parametrize("modes", [4, 6, None])
+@pytest.mark.parametrize("elements", [20, 30, 40])
+def test_slopes_by_the_place_of_a_stop_are_those_of_orbits_beside(elements: int, modes: int | None) -> None:
+    """The basis of modes changes with the mesh: an eigensolver gave them other signs, and each place was refused."""
+    draw = np.random.default_rng(elements)
+    section, steel = gb.section("rectangle", 0.006, width=0.02), gb.material(2.1e11, 7850.0)
+    place, period, steps = 0.28 + draw.uniform(-0.12, 0.12) / elements, 1.0 / draw.uniform(24.0, 26.0), 300
+
+    def make(p: dict[str, float]) -> gb.Scene:
+        points = {"drive": 0.2, "stop": p["x"], "tip": 0.4}
+        beam = gb.beam(0.4, section, steel, points, pinned=(0.0, 0.1), modes=modes, ratio=0.04, elements=elements)
+        stop = gb.Contact(beam["stop"], gb.HalfPlane(5e-5), gb.KelvinVoigt(stiffness=1e4, damping=5.0), name="stop")
+        push = gb.Force(beam["drive"], lambda t: 10.0 * np.sin(2.0 * np.pi / period * t))
+        return gb.Scene(beam, contacts=[stop], loads=[push])
+
+    def orbit(x: float) -> Any:
+        scene = make({"x": x})
+        near = gb.history(scene, period / steps, 60 * period).last.state
+        near.t = 0.0
+        return gb.periodic(scene, period, steps, near).state
+
+    def rms(x: float) -> float:
+        start = orbit(x)
+        moved = gb.history(make({"x": x}), period / steps, period, start).displacement["tip"][-steps:]
+        return float(np.sqrt(np.mean(moved**2)))
+
+    found = gb.tangents(make, ["tip.rms"], {"x": place}, period=period, steps=steps, start=orbit(place))
+    assert found.values["tip.rms"] == pytest.approx(rms(place), rel=1e-9)
+    d = 1e-5
+    beside = (rms(place + d) - rms(place - d)) / (2.0 * d)
+    assert found.slopes["tip.rms"]["x"] == pytest.approx(beside, rel=2e-2)

@@ -33,7 +33,7 @@ from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.argument_checks import checked, finite, matrix, positive
 from gapbeam.solver.scene.structure_geometry import StructureGeometry
 from gapbeam.solver.scene.support_force import SupportForce
-from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators
+from gapbeam.solver.system.dense_operators import DenseOperators, SparseOperators, with_steady_signs
 from gapbeam.solver.system.operators import Array
 
 LARGE = 600
@@ -450,7 +450,7 @@ def reduced_at_points(structure: Structure, modes: int, points: Iterable[str] | 
     answers = factor.solve(rows.T - heavy @ (rows @ kept_modes).T)
     answers -= kept_modes @ (heavy.T @ answers)
     basis = modal_basis(operators, np.column_stack([kept_modes, answers]), shift)
-    Q = basis.columns
+    Q = with_steady_signs(basis.columns)
     carried = {name: point.rows @ Q for name, point in structure.points.items()}
     C = None if structure.C is None else Q.T @ (structure.C @ Q)
     rigid = None if structure.rigid is None else Q.T @ operators.apply_mass(structure.rigid)

@@ -154,6 +154,16 @@ WIDE = 1.0e4  # between the squares of two frequencies: the higher one leaves ro
 SMALL = 1.0e-6  # rad: a larger turn of two modes is none that round-off leaves
 
 
+def with_steady_signs(shapes: Array) -> Array:
+    """Return shapes, (n, k), with the signs at which their products with n fixed weights are above 0.
+
+    An eigensolver leaves signs to round-off. With these, shapes change smoothly as a structure does, so that motions
+    in modes can be compared, followed and differentiated over its parameters.
+    """
+    weights = np.random.default_rng(0).standard_normal(len(shapes))  # the same in every run; no symmetry makes it 0
+    return np.asarray(shapes * np.where(weights @ shapes < 0.0, -1.0, 1.0))
+
+
 def _coupled_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
     """Return squares of the angular frequencies and shapes, as `DenseOperators.modes`.
 
@@ -278,7 +288,7 @@ class DenseOperators(_Products):
             block = np.ix_(own, own)
             squares[first:end], shapes[own, first:end] = _coupled_modes(self.mass[block], self.stiffness[block])
         order = np.argsort(squares, kind="stable")
-        return squares[order], shapes[:, order]
+        return squares[order], with_steady_signs(shapes[:, order])
 
     def factor(
         self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None

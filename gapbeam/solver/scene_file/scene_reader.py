@@ -100,9 +100,10 @@ def _longest(case: SceneCase, scene: Scene) -> tuple[float, str]:
     frequency, origin = max([(frequency, origin), *soft])
     longest = step_of_period(frequency)
     reason = f"{STEPS_PER_PERIOD} steps in a period of {frequency:.4g} Hz, {origin}"
+    jumps = any(not load.static and load.frequency_of_interest is None for load in case.load)
     for number, contact in enumerate(scene.contacts):
         duration = _duration(scene, number, contact, frequency)
-        if duration / STEPS_PER_CONTACT < longest and not is_rigid(duration, frequency):
+        if duration / STEPS_PER_CONTACT < longest and (jumps or not is_rigid(duration, frequency)):
             longest = duration / STEPS_PER_CONTACT
             reason = f"{STEPS_PER_CONTACT} steps in a contact of {duration:.3g} s at {contact.name}"
     if longest == inf:

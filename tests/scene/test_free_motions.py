@@ -76,6 +76,23 @@ def test_all_responses_of_two_bodies_are_those_of_their_relative_motion(part: fl
         assert np.allclose(np.sort(np.abs(one.multipliers))[-2:], np.sort(np.abs(other.multipliers)), rtol=1e-4)
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("part", [0.42, 1.3])
+@pytest.mark.parametrize("path", ["mesh.stiffness", "mesh.damping"])
+def test_derivatives_of_two_bodies_are_those_of_their_relative_motion(seed: int, part: float, path: str) -> None:
+    pair, alone, together = drawn(seed, part * NATURAL)
+    period, rest, law = 2.0 * np.pi / (part * NATURAL), gb.seat(pair), alone.contacts[0].law
+    turned = replace(rest, q=rest.q + 3.0 * together, v=5.0 * together)
+    value = {"mesh.stiffness": MESH, "mesh.damping": law.values[1]}[path]
+    slopes = []
+    for scene, start in ((pair, turned), (alone, gb.seat(alone))):
+        begin = gb.periodic(scene, period, 200, start=start).state
+        given = {"period": period, "steps": 200, "start": begin}
+        slopes.append(gb.tangents(scene, ["mesh.peak_force"], {path: value}, **given).slopes["mesh.peak_force"][path])
+    force = np.abs(gb.history(alone, period / 200, period, begin).force["mesh"]).max()
+    assert abs(slopes[0] - slopes[1]) * value <= 1e-6 * force
+
+
 @pytest.mark.parametrize("mass", [1e-9, 2.0, 5e4])
 def test_a_free_body_under_a_harmonic_force_repeats_in_closed_form(mass: float) -> None:
     w, body = 7.0, gb.mass(mass, name="body")

@@ -28,7 +28,7 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite
-from gapbeam.solver.scene.limit_cycle import change_of_orbit, check_period, state_of
+from gapbeam.solver.scene.limit_cycle import bared, change_of_orbit, check_period, free_motions, state_of
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.orbit_figures import OrbitFigure, figure_of
@@ -234,14 +234,14 @@ class _Problem:
     """A scene with its step: the march, and the linear part of a step.
 
     Attributes:
-        S, R, G: Matrices of x1 = S x0 + R F + G f with the loads f.
+        S, R, G: Matrices of x1 = S x0 + R F + G f with the loads f, without free motions.
         B, b: Matrix and vector of the places y_k = B q_k + b_k.
         loads: f of each step, (steps, loads).
     """
 
     def __init__(self, scene: Scene, h: float, steps: int, t: float, scheme: LinearScheme) -> None:
         self.scene, self.h, self.steps, self.t, self.scheme = scene, h, steps, t, scheme
-        self.linear = A = scene.condensed(h, scheme)
+        self.linear, self.free = A, _ = scene.condensed(h, scheme), free_motions(scene)
         n, m, states, count = scene.size, scene.motions, scene.states, len(A.patterns)
         every = np.eye(2 * n + states + m + count)
         q, v, z, F, load = np.split(every, np.cumsum([n, n, states, m]))
@@ -254,7 +254,7 @@ class _Problem:
         u[m:] += A.carry.T @ F
         w += np.vstack([A.answers, pushed]).T @ np.vstack([F, u[len(ports) :]])
         after = A.scheme[2, 0] * A.root[:, None] * w + A.scheme[2, 1] * v
-        whole = np.vstack([q + h * w, after, kept @ np.vstack([z, at, u[read]])])
+        whole = bared(np.vstack([q + h * w, after, kept @ np.vstack([z, at, u[read]])]), self.free)
         self.S, self.R, self.G = np.split(whole, np.cumsum([2 * n + states, m]), axis=1)
         self.B = np.hstack([scene.contact_rows, np.zeros((m, n + states))])
         times = t + h * np.arange(steps + 1)
@@ -285,11 +285,12 @@ class _Orbit:
     """
 
     def __init__(self, problem: _Problem, x: Array) -> None:
-        self.problem, start = problem, state_of(problem.scene, x[:, None].copy(), problem.t)
+        self.problem, x = problem, bared(x, problem.free)
+        start = state_of(problem.scene, x[:, None].copy(), problem.t)
         marcher = Marcher(problem.scene, problem.h, start, 1, problem.scheme, problem.linear)
         seen, felt, *_ = marcher.advance(problem.steps, record=True)
         self.U, self.F = seen[..., 0], felt[..., 0]
-        self.x, self.miss = x, marcher.state.x[:, 0] - x
+        self.x, self.miss = x, bared(marcher.state.x[:, 0], problem.free) - x
 
     def values(self, figures: list[OrbitFigure]) -> Array:
         """Return figures."""

@@ -44,7 +44,9 @@ def physical(period_map: ModalMap, x: np.ndarray) -> np.ndarray:
     return np.concatenate([period_map.modal.dofs(part) for part in np.split(x, 2)])
 
 
-def chain(law: ContactLaw, implicit: bool = False, steps: int = 60, last: float = 100.0) -> ModalMap:
+def chain(
+    law: ContactLaw, implicit: bool = False, steps: int = 60, last: float = 100.0, damping: float = 0.002
+) -> ModalMap:
     """Three masses on springs with a force on the last, the first two between stops at two sides."""
     stiffness = np.array([[300.0, -100.0, 0.0], [-100.0, 100.0 + last, -last], [0.0, -last, last]])
     rows = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, -0.9, 0.0]])
@@ -59,7 +61,7 @@ def chain(law: ContactLaw, implicit: bool = False, steps: int = 60, last: float 
         positions=np.zeros((4, 3)),
     )
     load = Load("force", np.array([0.0, 0.0, 1.0]), lambda t: 5.0 * cos(6.0 * t))
-    system = SemiDiscreteSystem(DenseOperators(np.eye(3), stiffness), contact, (load,), 1.0, 0.002)
+    system = SemiDiscreteSystem(DenseOperators(np.eye(3), stiffness), contact, (load,), 1.0, damping)
     modal = modal_system(system)
     assert modal is not None
     return ModalMap(
@@ -141,22 +143,25 @@ def test_tangent_is_the_derivative(law: ContactLaw, implicit: bool) -> None:
     assert tangent == pytest.approx(quotient, abs=2e-5 * np.max(np.abs(quotient)))
 
 
-@pytest.mark.parametrize("last", [1e7, 1e8, 1e10])
-def test_multipliers_are_those_of_motions_that_the_step_resolves(last: float) -> None:
-    """A link that damps within a step turns its velocity round in each step, which nearly keeps its size.
+@pytest.mark.parametrize(
+    ("last", "damping"), [((1e10, 1e6), 0.002), ((1e12, 1e6), 0.002), ((1e9, 1e6), 1e-9), ((100.0, 100.0), 50.0)]
+)
+def test_multipliers_are_those_of_motions_that_the_step_resolves(last: tuple[float, float], damping: float) -> None:
+    """A stiff link turns its velocity round in each step, whether it damps within a step or in many; creep is slow.
 
-    The largest multiplier is that of a step that resolves the damping of a link of 1e6.
+    The largest multiplier is that of steps that resolve the link, or a softer one, which moves as little.
     """
     largest = []
-    for one in (chain(LAWS["damped"], last=last), chain(LAWS["damped"], steps=200_000, last=1e6)):
+    for stiffness, steps in zip(last, (600, 200_000), strict=True):
+        one = chain(LAWS["damped"], steps=steps, last=stiffness, damping=damping)
         x = np.zeros(6)
-        for _ in range(8):
+        for _ in range(20):
             x = one.after(x)
         monodromy = shoot(one, x, 1e-8).monodromy
         largest.append((one.stability(monodromy).largest, stability_of(monodromy).largest))
-    (found, kept), (exact, _) = largest
-    assert kept > 0.7  # in the map of the steps
-    assert found == pytest.approx(exact, rel=0.01)
+    (found, kept), (resolved, _) = largest
+    assert found == pytest.approx(resolved, rel=0.02)
+    assert kept > 0.8  # in the map of the steps, also of creep
 
 
 @pytest.mark.parametrize("implicit", [False, True])

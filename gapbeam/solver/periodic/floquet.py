@@ -29,6 +29,7 @@ REAL = 1.0e-6  # a multiplier with a smaller imaginary part, relative to it, is 
 
 NEAR_ONE = 1.0e-8  # a multiplier as near to the unit circle may lie at either side of it
 MOSTLY = 0.5  # of the squares of the velocities of a disturbance
+TINY = 1.0e-300
 
 STABLE = "stable"
 UNKNOWN = "not known"
@@ -97,18 +98,22 @@ class Stability:
         return sum(abs(one) > 1.0 + NEAR_ONE and one.imag > 0.0 and not _is_real(one) for one in self.multipliers)
 
 
-def stability_of(monodromy: Array, unresolved: NDArray[np.bool_] | None = None) -> Stability:
+def stability_of(monodromy: Array, decay: Array | None = None, step: float = 0.0) -> Stability:
     """Return the multipliers of a monodromy matrix.
 
     Args:
         monodromy: Derivative of x = (q, v) after a period by that before, (2n, 2n).
-        unresolved: Motions whose damping the step does not resolve, (n,): multipliers of disturbances that are mostly
-            velocities of these are 0.
+        decay: By how much motions that the step does not resolve decay in a period, (n,); 1 for all others. Stable
+            multipliers of disturbances that are mostly velocities of these are as small.
+        step: s; velocities that move q by more than q in it are meant.
     """
     values, vectors = np.linalg.eig(monodromy)
-    if unresolved is not None and np.any(unresolved):
-        squares = np.abs(vectors[len(unresolved) :]) ** 2
-        values[squares[unresolved].sum(axis=0) > MOSTLY * squares.sum(axis=0)] = 0.0
+    if decay is not None and np.any(decay < 1.0):
+        q, v = np.split(np.abs(vectors) ** 2, 2)
+        fast = np.where((decay < 1.0)[:, None] & (step**2 * v > q), v, 0.0)
+        turned = (fast.sum(axis=0) > MOSTLY * v.sum(axis=0)) & (np.abs(values) < 1.0)
+        limits = (decay @ fast)[turned] / fast.sum(axis=0)[turned]
+        values[turned] *= np.minimum(limits / np.maximum(np.abs(values[turned]), TINY), 1.0)
     return ordered(np.asarray(values, dtype=complex))
 
 

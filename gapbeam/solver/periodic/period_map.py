@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, step_slopes
 from gapbeam.solver.contact.solve.condensation import CondensedOperator
@@ -243,6 +242,9 @@ class _Counted:
         return self.period_map.disturbed(self.tangents, disturbance)
 
 
+UNRESOLVED = 2.0  # change of a velocity in a step, over the velocity
+
+
 @dataclass(frozen=True)
 class ModalMap:
     """A period in whole midpoint steps.
@@ -313,17 +315,20 @@ class ModalMap:
         return self.coordinates(end), tangent
 
     def stability(self, tangent: Array) -> Stability:
-        """Return the multipliers of P'(x), (2n, 2n); 0 of velocities that damp faster than the step resolves."""
-        return stability_of(tangent, self.unresolved)
+        """Return the multipliers of P'(x), (2n, 2n), by the damping of modes that the step does not resolve."""
+        return stability_of(tangent, self.decay, self.dt)
 
     @cached_property
-    def unresolved(self) -> NDArray[np.bool_]:
-        """Modes whose velocity decays as exp(-r t) with r dt > 2, r = c / 2 + sqrt(c^2 / 4 - s), (n,).
+    def decay(self) -> Array:
+        """By how much velocities decay in a period of modes that the step does not resolve, (n,); 1 for all others.
 
-        The midpoint rule multiplies such a velocity by (2 - r dt) / (2 + r dt) in a step: near -1 where it decays fast.
+        With w^2 = s and r = c / 2 + sqrt(c^2 / 4 - s), or c / 2, these are modes of w dt > 2 or r dt > 2. The midpoint
+        rule turns their velocities round in each step, and nearly keeps their size.
         """
         half = 0.5 * self.modal.damping
-        return np.asarray((half + np.sqrt(np.maximum(half**2 - self.modal.squares, 0.0))) * self.dt > 2.0)
+        rate = half + np.sqrt(np.maximum(half**2 - self.modal.squares, 0.0))
+        unresolved = np.maximum(rate, np.sqrt(np.maximum(self.modal.squares, 0.0))) * self.dt > UNRESOLVED
+        return np.asarray(np.where(unresolved, np.exp(-rate * self.period), 1.0))
 
     def reach(self, x: Array) -> Array:
         """Return the largest depth of each face over the period, (faces,), m; negative where it stays open."""

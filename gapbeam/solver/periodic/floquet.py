@@ -103,7 +103,7 @@ def stability_of(monodromy: Array, decay: Array | None = None, step: float = 0.0
 
     Args:
         monodromy: Derivative of x = (q, v) after a period by that before, (2n, 2n).
-        decay: By how much motions that the step does not resolve decay in a period, (n,); 1 for all others. Stable
+        decay: Factors by which motions that the step does not resolve decay in a period, (n,); 1 for others. Stable
             multipliers of disturbances that are mostly velocities of these are as small.
         step: s; velocities that move q by more than q in it are meant.
     """

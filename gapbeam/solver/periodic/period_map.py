@@ -320,7 +320,7 @@ class ModalMap:
 
     @cached_property
     def decay(self) -> Array:
-        """By how much velocities decay in a period of modes that the step does not resolve, (n,); 1 for all others.
+        """Factors by which velocities of modes that the step does not resolve decay in a period, (n,); 1 for others.
 
         With w^2 = s and r = c / 2 + sqrt(c^2 / 4 - s), or c / 2, these are modes of w dt > 2 or r dt > 2. The midpoint
         rule turns their velocities round in each step, and nearly keeps their size.

@@ -94,3 +94,25 @@ def test_functions_that_return_no_period_are_named(name: str, period: Any, words
 def test_functions_of_uncertain_values_that_fail_are_named(function: Any, words: str) -> None:
     with pytest.raises(gb.UserError, match=words):
         gb.uncertain(function, {"a": stats.norm()}, members=64)
+
+
+def two_modes(high: float) -> gb.Scene:
+    """Return a body of two modes, the second of a frequency, Hz, that is shaken between stops."""
+    body = gb.from_modes(2.0 * np.pi * np.array([1.3, high]), 0.2, {"tip": [[1.0, 0.5]]})
+    push = gb.Force(body["tip"], gb.sine, name="push", amplitude=50.0, frequency=1.0)
+    stop = gb.Contact(body["tip"], gb.Slot(1.0), gb.KelvinVoigt(stiffness=400.0, damping=2.0), name="stop")
+    return gb.Scene(body, contacts=[stop], loads=[push])
+
+
+@pytest.mark.parametrize("high", [4e4, 4e6])
+def test_multipliers_are_those_of_modes_that_the_step_resolves(high: float) -> None:
+    """A mode of 100 times as many Hz as there are steps, or more, hides none: as steps that resolve one of 4 kHz."""
+    found, exact = (
+        gb.periodic(scene, 1.0, steps, gb.history(scene, 1.0 / steps, 8.0).last.state)
+        for scene, steps in ((two_modes(high), 400), (two_modes(4e3), 40_000))
+    )
+    largest = float(np.abs(exact.multipliers).max())
+    assert np.abs(found.multipliers).max() == pytest.approx(largest, rel=0.03)
+    whole = gb.atlas(two_modes(high), period=1.0, starts=two_modes(high).state(), steps=400, settle=20, rounds=1)
+    (one,) = whole.points[0].responses
+    assert np.abs(one.multipliers).max() == pytest.approx(largest, rel=0.03)

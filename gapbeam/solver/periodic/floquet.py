@@ -28,8 +28,6 @@ Multipliers = NDArray[np.complex128]
 REAL = 1.0e-6  # a multiplier with a smaller imaginary part, relative to it, is real
 
 NEAR_ONE = 1.0e-8  # a multiplier as near to the unit circle may lie at either side of it
-MOSTLY = 0.5  # of the squares of the velocities of a disturbance
-TINY = 1.0e-300
 
 STABLE = "stable"
 UNKNOWN = "not known"
@@ -98,23 +96,9 @@ class Stability:
         return sum(abs(one) > 1.0 + NEAR_ONE and one.imag > 0.0 and not _is_real(one) for one in self.multipliers)
 
 
-def stability_of(monodromy: Array, decay: Array | None = None, step: float = 0.0) -> Stability:
-    """Return the multipliers of a monodromy matrix.
-
-    Args:
-        monodromy: Derivative of x = (q, v) after a period by that before, (2n, 2n).
-        decay: Factors by which motions that the step does not resolve decay in a period, (n,); 1 for others. Stable
-            multipliers of disturbances that are mostly velocities of these are as small.
-        step: s; velocities that move q by more than q in it are meant.
-    """
-    values, vectors = np.linalg.eig(monodromy)
-    if decay is not None and np.any(decay < 1.0):
-        q, v = np.split(np.abs(vectors) ** 2, 2)
-        fast = np.where((decay < 1.0)[:, None] & (step**2 * v > q), v, 0.0)
-        turned = (fast.sum(axis=0) > MOSTLY * v.sum(axis=0)) & (np.abs(values) < 1.0)
-        limits = (decay @ fast)[turned] / fast.sum(axis=0)[turned]
-        values[turned] *= np.minimum(limits / np.maximum(np.abs(values[turned]), TINY), 1.0)
-    return ordered(np.asarray(values, dtype=complex))
+def stability_of(monodromy: Array) -> Stability:
+    """Return the multipliers of a monodromy matrix, (2n, 2n)."""
+    return ordered(np.asarray(np.linalg.eigvals(monodromy), dtype=complex))
 
 
 def ordered(multipliers: NDArray[np.complex128] | Array) -> Stability:

@@ -30,11 +30,12 @@ from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.tangent_kernel import monodromy_along
 from gapbeam.solver.march.stepwise_march import REFRESH_INTERVAL, EffectiveOperators, March, march
-from gapbeam.solver.periodic.floquet import Stability, leading_multipliers, solve_identity_minus, stability_of
+from gapbeam.solver.periodic.floquet import Stability, leading_multipliers, ordered, solve_identity_minus
 from gapbeam.solver.periodic.shooting import SLACK, Iterated, no_orbit
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State, Step, imaged
+from gapbeam.solver.system.unresolved_modes import resolved_multipliers, unresolved_decay
 
 Disturbance = Array
 """u and v with their images, (2, 3, n)."""
@@ -242,9 +243,6 @@ class _Counted:
         return self.period_map.disturbed(self.tangents, disturbance)
 
 
-UNRESOLVED = 2.0  # change of a velocity in a step, over the velocity
-
-
 @dataclass(frozen=True)
 class ModalMap:
     """A period in whole midpoint steps.
@@ -316,19 +314,8 @@ class ModalMap:
 
     def stability(self, tangent: Array) -> Stability:
         """Return the multipliers of P'(x), (2n, 2n), by the damping of modes that the step does not resolve."""
-        return stability_of(tangent, self.decay, self.dt)
-
-    @cached_property
-    def decay(self) -> Array:
-        """Factors by which velocities of modes that the step does not resolve decay in a period, (n,); 1 for others.
-
-        With w^2 = s and r = c / 2 + sqrt(c^2 / 4 - s), or c / 2, these are modes of w dt > 2 or r dt > 2. The midpoint
-        rule turns their velocities round in each step, and nearly keeps their size.
-        """
-        half = 0.5 * self.modal.damping
-        rate = half + np.sqrt(np.maximum(half**2 - self.modal.squares, 0.0))
-        unresolved = np.maximum(rate, np.sqrt(np.maximum(self.modal.squares, 0.0))) * self.dt > UNRESOLVED
-        return np.asarray(np.where(unresolved, np.exp(-rate * self.period), 1.0))
+        decay = unresolved_decay(self.modal.squares, self.modal.damping, self.dt, self.period)
+        return ordered(resolved_multipliers(tangent, decay, self.dt))
 
     def reach(self, x: Array) -> Array:
         """Return the largest depth of each face over the period, (faces,), m; negative where it stays open."""

@@ -27,6 +27,7 @@ from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.unresolved_modes import resolved_multipliers, unresolved_decay
 
 TOLERANCE = 1e-10
 SHIFT = 1e-6
@@ -119,13 +120,19 @@ def repeating_orbit(
         miss, P, size = returned(scene, x, t, h, steps, scheme)
         best = float(np.abs(miss / size).max())
         if best < TOLERANCE:
-            values = np.linalg.eigvals(bared(P, free))
+            values = multipliers_of(scene, bared(P, free), h, steps)
             return PeriodicOrbit(state_of(scene, x[:, None].copy(), t), values, best, count), P
         x = x + change_of_orbit(P, miss)
     raise NotConverged(
         f"periodic: after {passes} passes a period of {steps * h:g} s leaves {best:.2g} of the motion; start nearer "
         "(march some periods first), or the response has another period"
     )
+
+
+def multipliers_of(scene: Scene, P: Any, h: float, steps: int) -> Any:
+    """Return the eigenvalues of dP/dx over so many steps of h, by the damping of modes that these do not resolve."""
+    damping = scene.damping[0] if len(scene.damping) == 1 else np.zeros(scene.size)  # damping that couples is left out
+    return resolved_multipliers(P, unresolved_decay(scene.squares, damping, h, steps * h), h)
 
 
 def state_of(scene: Scene, x: Array, t: float) -> SceneState:

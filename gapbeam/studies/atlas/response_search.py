@@ -15,7 +15,15 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.scene.lane_ensemble import ensemble
-from gapbeam.solver.scene.limit_cycle import bared, change_of_orbit, check_period, drifting, free_motions, state_of
+from gapbeam.solver.scene.limit_cycle import (
+    bared,
+    change_of_orbit,
+    check_period,
+    drifting,
+    free_motions,
+    multipliers_of,
+    state_of,
+)
 from gapbeam.solver.scene.linear_scheme import RESOLVED, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
@@ -138,7 +146,9 @@ def shoot(strobe: StrobeMap, points: Any, X: Array, order: int) -> list[ShotOrbi
             if not np.isfinite(y).all():
                 continue
             if strobe.size(miss) <= CONVERGED * size[i]:
-                found[i] = ShotOrbit(X[:, i].copy(), np.linalg.eigvals(bared(P, strobe.free)))
+                h = strobe.period[points[i]] / strobe.steps
+                values = multipliers_of(strobe.scene, bared(P, strobe.free), h, order * strobe.steps)
+                found[i] = ShotOrbit(X[:, i].copy(), values)
                 continue
             X[:, i] += change_of_orbit(P, miss)
             if strobe.size(X[:, i]) < 1e3 * size[i]:

@@ -117,7 +117,7 @@ def test_created_energy_ends_a_compiled_run_at_the_same_step(tmp_path: Path, mon
         "contact": {"stiffness": 2.0e15},
         "gates": {"accept_energy_growth": False},
     }
-    monkeypatch.setattr("gapbeam.solver.run.run_case.refuse_energy_creators", lambda _model: None)
+    monkeypatch.setattr("gapbeam.solver.run.run_case.refuse_energy_creators", lambda *_: None)
     compiled, steps = run_both(case_of(**changes), tmp_path, monkeypatch)
     assert compiled.exit_status == steps.exit_status == 3
     assert compiled.summary["convergence"]["steps"] == steps.summary["convergence"]["steps"] < 2000

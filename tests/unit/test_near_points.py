@@ -101,8 +101,8 @@ def test_forces_that_move_a_section_farther_are_seen() -> None:
 def test_the_closest_approach_counts_points_that_cannot_touch() -> None:
     """Of each face, the largest penetration of all points, where it is a new largest one."""
     gaps, gap, rows, around = shaft()
-    q = 1.0e-3 * np.sin(np.arange(8.0))
-    around.after[:] = rows @ q
+    around.after[:] = 0.5 * around.least_gap.min() * np.sin(np.arange(8.0))
+    q = np.linalg.solve(rows, around.after)
     expected = np.full(2, -np.inf)
     np.maximum.at(expected, around.faces[around.pairs[:, 0] // 2], -(gap + gaps @ q))
     deepest = np.full(2, -np.inf)

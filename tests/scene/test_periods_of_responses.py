@@ -116,3 +116,6 @@ def test_multipliers_are_those_of_modes_that_the_step_resolves(high: float) -> N
     whole = gb.atlas(two_modes(high), period=1.0, starts=two_modes(high).state(), steps=400, settle=20, rounds=1)
     (one,) = whole.points[0].responses
     assert np.abs(one.multipliers).max() == pytest.approx(largest, rel=0.03)
+    over = {"push.amplitude": 50.0}
+    slopes = gb.tangents(two_modes(high), ["tip.rms"], over, period=1.0, steps=400, start=found.state)
+    assert np.abs(slopes.multipliers).max() == pytest.approx(largest, rel=0.03)

@@ -28,7 +28,14 @@ import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.argument_checks import checked, finite
-from gapbeam.solver.scene.limit_cycle import bared, change_of_orbit, check_period, free_motions, state_of
+from gapbeam.solver.scene.limit_cycle import (
+    bared,
+    change_of_orbit,
+    check_period,
+    free_motions,
+    multipliers_of,
+    state_of,
+)
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme, rest
 from gapbeam.solver.scene.marcher import Marcher
 from gapbeam.solver.scene.orbit_figures import OrbitFigure, figure_of
@@ -114,8 +121,7 @@ def tangents(
     asked = [figure_of(whole, name) for name in figures]
     orbit = _converged(base, start.x[:, 0])
     M = orbit.carried(np.eye(len(orbit.x)))[0][-1]
-    multipliers = np.linalg.eigvals(M)
-    gap = float(np.abs(1.0 - multipliers).min())
+    gap = float(np.abs(1.0 - np.linalg.eigvals(M)).min())
     if not max(orbit.residual, np.finfo(float).eps) <= 1e-8 * gap**2:
         raise UserError(
             f"tangents: a multiplier lies {gap:.2g} from 1: near a fold or a branch point, where the response has no "
@@ -138,6 +144,7 @@ def tangents(
         periods[path], moved[path] = turn / size, along / size
     state = state_of(whole, orbit.x[:, None].copy(), start.t)
     numbers = dict(zip(figures, map(float, orbit.values(asked)), strict=True))
+    multipliers = multipliers_of(whole, M, base.h, steps)
     return OrbitTangents(numbers, slopes, periods, state, moved, multipliers, orbit.residual)
 
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from itertools import pairwise
 from math import cos, pi, radians
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -184,17 +184,12 @@ class ClearanceChange(MovingSupport):
         examples=[[0.0, -5.0e-5, -1.0e-4]],
     )
 
-    @cached_property
-    def curve(self) -> scipy.interpolate.PPoly:
-        """The curve x, m over s."""
-        times, changes = np.array(self.times), np.array(self.changes)
-        slopes = scipy.interpolate.PchipInterpolator(times, changes).derivative()(times)
-        slopes[[0, -1]] = 0.0
-        return scipy.interpolate.CubicHermiteSpline(times, changes, slopes)
-
     def time_function(self) -> TimeFunction:
         """Return x(t)."""
-        curve, last = self.curve, self.times[-1]
+        times, changes, last = np.array(self.times), np.array(self.changes), self.times[-1]
+        slopes = scipy.interpolate.PchipInterpolator(times, changes).derivative()(times)
+        slopes[[0, -1]] = 0.0
+        curve = scipy.interpolate.CubicHermiteSpline(times, changes, slopes)
 
         def value(time: Any) -> Any:
             return curve(np.minimum(time, last))

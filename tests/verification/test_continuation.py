@@ -142,9 +142,10 @@ def test_period_doubles_where_the_multiplier_is_minus_one() -> None:
         x = settled(period_map, orbit.x + 1.0e-3, 500)
         assert (np.linalg.norm(x - orbit.x) > 0.1) == doubled
         assert (np.linalg.norm(period_map.after(x) - x) > 0.1) == doubled
-        twice = shoot(period_map.over(2), x)
+        both = period_map.over(2)
+        twice = shoot(both, x)
         assert twice.x == pytest.approx(x, abs=1e-6)
-        assert twice.stability.stable
+        assert both.stability(twice.monodromy).stable
 
 
 def test_a_curve_that_ends_says_why() -> None:

@@ -166,7 +166,12 @@ def _along(
     along: Any = np.linalg.solve(np.eye(len(M)) - M, orbit.carried(np.zeros((len(M), 1)), r, f)[0][-1])
     X, F = (one[..., 0] for one in orbit.carried(along, r, f))
     U, felt = U + X[1:, : base.scene.size] @ base.linear.watch.T, np.hstack([F, moves + np.diff(X @ base.B.T, axis=0)])
-    found = [one.slope(orbit.series(one), felt if one.forces else U, base.h, turn / base.steps) for one in asked]
+
+    def slopes() -> Array:
+        every = [one.slope(orbit.series(one), felt if one.forces else U, base.h, turn / base.steps) for one in asked]
+        return np.array(every)
+
+    found = slopes()
     tangent = np.array([*found, *np.zeros(len(M))])  # the orbit stays closed
 
     def changed(s: float) -> Array:
@@ -189,10 +194,12 @@ def _along(
     if off.any():  # marches know it better than the sums of small slopes
         missed: Any = np.linalg.solve(np.eye(len(M)) - M, off[len(asked) :, None])
         X, F = (one[..., 0] for one in orbit.carried(missed))
-        U, felt = X[1:, : base.scene.size] @ base.linear.watch.T, np.hstack([F, np.diff(X @ base.B.T, axis=0)])
-        more = [one.slope(orbit.series(one), felt if one.forces else U, base.h, 0.0) for one in asked]
-        return np.array(found) + off[: len(asked)] + more, turn, (along + missed)[:, 0]
-    return np.array(found), turn, along[:, 0]
+        U, felt = (
+            U + X[1:, : base.scene.size] @ base.linear.watch.T,
+            felt + np.hstack([F, np.diff(X @ base.B.T, axis=0)]),
+        )
+        found, along = slopes() + off[: len(asked)], along + missed
+    return found, turn, along[:, 0]
 
 
 def _refuse(scene: Scene, start: SceneState, scheme: LinearScheme) -> None:

@@ -16,7 +16,7 @@ once for modes and responses. Source: Craig (1981), Structural Dynamics, sec. 19
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -65,7 +65,9 @@ class StructurePoint:
 
     @property
     def turns(self) -> bool:
-        """True of a rotation of a structure in space, rad: it does not move where the frame moves along x, y and z."""
+        """True of a rotation, rad: one that is named, or stays in space where the frame moves along x, y and z."""
+        if self.name in self.structure.rotations:
+            return True
         moved = self.structure.frame.get(self.name) if self.structure.is_spatial else None
         return moved is not None and bool(np.abs(moved).max() < TURNS) and bool(np.any(self.rows))
 
@@ -106,6 +108,7 @@ class Structure:
         frame: Motion r of all DOFs when the frame moves by 1, (DOFs,) or (DOFs, 3), or motions of the points then, by
             name.
         geometry: Nodes in space and how they move, for pictures and contacts of faces.
+        rotations: Names of points whose motions are rotations, rad: forces on them are moments, N m.
 
     Attributes:
         gauges: Rows of the stress for each motion of a point, (6 motions, DOFs), Pa, by the name of the point; see
@@ -131,6 +134,7 @@ class Structure:
         inertia: ArrayLike | None = None,
         frame: ArrayLike | Mapping[str, Array] | None = None,
         geometry: StructureGeometry | None = None,
+        rotations: Sequence[str] = (),
     ) -> None:
         where = f"structure {name or '(without a name)'}"
         self.name, self.geometry = name, geometry
@@ -151,6 +155,10 @@ class Structure:
                 )
         self.rigid = None if rigid is None else self._rigid(rigid, where)
         self.points = {key: StructurePoint(self, self._rows(value, key), key) for key, value in (points or {}).items()}
+        self.rotations = frozenset(rotations)
+        if strange := sorted(self.rotations - set(self.points)):
+            known = ", ".join(self.points) or "none"
+            raise UserError(f"{where}: rotations: found {', '.join(strange)}, expected some of its points: {known}")
         self.frame: dict[str, Array] = dict(frame) if isinstance(frame, Mapping) else {}
         if frame is not None and not isinstance(frame, Mapping):
             along = finite(frame, f"{where}: frame")
@@ -177,13 +185,13 @@ class Structure:
         return StructurePoint(self, self._rows(rows, name), name)
 
     def made_of(self, other: Structure, basis: Array | None = None) -> Structure:
-        """Return the structure, made from another one: as unknown, and with its gauges and reactions.
+        """Return the structure, made from another one: as unknown, with its gauges, reactions and rotations.
 
         Args:
             other: The other structure.
             basis: Its DOFs are basis @ those of this one; default they are the same.
         """
-        self.doubt = other.doubt
+        self.doubt, self.rotations = other.doubt, other.rotations
         self.gauges = {name: rows if basis is None else rows @ basis for name, rows in other.gauges.items()}
         self.reactions = {k: one if basis is None else one.over(basis) for k, one in other.reactions.items()}
         return self

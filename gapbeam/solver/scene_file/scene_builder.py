@@ -432,6 +432,7 @@ def _imported(
     clamped = [one for joint in held for one in joint.labels]
     moved = {clamp: joint.labels for clamp, joint in driven.items()}
     structure, places = site.models[table.name].structure(given, clamped, table.frame, moved, gauges)
+    structure.rotations |= {point.name for point in points if point.rotation}
     site.places |= {f"{table.name}.{key}": place for key, place in places.items()}
     return structure
 

@@ -220,6 +220,9 @@ def _point(key: Key, point: PointTable, by_name: Mapping[str, BodyTable]) -> Ite
     if point.about is not None and not isinstance(model, ElementFrame):
         yield Fault((*key, "about"), f"a rotation of a model {model.type}", "a model frame",
                     'dof = "12.5" is a rotation of matrices')  # fmt: skip
+    if point.rotation and point.dof is None:
+        yield Fault((*key, "rotation"), "a rotation without dof", "dof: the row of matrices that is a rotation",
+                    "about = [0, 1, 0] is a rotation of a frame")  # fmt: skip
     if point.stress:
         yield from _stress((*key, "stress"), point, model)
     if isinstance(model, ModesOfFile | LumpedMass):

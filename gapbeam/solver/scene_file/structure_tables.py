@@ -386,6 +386,9 @@ class PointTable(Table):
         "are moments, N m",
         examples=[[0.0, 1.0, 0.0]],
     )
+    rotation: Switch = Field(
+        default=False, description="the motion of `dof` is a rotation, rad: forces of pairs are moments, N m"
+    )
     stress: Switch = Field(
         default=False,
         description="record axial and von Mises stress: at the surface of a beam or a round frame, on the side of its "

@@ -33,7 +33,7 @@ def unit_questions(case: SceneCase) -> Iterator[str]:
         thickness[body.name] = getattr(body.model, "thickness", None) or 0.0
     for number, member in enumerate(case.member, 1):
         yield from _of_profile(f"[[member]] number {number}", member)
-    turning = {f"{one.structure}.{one.name}" for one in case.point if one.about is not None}
+    turning = {f"{one.structure}.{one.name}" for one in case.point if one.rotation or one.about is not None}
     for number, pair in enumerate(case.pair, 1):
         size = max((thickness.get(one.partition(".")[0], 0.0) for one in pair.between), default=0.0)
         play = getattr(pair.region, "clearance", None)

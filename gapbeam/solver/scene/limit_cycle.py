@@ -43,7 +43,7 @@ class PeriodicOrbit:
     Attributes:
         state: State at the start of a period: a march from it repeats.
         multipliers: Multipliers of small disturbances over a period, (2 n + states,), complex; 0 for motions that
-            nothing opposes, see `free_motions`.
+            nothing opposes, see `free_motions`, and of responses to loads see `multipliers_of`.
         residual: Change over a period, over the size of the motion.
         passes: Passes of Newton's method.
     """
@@ -117,7 +117,7 @@ def repeating_orbit(
     best, free = np.inf, free_motions(scene)
     x = bared(x, free)
     for count in range(1, passes + 1):
-        miss, P, size = returned(scene, x, t, h, steps, scheme)
+        miss, P, size = returned(scene, x, t, h, steps, scheme, free)
         best = float(np.abs(miss / size).max())
         if best < TOLERANCE:
             values = multipliers_of(scene, bared(P, free), h, steps)
@@ -141,7 +141,9 @@ def state_of(scene: Scene, x: Array, t: float) -> SceneState:
     return SceneState(t, x[:n], x[n : 2 * n], x[2 * n :], np.zeros((scene.motions, x.shape[1])))
 
 
-def returned(scene: Scene, x: Array, t: float, h: float, steps: int, scheme: LinearScheme) -> tuple[Any, Any, Array]:
+def returned(
+    scene: Scene, x: Array, t: float, h: float, steps: int, scheme: LinearScheme, free: Array
+) -> tuple[Any, Any, Array]:  # fmt: skip
     """Return P(x) - x after so many steps, dP/dx by disturbed members, and the sizes of x that scale both."""
     n = scene.size
     size: Array = np.concatenate([np.full(len(one), np.abs(one).max(initial=0.0)) for one in np.split(x, [n, 2 * n])])
@@ -157,7 +159,7 @@ def returned(scene: Scene, x: Array, t: float, h: float, steps: int, scheme: Lin
         raise NotConverged("periodic: the contact forces of a step failed; take more steps")
     Y = np.vstack([found.q, found.v, found.z])
     P = (Y[:, 1 : 1 + len(x)] - Y[:, 1 + len(x) :]) / (2.0 * e)
-    return Y[:, 0] - x, drifting(P, free_motions(scene), h * steps), size
+    return Y[:, 0] - x, drifting(P, free, h * steps), size
 
 
 def free_motions(scene: Scene) -> Array:
@@ -428,7 +430,7 @@ def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: in
     first = np.linalg.norm(x)
     least, found, growth = np.inf, None, float(np.linalg.eigvals(state_matrix(scene)).real.max())
     for count in range(1, passes + 1):
-        miss, P, size = returned(scene, x, t, T / steps, steps, MIDPOINT)
+        miss, P, size = returned(scene, x, t, T / steps, steps, MIDPOINT, free)
         late, early = (after_steps(scene, x, t, T * far / steps, steps) for far in (1.0 + SHIFT, 1.0 - SHIFT))
         side = (late - early) / (2.0 * SHIFT * T) / size
         scaled, left = P / size[:, None] * size, float(np.abs(miss / size).max())

@@ -379,9 +379,8 @@ def _ways(site: Site, table: BodyTable) -> Iterator[tuple[PointTable, dict[str, 
                     "there; leave speed out where the point stays",
                     f"points.{point.name}",
                 )
-            count = site.counts[table.name] * element_count(
-                getattr(table.model, "elements", None)
-            )  # which follow the spans
+            elements = element_count(getattr(table.model, "elements", None))
+            count = site.counts[table.name] * elements  # which follow the spans
             low, high = sorted([first, end])
             places = np.linspace(low, high, max(WAY, ceil(abs(end - first) / length * count)) + 1)
             yield point, {f"point {number}: {i}": float(x) for i, x in enumerate(places)}

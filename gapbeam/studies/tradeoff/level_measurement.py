@@ -159,10 +159,9 @@ def _measure(job: LevelJob, kept: KeptBody) -> MeasuredLevel:
         found.set_up = kept.seconds + time.perf_counter() - clock
         respond(model, seat, WARM_UP)
         found.dofs, found.mesh_dofs, found.step = model.dofs, model.mesh_dofs, model.step
-        interval = max(case.output.history_interval or model.step, model.step)
-        _follow(job, model, interval, seat, found)
+        _follow(job, model, case, seat, found)
         if job.cycles and found.verdict == "passed":
-            _settle(job, model, case, interval, seat, found)
+            _settle(job, model, case, seat, found)
     except (CaseError, RunError, SignalError) as error:
         found.verdict, found.message = VERDICTS.get(type(error), "failed"), str(error)
     found.memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
@@ -175,7 +174,8 @@ def _up_to(records: Mapping[str, np.ndarray], end: float, frequency: float) -> d
     return {name: values[inside] for name, values in records.items()}
 
 
-def _march(model: Model, interval: float, start: State, seconds: float, found: MeasuredLevel) -> TrialResponse:
+def _march(model: Model, case: Case, start: State, seconds: float, found: MeasuredLevel) -> TrialResponse:
+    interval = max(case.output.history_interval or model.step, model.step)
     steps = ceil(seconds / model.step - _SAME)
     response = respond(model, start, steps, interval)
     if response.verdict != "passed":
@@ -183,11 +183,11 @@ def _march(model: Model, interval: float, start: State, seconds: float, found: M
     return response
 
 
-def _follow(job: LevelJob, model: Model, interval: float, seat: State, found: MeasuredLevel) -> None:
+def _follow(job: LevelJob, model: Model, case: Case, seat: State, found: MeasuredLevel) -> None:
     """Follow the motion from the seat, over the forcing periods and over the span."""
     (frequency,) = model.forcing
     followed = job.periods / frequency
-    response = _march(model, interval, seat, max(followed, job.span), found)
+    response = _march(model, case, seat, max(followed, job.span), found)
     found.per_second = response.seconds / (response.steps * model.step)
     found.residual = response.residual
     if found.verdict != "passed":
@@ -202,14 +202,14 @@ def _follow(job: LevelJob, model: Model, interval: float, seat: State, found: Me
         found.windows = windows_over(history, frequency, job.span)
 
 
-def _settle(job: LevelJob, model: Model, case: Case, interval: float, seat: State, found: MeasuredLevel) -> None:
+def _settle(job: LevelJob, model: Model, case: Case, seat: State, found: MeasuredLevel) -> None:
     """March for long from every start, and take figures over windows after the transient."""
     (frequency,) = model.forcing
     pooled: dict[str, list[np.ndarray]] = {}
     units: dict[str, str] = {}
     for number in range(job.starts):
         start = seat if number == 0 else kicked(model, case.load, number, job.seed).state
-        response = _march(model, interval, start, (job.transient + job.cycles) / frequency, found)
+        response = _march(model, case, start, (job.transient + job.cycles) / frequency, found)
         if response.verdict != "passed":
             return
         history = as_history(response.history, response.labels).assign_attrs({SMOOTHING_WINDOW: found.smoothing})

@@ -14,11 +14,13 @@ from gapbeam.process.extra_packages import find_extra_packages  # noqa: E402
 from gapbeam.process.process_environment import (  # noqa: E402
     cache_by_default,
     home_by_default,
+    leave_cores_by_default,
     one_thread_by_default,
     signals_by_default,
 )
 
 home_by_default()  # before anything loads Open MPI
+leave_cores_by_default()
 cache_by_default()  # before anything loads DOLFINx
 signals_by_default()  # before anything loads PETSc
 find_extra_packages()  # before anything imports one

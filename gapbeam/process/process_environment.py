@@ -1,7 +1,7 @@
 """Environment of the process: home, cache and signals, set where they are missing, and threads.
 
 One thread a rank unless the user says otherwise: the ranks are the parallelism (docs/how-to/run-on-a-cluster.md).
-Numerical libraries read these variables once, when they are loaded, which `import gapbeam` therefore comes before.
+Libraries read these variables once, when they are loaded, which `import gapbeam` therefore comes before.
 """
 
 from __future__ import annotations
@@ -99,6 +99,14 @@ def is_somewhere() -> bool:
         return bool(os.getcwd())  # noqa: PTH109 - Path.cwd() is no shorter way to ask
     except OSError:
         return False
+
+
+def leave_cores_by_default() -> None:
+    """Let ranks of Open MPI that wait leave their core to other processes, as those of MPICH do.
+
+    Where cores are shared, ranks that wait at full speed take the cores of the ranks they wait for.
+    """
+    os.environ.setdefault("OMPI_MCA_mpi_yield_when_idle", "1")
 
 
 def one_thread_by_default() -> None:

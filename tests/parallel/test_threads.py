@@ -1,4 +1,4 @@
-"""Threads of numerical libraries: one a rank by default, before anything is loaded; crowded machines are reported."""
+"""Threads and cores of ranks: one thread by default, before anything is loaded; ranks that wait leave their core."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mpi4py import MPI
 import gapbeam
 from gapbeam.solver.run import rank_threads as threads
 from gapbeam.solver.run.rank_threads import THREADS, crowded, is_count, threads_a_rank
-from tests.shared.command import DEMO, PROJECT, alone
+from tests.shared.command import DEMO, PROJECT, alone, on_ranks
 
 
 def variables(**given: str) -> list[str]:
@@ -59,6 +59,14 @@ def test_threads_are_chosen_before_libraries_are_loaded() -> None:
         check=True,
     )
     assert done.stdout.strip() == "[]"
+
+
+@alone
+def test_ranks_that_wait_leave_their_core(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rank that waits on the core of a rank that works takes less than a third of its time: it took as much."""
+    monkeypatch.delenv("OMPI_MCA_mpi_yield_when_idle", raising=False)
+    done = on_ranks(2, program="tests.programs.waiting_rank")
+    assert float(done.stdout) < 1 / 3, done.stderr
 
 
 @pytest.mark.parametrize(

@@ -98,7 +98,6 @@ def process_environment() -> dict[str, str]:
         **os.environ,
         "OMPI_ALLOW_RUN_AS_ROOT": "1",
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-        "OMPI_MCA_mpi_yield_when_idle": "1",
         "TMPDIR": SESSIONS.name,
         "COLUMNS": "200",
         "NO_COLOR": "1",

@@ -72,7 +72,7 @@ def test_supports_carry_weight_and_forces_at_rest(seed: int, how: str) -> None:
     loads = [gb.weight(one, -G, (0, 0, 1), name="weight"), gb.Force(one["tip"], weight, push / weight, name="push")]
     scene = gb.Scene(one, loads=loads, masses=[(one["tip"], extra)] if extra else ())
     rows, q = ReactionRows(scene), gb.seat(scene).q
-    found = rows.forces(np.zeros(1), (rows.rows @ q).T, np.zeros((1, len(rows.rows))))[0]
+    found = rows.at_rest(0.0, (rows.rows @ q).T)[0]
     down, about = np.array([0.0, 0.0, -G]), drawn.draw.normal(size=3) * drawn.size
     acting = [(m * down, 0.5 * (a + b)) for m, a, b in zip(masses, drawn.x[:-1], drawn.x[1:], strict=True)]
     acting += [(push + extra * down, at["tip"])]

@@ -359,7 +359,7 @@ class SceneRecords:
         energies = EnergyBlock(kinetic, strain, contact, none, none, none, work, fed, none, none, none, none, none)
         sums: Rows = {name: np.zeros((1, len(self.scene.contacts))) for name in SUMS}
         seen = (marcher.linear.watch[: self.seen] @ marcher.q).T
-        held = self.reactions.forces(np.array([marcher.t]), self.held[:1], np.zeros_like(self.held[:1]))
+        held = self.reactions.at_rest(marcher.t, self.held[:1])
         return self._rows(np.array([marcher.t]), seen, self.speed[None], contacts, energies, sums, held)
 
     def rows(
@@ -441,6 +441,6 @@ class SceneRecords:
             for number, (end, span) in enumerate(zip(times, spans, strict=True)):
                 steps = round(span / self.h)
                 if steps:
-                    middles = end - self.h * (np.arange(steps)[::-1] + 0.5)
-                    found[number] += load.table(middles)[:, 0].mean() * along
+                    ends = end - self.h * np.arange(steps, -1, -1)
+                    found[number] += load.over_steps(ends)[:, 0].mean() * along
         return found

@@ -156,7 +156,7 @@ class Marcher:
         times = self.t0 + (self.count + np.arange(steps + 1)) * self.h
         loads = np.zeros((steps, len(self.linear.patterns), self.lanes))
         for j, load in enumerate(self.scene.loads):
-            loads[:, j] = load.table(times[:-1] + self.scheme.level * self.h, self.lanes)
+            loads[:, j] = load.over_steps(times, self.lanes, self.scheme.level)
         moving = any(one.is_moved for one in self.scene.contacts)
         return times, loads, self.scene.walls(times if moving else times[:1], self.lanes)
 

@@ -275,7 +275,7 @@ class _Problem:
         self.b: Array = scene.offsets.T - scene.walls(times)[..., 0]
         self.loads = np.zeros((steps, count))
         for j, one in enumerate(scene.loads):
-            self.loads[:, j] = one.table(times[:-1] + scheme.level * h)[:, 0]
+            self.loads[:, j] = one.over_steps(times, level=scheme.level)[:, 0]
 
     @cached_property
     def slabs(self) -> Any:

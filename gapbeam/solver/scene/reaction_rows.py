@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from gapbeam.solver.scene.scene import Scene
+from gapbeam.solver.scene.scene_load import Load
 from gapbeam.solver.scene.support_force import HELD
 from gapbeam.solver.system.operators import Array
 
@@ -31,25 +33,28 @@ class ReactionRows:
         self.names = tuple(name if every.count(name) == 1 else f"{one.name}.{name}" for one, name, _ in found)
         rows = [scene.rows_of(one, np.vstack([force.stiffness, force.mass])) for one, _, force in found]
         self.rows = np.vstack([np.zeros((0, scene.size)), *rows])
-        self.loads: list[tuple[Any, Array]] = []
+        self.loads: list[tuple[Load, Array]] = []
         for load in scene.loads if found else ():
             owner = scene.structures[scene.place_of(load.structure, "load")]
             felt = [load.on_support(name, force) if one is owner else np.zeros(HELD) for one, name, force in found]
             self.loads.append((load, np.array(felt)))
 
-    def forces(self, times: Array, place: Array, gained: Array) -> Array:
-        """Return forces and moments, (times, supports, 6), N and N m.
+    def at_rest(self, time: float, place: Array) -> Array:
+        """Return forces and moments where nothing is accelerated, (1, supports, 6), N and N m.
 
         Args:
-            times: Middles of the steps, s.
-            place: Mean motion along the rows in each step, (times, 12 supports).
-            gained: Velocity gained along the rows in each step by its length, likewise.
+            time: s.
+            place: Displacements along the rows, (1, 12 supports).
         """
-        split = (len(times), len(self.names), 2, HELD)
+        return self._forces(place, np.zeros_like(place), lambda load: load.table(np.array([time])))
+
+    def _forces(self, place: Array, gained: Array, pushed: Callable[[Load], Array]) -> Array:
+        """Return K u + M v'- f, (times, supports, 6), for u and v' along the rows and the values of each load."""
+        split = (len(place), len(self.names), 2, HELD)
         found = place.reshape(split)[:, :, 0] + gained.reshape(split)[:, :, 1]
         for load, felt in self.loads:
             if np.any(felt):
-                found -= load.table(times)[:, :1, None] * felt
+                found -= pushed(load)[:, :1, None] * felt
         return np.asarray(found)
 
     def motion_in(self, q: Array, v: Array) -> Array:
@@ -70,5 +75,5 @@ class ReactionRows:
             chosen: Steps that are wanted, a mask or a slice.
         """
         u, v = (np.vstack([first, rest]) for first, rest in zip(before, (place, speed), strict=True))
-        middles, gained = (times - 0.5 * h)[chosen], np.diff(v, axis=0)[chosen] / h
-        return self.forces(middles, 0.5 * (u[1:] + u[:-1])[chosen], gained)
+        ends, gained = np.append(times[:1] - h, times), np.diff(v, axis=0)[chosen] / h
+        return self._forces(0.5 * (u[1:] + u[:-1])[chosen], gained, lambda load: load.over_steps(ends)[chosen])

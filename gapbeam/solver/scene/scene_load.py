@@ -24,7 +24,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from gapbeam.solver.loads.time_function import Harmonic
+from gapbeam.solver.loads.time_function import Harmonic, piecewise_mean
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import answered, checked, finite
@@ -84,7 +84,8 @@ class Load:
         structure: The structure that the load acts on.
         pattern: Generalized forces of a value of 1, (DOFs,).
         value: A number; a function of time, of arrays if it can; or (times, values), straight between. A number may be
-            set between steps: `load.value = 3.0`.
+            set between steps: `load.value = 3.0`. A function with jumps may have `mean_over`, the mean from the starts
+            to the ends of steps: see `over_steps`.
         name: Name in results and paths; unique in a scene.
         parameters: More arguments of the function by name; members of an ensemble may differ in them.
 
@@ -176,6 +177,35 @@ class Load:
             first = times[int(np.flatnonzero(~np.isfinite(found).all(axis=1))[0])]
             raise UserError(f"load {self.name or '?'}: its value at {first:.6g} s is not finite")
         return found
+
+    def over_steps(self, times: Array, lanes: int = 1, level: float = 0.5) -> Array:
+        """Return the values that steps take, (steps, lanes).
+
+        The midpoint rule takes the mean over a step of a table, and of a function with `mean_over`: a jump within the
+        step then gives its exact impulse. Other functions and rules: the value at the level of the step.
+
+        Args:
+            times: Ends of the steps, after their start, s, (steps + 1,).
+            lanes: See `table`.
+            level: Level of the scheme.
+
+        Raises:
+            UserError: See `table`.
+        """
+        starts, ends = times[:-1], times[1:]
+        inside = starts + level * (ends - starts)
+        if level != 0.5 or not len(starts):
+            return self.table(inside, lanes)
+        if isinstance(self.value, tuple):
+            known, values = self.value
+            found = self.table(inside, lanes)
+            found[:] = piecewise_mean(lambda t: np.interp(t, known, values), known, starts, ends)[:, None]
+            return found
+        mean = getattr(self.value, "mean_over", None) if callable(self.value) else None
+        if mean is None:
+            return self.table(inside, lanes)
+        found = mean(starts[:, None], ends[:, None], **self.parameters)
+        return np.broadcast_to(found, (len(starts), lanes))
 
     def _asked(self, t: Any, shape: tuple[int, int]) -> Array:
         """Return the values of the function at one or all times.

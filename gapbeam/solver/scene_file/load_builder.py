@@ -51,22 +51,34 @@ Between = SnubberJoint | SpringJoint
 
 @dataclass(frozen=True)
 class LoadSignal:
-    """The function of time of a load, for arrays of any shape."""
+    """The function of time of a load, for arrays of any shape.
 
-    value: Callable[[Any], Any]
+    Attributes:
+        function: Its values and means.
+    """
+
+    function: TimeFunction
 
     def __call__(self, times: Any, scale: Any = 1.0) -> Array:
         """Return the values at these times, times a parameter of the load."""
-        flat = np.ravel(times)
-        found = np.array(np.broadcast_to(self.value(flat), flat.shape), dtype=float).reshape(np.shape(times))
-        return np.asarray(scale * found)
+        return np.asarray(scale * _for_each(self.function.value, times))
+
+    def mean_over(self, starts: Array, ends: Array, scale: Any = 1.0) -> Array:
+        """Return the means over intervals, times a parameter of the load."""
+        return np.asarray(scale * _for_each(self.function.mean, starts, ends))
+
+
+def _for_each(function: Callable[..., Any], *arrays: Any) -> Array:
+    """Return the values of a function of flat arrays, in their shape."""
+    flat = [np.ravel(one) for one in arrays]
+    return np.array(np.broadcast_to(function(*flat), flat[0].shape), dtype=float).reshape(np.shape(arrays[0]))
 
 
 def valued(load: AnyLoad) -> tuple[Callable[..., Any], dict[str, Any]]:
     """Return the value of a load and its parameters, which members of an ensemble may differ in."""
-    value = load.time_function().value
-    own = {"mean": float(value(0.0))} if load.static else sine_of(value)
-    return (LoadSignal(value), {"scale": 1.0}) if own is None else (sine, own | {"scale": 1.0})
+    s = load.time_function()
+    own = {"mean": float(s.value(0.0))} if load.static else sine_of(s.value)
+    return (LoadSignal(s), {"scale": 1.0}) if own is None else (sine, own | {"scale": 1.0})
 
 
 def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
@@ -89,8 +101,9 @@ def loads_of(site: Site, number: int, load: AnyLoad) -> list[Load]:
         unit = None if point is None else _in_motions(site, number, load, point)
         if isinstance(point, MovingPoint) and unit is not None:
             way = point.track
-            signal = LoadSignal(load.time_function().value)
-            return [*moving_force(way.points, list(way.places), signal, way.position, name, unit)]
+            return [
+                *moving_force(way.points, list(way.places), LoadSignal(load.time_function()), way.position, name, unit)
+            ]
         return [] if point is None or unit is None else [Force(point, value, unit, name, **own)]
     bodies = {one: body for one, body in site.bodies.items() if wanted in (None, one)}
     bare = [one for one, body in bodies.items() if body.inertia is None]
@@ -145,7 +158,7 @@ def _along_beam(site: Site, number: int, load: LineLoad, body: Structure) -> lis
         return []
     rows = np.stack([unit @ point.rows for point in points])
     return [
-        Load(body, np.asarray(pattern.weights) @ rows, LoadSignal(part.time_function().value), f"{load.name}-{k}")
+        Load(body, np.asarray(pattern.weights) @ rows, LoadSignal(part.time_function()), f"{load.name}-{k}")
         for k, (part, pattern) in enumerate(zip(load.parts, load.patterns, strict=True), start=1)
     ]
 
@@ -213,9 +226,10 @@ def _at_clamp(
     s = load.time_function()
     assert s.rate is not None
     assert s.acceleration is not None
-    value, rate = LoadSignal(lambda t: s.value(t) - s.value(0.0)), LoadSignal(s.rate)
-    others = {"C": rate, "M": LoadSignal(s.acceleration)}
-    found: dict[str, Load] = {"K": ClampMotion(body, force.pop("K"), value, rate)}
+    moved = TimeFunction(lambda t: s.value(t) - s.value(0.0), lambda a, b: s.mean(a, b) - s.value(0.0))
+    rate = LoadSignal(_derivative(s.rate, s.value))
+    others = {"C": rate, "M": LoadSignal(_derivative(s.acceleration, s.rate))}
+    found: dict[str, Load] = {"K": ClampMotion(body, force.pop("K"), LoadSignal(moved), rate)}
     found |= {letter: Load(body, f, others[letter]) for letter, f in force.items()}
     for letter in {"K", "M"} & set(found):
         found[letter].held = {key: -one.driven[f"{clamp}: {letter}"] @ unit for key, one in body.reactions.items()}
@@ -225,15 +239,23 @@ def _at_clamp(
 def at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructurePoint) -> list[Load]:
     """Return the forces k s + c s' on a point by the end of a joint that moves by s, counted from t = 0."""
 
-    def force(s: TimeFunction) -> Callable[[Any], Any]:
-        rate = s.rate
-        assert rate is not None
-        return lambda t: joint.stiffness * (s.value(t) - s.value(0.0)) + joint.damping * rate(t)
+    def force(s: TimeFunction) -> LoadSignal:
+        assert s.rate is not None
+        rate = _derivative(s.rate, s.value)
+        return LoadSignal(
+            TimeFunction(
+                lambda t: joint.stiffness * (s.value(t) - s.value(0.0)) + joint.damping * rate.value(t),
+                lambda a, b: joint.stiffness * (s.mean(a, b) - s.value(0.0)) + joint.damping * rate.mean(a, b),
+            )
+        )
 
     motions = _motions(site, joint.name, point) if len(joint.between) == 1 else []
-    return [
-        Force(point, LoadSignal(force(s)), unit, f"{joint.name} {number}-{k}") for k, (unit, s) in enumerate(motions)
-    ]
+    return [Force(point, force(s), unit, f"{joint.name} {number}-{k}") for k, (unit, s) in enumerate(motions)]
+
+
+def _derivative(rate: Callable[[Any], Any], value: Callable[[Any], Any]) -> TimeFunction:
+    """Return the derivative of a function, whose mean is the function's difference by the interval."""
+    return TimeFunction(rate, lambda starts, ends: (value(ends) - value(starts)) / (ends - starts))
 
 
 def moved_contacts(site: Site, contact: Contact, pair: str) -> list[Contact]:

@@ -156,7 +156,7 @@ def with_noise(scene: Scene, loads: Iterable[AnyLoad]) -> Scene:
             drawn += [(f"{name}-{k}", part) for k, part in enumerate(load.parts, start=1)]
         elif load.noise:
             drawn += [(name, load)]
-    return scene.with_({f"{name}.value": LoadSignal(part.time_function().value) for name, part in drawn})
+    return scene.with_({f"{name}.value": LoadSignal(part.time_function()) for name, part in drawn})
 
 
 def start_velocities(case: SceneCase, scene: Scene) -> dict[Structure, Array]:

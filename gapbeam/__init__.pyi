@@ -94,12 +94,12 @@ from gapbeam.solver.scene.mesh_structure import from_mesh as from_mesh
 from gapbeam.solver.scene.modal_files import read_modes as read_modes
 from gapbeam.solver.scene.orbit_tangents import tangents as tangents
 from gapbeam.solver.scene.scene import Scene as Scene
+from gapbeam.solver.scene.moving_point import moving_force as moving_force
+from gapbeam.solver.scene.moving_point import moving_point as moving_point
 from gapbeam.solver.scene.scene_load import (
     BaseMotion as BaseMotion,
     Force as Force,
     Load as Load,
-    moving_force as moving_force,
-    moving_point as moving_point,
     sine as sine,
     weight as weight,
 )

@@ -12,7 +12,7 @@ from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.scene.lane_code import kernels
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, Linear
 from gapbeam.solver.scene.marcher import TOLERANCE, Marcher
-from gapbeam.solver.scene.scene_load import MovingPoint
+from gapbeam.solver.scene.moving_point import MovingPoint
 from gapbeam.solver.scene.step_kernel import DAMPED, WALLED
 from gapbeam.solver.system.dense_operators import SparseFactor
 from gapbeam.solver.system.operators import Array

@@ -11,7 +11,7 @@ from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.face_pair import face_contacts
 from gapbeam.solver.scene.flow_force import FlowSpan
-from gapbeam.solver.scene.scene_load import MovingPoint
+from gapbeam.solver.scene.moving_point import MovingPoint
 from gapbeam.solver.scene.snubber import snubber
 from gapbeam.solver.scene.structure import Structure, StructurePoint
 from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint

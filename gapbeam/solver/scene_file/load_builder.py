@@ -21,13 +21,12 @@ from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.messages.errors import Fault, Key
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.contact_pair import Contact
+from gapbeam.solver.scene.moving_point import MovingPoint, moving_force
 from gapbeam.solver.scene.scene_load import (
     BaseMotion,
     ClampMotion,
     Force,
     Load,
-    MovingPoint,
-    moving_force,
     sine,
     sine_of,
     weight,

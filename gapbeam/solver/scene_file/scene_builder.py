@@ -25,8 +25,8 @@ from gapbeam.solver.scene.feedback import Feedback, Joint
 from gapbeam.solver.scene.finer_mesh import may_be_finer
 from gapbeam.solver.scene.flow_force import FlowSpan
 from gapbeam.solver.scene.modal_files import read_modes
+from gapbeam.solver.scene.moving_point import MovingPoint, moving_point
 from gapbeam.solver.scene.scene import Scene
-from gapbeam.solver.scene.scene_load import MovingPoint, moving_point
 from gapbeam.solver.scene.structure import Structure, StructurePoint, mass, reduced_at_points
 from gapbeam.solver.scene.structure_files import ImportedModel, PlacedPoint, read_model
 from gapbeam.solver.scene.structure_geometry import Pose

@@ -101,6 +101,31 @@ def test_a_jump_within_a_step_keeps_the_order(tmp_path: Path, kind: str) -> None
     assert worst[0.004] / worst[0.001] == pytest.approx(16.0, rel=0.05)
 
 
+@pytest.mark.parametrize("spring", [SPRING, 2.0])
+@pytest.mark.parametrize(
+    ("speed", "load"), [(0.5, ""), (0.02, ""), (0.0, 'type = "constant_force"\namplitude = 5.0\n'), (0.0, "weight")]
+)
+def test_computed_steps_resolve_what_begins_all_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spring: float, speed: float, load: str
+) -> None:
+    """Bodies that are thrown, pushed or dropped at t = 0 strike a stiff stop: the first blow by its energy, to 1 %."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "none")
+    text = FILE.replace('[[load]]\npoint = "ball.at"\nLOAD', f'[[load]]\npoint = "ball.at"\n{load}' if load else "")
+    if load == "weight":
+        text = text.replace('point = "ball.at"\nweight', 'type = "gravity"').replace(
+            "clearance =", "normal = -1, clearance ="
+        )
+    text = text.replace(f"stiffness = {SPRING} }}", f"stiffness = {spring} }}\nvelocity = {speed}")
+    push = {"": 0.0, "weight": 9.81 * MASS}.get(load, 5.0)
+    half = 0.5 * (push - spring * GAP)
+    energy = 0.5 * MASS * speed**2 + push * GAP - 0.5 * spring * GAP**2
+    deepest = (half + np.sqrt(half**2 + 0.5 * (STOP + spring) * energy)) * 2.0 / (STOP + spring)
+    path = tmp_path / "blow.toml"
+    path.write_text(text.replace("end = 1.0", "end = 0.05"))
+    found = gb.run(path, output=tmp_path / "run").history["contact_force"].max()
+    assert float(found) == pytest.approx(STOP * deepest, rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("load", "changes", "words"),
     [

@@ -265,7 +265,8 @@ def _body(site: Site, table: BodyTable) -> Structure:
         for name, x in at.items():
             site.places[f"{table.name}.{name}"] = PlacedPoint(extent.at(x), extent.ways)
     if table.velocity and one.inertia is None:
-        raise ArgumentError("found a velocity, expected a structure with `frame`, a direction", "velocity")
+        known = "`place`, and a vector" if isinstance(model, LumpedMass) else "`frame`, a direction"
+        raise ArgumentError(f"found a velocity, expected a structure with {known}", "velocity")
     if table.velocity and one.is_spatial is not isinstance(table.velocity, tuple):
         expected = "a vector (x, y, z): it has a place" if one.is_spatial else "a number: it has no place"
         raise ArgumentError(f"found velocity {table.velocity}, expected {expected}", "velocity")

@@ -445,7 +445,7 @@ def _frame_means(loads: Sequence[Load], starts: Array, ends: Array) -> Array:
     """Return the mean acceleration of the support by all loads over intervals, (times, 3)."""
     motion = np.zeros((len(ends), 3))
     for load in loads:
-        if load.frame_direction is not None and load.frame_mean is not None:
-            means = np.where(ends > starts, load.frame_mean(starts, ends), load.factors(starts))
+        if load.frame_direction is not None and load.mean is not None:
+            means = np.where(ends > starts, load.mean(starts, ends), load.factors(starts))
             motion += means[:, None] * load.frame_direction
     return motion

@@ -69,7 +69,7 @@ class Midpoint(TimeScheme):
         law = law.touched_at(old.touch_speed).yielded_by(old.plastic_set)
         pressure_over_step: PressureOverStep = law.implicit if self.implicit else law.discrete_gradient
         contact, operators = system.contact, system.operators
-        factors = system.load_factors(old.time + 0.5 * dt)
+        factors = system.middle_factors(np.array([old.time]), dt)[0]
         right_side = system.combine_loads(factors) + (2.0 / dt) * old.v[MASS] - old.u[STIFFNESS]
         held = hold(system, right_side, old.pressure)
         started = time.perf_counter()

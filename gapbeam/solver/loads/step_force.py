@@ -66,7 +66,7 @@ class StepForce(UnrepeatedLoad, PointLoad):
         def mean(starts: Array, ends: Array) -> Array:
             return piecewise_mean(self._force, np.array(knots), starts, ends)
 
-        return TimeFunction(self._force, mean)
+        return TimeFunction(self._force, mean, jumps=self.ramp == 0.0)
 
     @property
     def _edges(self) -> tuple[float, ...]:

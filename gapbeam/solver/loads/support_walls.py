@@ -158,15 +158,16 @@ def _make(load: CaseLoad, part: LoadPart, pattern: Array, dimension: int) -> Loa
     s = constant(0.0) if isinstance(part.place, SupportWalls) else part.time_function()
     if not isinstance(part.place, SupportAcceleration):
         return Load(
-            part.name, pattern, s.value, static=load.static, of_arrays=True, signal=s.signal, unit=part.place.unit
-        )
+            part.name, pattern, s.value, static=load.static, mean=s.mean if s.jumps else None, of_arrays=True,
+            signal=s.signal, unit=part.place.unit,
+        )  # fmt: skip
     return Load(
         part.name,
         pattern,
         s.value,
         static=load.static,
         frame_direction=np.pad(-load_direction(load, dimension), (0, 3 - dimension)),
-        frame_mean=s.mean,
+        mean=s.mean,
         of_arrays=True,
         signal=s.signal,
         unit=part.place.unit,

@@ -76,6 +76,7 @@ class TimeFunction:
         rate: Derivative of s, where s moves a wall.
         acceleration: Its derivative, where s moves a clamp.
         signal: Computes s together with others of its kind; None: s is computed by itself.
+        jumps: Whether s jumps: steps take its mean.
     """
 
     value: Callable[[Any], Any]
@@ -83,6 +84,7 @@ class TimeFunction:
     rate: Callable[[Any], Any] | None = None
     acceleration: Callable[[Any], Any] | None = None
     signal: Alike | None = None
+    jumps: bool = False
 
 
 def constant(value: float) -> TimeFunction:

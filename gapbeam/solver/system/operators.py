@@ -225,7 +225,7 @@ class Load:
         factor: s(t).
         static: Whether it acts on the seat before t = 0.
         frame_direction: Direction of a base motion with acceleration s(t), (3,), or None for other loads.
-        frame_mean: Mean of s over intervals from starts, (times,), to ends, (times,), for base motion.
+        mean: Mean of s over intervals from starts, (times,), to ends, (times,), of base motions and loads that jump.
         of_arrays: Whether s also takes an array of times.
         signal: Computes s together with other loads of its kind; None: s is computed by itself.
         unit: Unit of s.
@@ -236,7 +236,7 @@ class Load:
     factor: Callable[[float], float]
     static: bool = False
     frame_direction: Array | None = None
-    frame_mean: Callable[[Array, Array], Array] | None = None
+    mean: Callable[[Array, Array], Array] | None = None
     of_arrays: bool = False
     signal: Alike | None = None
     unit: str = "N"

@@ -271,6 +271,14 @@ class SemiDiscreteSystem:
         """Return s_k(t) of all loads at many times, (times, loads)."""
         return factor_rows_of(self.loads, times)
 
+    def middle_factors(self, starts: Array, dt: float) -> Array:
+        """Return s_k(t) of all loads in the middle of steps of dt, the mean of loads that jump, (steps, loads)."""
+        rows = factor_rows_of(self.loads, starts + 0.5 * dt)
+        for k, load in enumerate(self.loads):
+            if load.mean is not None and load.frame_direction is None and len(starts):
+                rows[:, k] = load.mean(starts, starts + dt)
+        return rows
+
     def combine_loads(self, factors: Array) -> Array:
         """Return sum_k s_k f_k, (n,), N."""
         total = np.zeros(self.operators.size)

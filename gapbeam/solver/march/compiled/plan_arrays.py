@@ -126,7 +126,7 @@ def factor_rows(plan: March, first: int, steps: int) -> Array:
     system, scheme = plan.system, scheme_table(plan)
     times = _times(plan, first, steps)
     if scheme.form != ENDPOINT:
-        return system.load_factor_rows(np.asarray(times[:-1] + 0.5 * plan.dt))
+        return system.middle_factors(times[:-1], plan.dt)
     rows, shift = system.load_factor_rows(times), scheme.alpha_f
     return np.ascontiguousarray((1.0 - shift) * rows[1:] + shift * rows[:-1])
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -142,7 +142,7 @@ def state_of(scene: Scene, x: Array, t: float) -> SceneState:
 
 
 def returned(
-    scene: Scene, x: Array, t: float, h: float, steps: int, scheme: LinearScheme, free: Array
+    scene: Scene, x: Array, t: float, h: float, steps: int, scheme: LinearScheme, free: FreeMotions
 ) -> tuple[Any, Any, Array]:  # fmt: skip
     """Return P(x) - x after so many steps, dP/dx by disturbed members, and the sizes of x that scale both."""
     n = scene.size
@@ -159,42 +159,61 @@ def returned(
         raise NotConverged("periodic: the contact forces of a step failed; take more steps")
     Y = np.vstack([found.q, found.v, found.z])
     P = (Y[:, 1 : 1 + len(x)] - Y[:, 1 + len(x) :]) / (2.0 * e)
-    return Y[:, 0] - x, drifting(P, free, h * steps), size
+    return change_in(x, Y[:, 0], free), drifting(P, free, h * steps), size
 
 
-def free_motions(scene: Scene) -> Array:
-    """Return orthonormal motions that nothing opposes, (n, count): neither springs, dampers, contacts nor feedback.
+class FreeMotions(NamedTuple):
+    """Motions that nothing opposes, orthonormal: the other motions depend on neither their place nor their speed.
 
-    The rotation of a gear pair is one. The other motions do not depend on its place and speed.
+    Attributes:
+        places: Motions without springs, contacts and feedback, (n, count), which dampers may oppose.
+        speeds: Motions among them without dampers, (n, count).
     """
-    found = np.zeros((scene.size, 0))
+
+    places: Array
+    speeds: Array
+
+
+def free_motions(scene: Scene) -> FreeMotions:
+    """Return the motions that nothing opposes, such as the rotation of a gear pair, be there drag or not."""
+    none = np.zeros((scene.size, 0))
     if scene.is_moving or scene.is_large:
-        return found
+        return FreeMotions(none, none)
     low = scene.squares <= FREE * scene.squares.max(initial=0.0)
     damping = np.diag(scene.damping[0]) if len(scene.damping) == 1 else scene.damping
     fed = [scene.rows([place]) for one in scene.feedbacks for place in (one.sense, one.act)]
-    rows = [one / (np.linalg.norm(one) or 1.0) for one in (damping, *scene.contact_rows, *np.vstack([found.T, *fed]))]
-    _, values, across = np.linalg.svd(np.vstack(rows)[:, low])
-    free = across[np.count_nonzero(values > np.sqrt(FREE)) :].T
-    found = np.zeros((scene.size, free.shape[1]))
-    found[low] = free
+    kept: list[Array] = [np.eye(scene.size)[:, low]]
+    for rows in ([*scene.contact_rows, *np.vstack([none.T, *fed])], [damping]):
+        units = [one / (np.linalg.norm(one) or 1.0) for one in rows]
+        _, values, across = np.linalg.svd(np.vstack([none.T, *units]) @ kept[-1])
+        kept.append(kept[-1] @ across[np.count_nonzero(values > np.sqrt(FREE)) :].T)
+    return FreeMotions(*kept[1:])
+
+
+def bared(X: Any, free: FreeMotions) -> Any:
+    """Return states X, (2 n + states, ...), without the coordinates and velocities of free motions."""
+    n = len(free.places)
+    found: Any = np.array(X, dtype=float)
+    for part, along in zip((found[:n], found[n : 2 * n]), free, strict=True):
+        part -= np.tensordot(along, np.tensordot(along.T, part, 1), 1)
     return found
 
 
-def bared(X: Any, free: Array) -> Any:
-    """Return states X, (2 n + states, ...), without the coordinates and velocities of free motions, (n, count)."""
-    parts = np.split(X, [len(free), 2 * len(free)])
-    return np.concatenate([*(one - np.einsum("nk,mk,m...->n...", free, free, one) for one in parts[:2]), parts[2]])
+def change_in(x: Array, y: Array, free: FreeMotions) -> Array:
+    """Return y - x without the places of free motions that dampers oppose, which a mean force moves on and on."""
+    n, change = len(free.places), y - x
+    change[:n] -= (free.places @ free.places.T - free.speeds @ free.speeds.T) @ change[:n]
+    return change
 
 
-def drifting(P: Array, free: Array, span: float) -> Array:
+def drifting(P: Array, free: FreeMotions, span: float) -> Array:
     """Return dP/dx over a span with the drift of free motions in closed form.
 
     Differences leave a little of 1 - P along them, by which Newton's method would move them far away.
     """
-    if not free.size:
+    if not free.places.size:
         return P
-    along, n, found = free @ free.T, len(free), bared(bared(P, free).T, free).T
+    n, along, found = len(free.places), free.speeds @ free.speeds.T, bared(bared(P, free).T, free).T
     found[: 2 * n, : 2 * n] += np.block([[along, span * along], [np.zeros_like(along), along]])
     return np.asarray(found)
 

@@ -16,7 +16,9 @@ import numpy as np
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.scene.lane_ensemble import ensemble
 from gapbeam.solver.scene.limit_cycle import (
+    FreeMotions,
     bared,
+    change_in,
     change_of_orbit,
     check_period,
     drifting,
@@ -77,8 +79,8 @@ class StrobeMap:
         return found
 
     @cached_property
-    def free(self) -> Array:
-        """Motions that nothing opposes, (n, count)."""
+    def free(self) -> FreeMotions:
+        """Motions that nothing opposes."""
         return free_motions(self.scene)
 
     @cached_property
@@ -142,7 +144,7 @@ def shoot(strobe: StrobeMap, points: Any, X: Array, order: int) -> list[ShotOrbi
             y, block = Y[:, k * width : (k + 1) * width], blocks[k]
             e = (block[:, 1 : D + 1] - block[:, :1]).diagonal()
             P = drifting((y[:, 1 : D + 1] - y[:, D + 1 :]) / (2.0 * e), strobe.free, order * strobe.period[points[i]])
-            miss = y[:, 0] - X[:, i]
+            miss = change_in(X[:, i], y[:, 0], strobe.free)
             if not np.isfinite(y).all():
                 continue
             if strobe.size(miss) <= CONVERGED * size[i]:

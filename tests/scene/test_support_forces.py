@@ -203,3 +203,73 @@ def test_a_name_for_two_forces_and_a_place_that_nothing_holds_are_refused() -> N
     check_refused(tables, r"joint", "a name of its own for each force")
     with pytest.raises(gb.UserError, match="nothing holds"):
         gb.frame(ROUTE, gb.space_section("round", 0.02), STEEL, {}, clamped=[0.0], reactions={"free": 1.0})
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_elastic_joints_carry_a_frame_at_rest_and_in_every_step(seed: int) -> None:
+    """Three joints along x, y and z hold a free frame: all that they give is weight at rest, and then dP/dt."""
+    drawn = Drawn(seed)
+    places = {f"hanger {k}": drawn.x[k].tolist() for k in (0, 1, 3)}
+    one = gb.frame(
+        drawn.x.tolist(), gb.space_section("tube", 0.05 * drawn.size, wall=0.01 * drawn.size), STEEL,
+        {name: (place, np.linalg.qr(drawn.draw.normal(size=(3, 3)))[0]) for name, place in places.items()}, elements=6,
+    )  # fmt: skip
+    mass = float(drawn.masses.sum())
+    stiffness = 1e3 * mass * G / drawn.size
+    drag = 0.1 * np.sqrt(stiffness * mass)
+    joints = [gb.Joint(one[name], stiffness, drag, name, force=True) for name in places]
+    scene = gb.Scene(one, joints=joints, loads=[gb.weight(one, -G, (0, 0, 1), name="weight")])
+    rows, seat = ReactionRows(scene), gb.seat(scene)
+    at_rest = dict(zip(rows.names, rows.at_rest(0.0, (rows.rows @ seat.q).T)[0], strict=True))
+    middles = 0.5 * (drawn.x[:-1] + drawn.x[1:])
+    weights = [(np.array([0.0, 0.0, -m * G]), at) for m, at in zip(drawn.masses, middles, strict=True)]
+    acting = [*weights, *((at_rest[name][:3], np.array(place)) for name, place in places.items())]
+    assert sum(force for force, _ in acting) == pytest.approx(0.0, abs=1e-7 * mass * G)
+    assert sum(np.cross(at, force) for force, at in acting) == pytest.approx(0.0, abs=1e-6 * mass * G * drawn.size)
+    h = 0.05 * float(np.sqrt(mass / stiffness))
+    push = gb.Force(one["hanger 3"], 30.0 * mass * G, [0.6, 0.0, 0.8], name="push")
+    pushed = gb.Scene(one, joints=joints, loads=[*scene.loads, push])
+    assert one.inertia is not None
+    assert one["hanger 3"].directions is not None
+    momentum = [np.zeros(3)]
+    momentum += [(scene.structures[0].modes[2].T @ one.inertia).T @ step.state.v[:, 0]
+                 for step in gb.march(pushed, h, 100 * h, seat)]  # fmt: skip
+    found = gb.history(pushed, h, 100 * h, seat).reaction
+    given = np.sum([force[:, :3] for force in found.values()], axis=0) + np.array([0.0, 0.0, -mass * G])
+    along = 30.0 * mass * G * one["hanger 3"].directions.T @ np.array([0.6, 0.0, 0.8])
+    assert given + along == pytest.approx(np.diff(momentum, axis=0) / h, abs=1e-6 * mass * G)
+    assert not any(force[:, 3:].any() for force in found.values())
+
+
+def test_a_joint_with_a_moving_end_pulls_by_what_it_is_stretched(tmp_path: Path) -> None:
+    """A mass along (0, 0.6, 0.8) on a spring and damper whose end moves: m u'' is the force, along x, y and z."""
+    tables = {
+        "structure": [{"name": "box", "model": {"type": "mass", "mass": 2.0}, "place": {"across": [0.0, 0.6, 0.8]}}],
+        "joint": [{"type": "elastic", "name": "strut", "between": ["box.at"], "stiffness": 5e3, "damping": 30.0,
+                   "force": True}],
+        "load": [SHAKEN | {"support": "strut", "direction": [1.0]}],
+        "time": {"step": 1e-3, "end": 0.4},
+    }  # fmt: skip
+    found = gb.run(tables, output=tmp_path / "run")
+    history = gb.open_results(found).history
+    force, speed = history["joint_force"].values[:, 0], history["velocity"].values.reshape(len(history.time))
+    gained = 2.0 * np.diff(speed) / np.diff(history.time)
+    assert force[1:] == pytest.approx(np.outer(gained, [0.0, 0.6, 0.8]), abs=1e-9 * np.abs(force).max())
+    assert "largest force of the joint strut" in str(peak_rows(history))
+
+
+STRUT = {"type": "elastic", "name": "strut", "between": ["box.at"], "stiffness": 1.0, "force": True}
+
+
+@pytest.mark.parametrize(
+    ("joints", "place", "where", "words"),
+    [
+        ([STRUT, STRUT], {"across": [0.0, 0.0, 1.0]}, r"joint.*name", "a name of its own"),
+        ([STRUT], None, r"joint.*force", "placed in space"),
+    ],
+)
+def test_forces_of_elastic_joints_need_a_name_and_directions(
+    joints: list[dict[str, Any]], place: dict[str, Any] | None, where: str, words: str
+) -> None:
+    box = {"name": "box", "model": {"type": "mass", "mass": 2.0}} | ({} if place is None else {"place": place})
+    check_refused({"structure": [box], "joint": joints, "time": {"step": 1e-3, "end": 0.1}}, where, words)

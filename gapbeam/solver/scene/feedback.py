@@ -167,16 +167,32 @@ class Joint(Feedback):
         stiffness: Stiffness in each motion, N/m.
         damping: Damping in each motion, N s/m.
         name: Name in messages and paths.
+        force: Whether marches record its force on the first point along x, y and z, by its name, as of supports.
 
     Raises:
-        UserError: A value is negative or not finite.
+        UserError: A value is negative or not finite; or a force is asked for without a name, or at a point whose
+            directions in space are unknown.
     """
 
     @checked
-    def __init__(self, between: Place, stiffness: float, damping: float = 0.0, name: str = "") -> None:
+    def __init__(
+        self, between: Place, stiffness: float, damping: float = 0.0, name: str = "", force: bool = False
+    ) -> None:
         k, c = positives(f"joint {name or '?'}", zero=True, stiffness=stiffness, damping=damping)
         unit = np.eye(motions_of(between))
         super().__init__(between, between, [], [], [], np.hstack([-k * unit, -c * unit]), name)
+        self.force = force
+        if force and not name:
+            raise ArgumentError(
+                "joint: found a force without a name, expected a name, under which it is recorded", "force"
+            )
+        first = self.points[0]
+        if force and (first.turns or first.directions is None):
+            raise ArgumentError(
+                f"joint {name}: found a force on point {first.name or '?'}, whose motions have no directions in space, "
+                "expected a point of a structure that is placed in space, and no rotation",
+                "force",
+            )
 
 
 class MotionBlocks(NamedTuple):

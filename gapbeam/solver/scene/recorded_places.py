@@ -14,7 +14,6 @@ from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.reaction_rows import ReactionRows
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import Load
-from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.structure_geometry import ALONG
 from gapbeam.solver.scene.surface_stress import TENSOR
 from gapbeam.solver.schema.record_table import unit_where
@@ -89,18 +88,13 @@ def places_of_figures(scene: Scene) -> dict[str, tuple[str, ...]]:
             **{f"component of {name}": _components_at(scene, name) for name in scene.probe_names}}  # fmt: skip
 
 
-def motions_of(point: StructurePoint) -> Array | None:
-    """Return the directions of the motions of a point in space, (motions, 3); None: they are not known."""
-    return point.structure.frame.get(point.name) if point.structure.is_spatial else None
-
-
 def _components_at(scene: Scene, probe: str) -> tuple[str, ...]:
     """Return the components that figures of a point may name: y and z in space only where these are its motions."""
     names, (name, _, number) = components_of(scene), probe.rpartition(" ")
     point, first = (scene.point_names[probe], 0) if probe in scene.point_names else (
         scene.point_names[name], int(number) - 1
     )  # fmt: skip
-    ways = motions_of(point)
+    ways = point.directions
     along = [ways is None or ways[first + k]["xyz".index(one)] > 1.0 - ALONG for k, one in enumerate(names)]
     return (*(one for one, same in zip(names, along, strict=True) if same), *NUMBERS[: len(names)])
 

@@ -68,8 +68,13 @@ class StructurePoint:
         """True of a rotation, rad: one that is named, or stays in space where the frame moves along x, y and z."""
         if self.name in self.structure.rotations:
             return True
-        moved = self.structure.frame.get(self.name) if self.structure.is_spatial else None
+        moved = self.directions
         return moved is not None and bool(np.abs(moved).max() < TURNS) and bool(np.any(self.rows))
+
+    @property
+    def directions(self) -> Array | None:
+        """Directions of its motions in space, (motions, 3), 0 of rotations; None: unknown."""
+        return self.structure.frame.get(self.name) if self.structure.is_spatial else None
 
     def refuse_moving(self, where: str, instead: str) -> None:
         """Refuse a point that moves along its structure.

@@ -32,6 +32,7 @@ from gapbeam.solver.scene.scene_load import (
     weight,
 )
 from gapbeam.solver.scene.structure import Structure, StructurePoint
+from gapbeam.solver.scene.support_force import HELD
 from gapbeam.solver.scene_file.contact_builder import Site
 from gapbeam.solver.scene_file.scene_case import SceneCase
 from gapbeam.solver.scene_file.structure_tables import (
@@ -249,7 +250,12 @@ def at_moving_end(site: Site, number: int, joint: SpringJoint, point: StructureP
         )
 
     motions = _motions(site, joint.name, point) if len(joint.between) == 1 else []
-    return [Force(point, force(s), unit, f"{joint.name} {number}-{k}") for k, (unit, s) in enumerate(motions)]
+    loads = [Force(point, force(s), unit, f"{joint.name} {number}-{k}") for k, (unit, s) in enumerate(motions)]
+    along = point.directions
+    for load, (unit, _) in zip(loads, motions, strict=True):
+        if along is not None:
+            load.held[joint.name] = -np.pad(along.T @ unit, (0, HELD - 3))
+    return list(loads)
 
 
 def _derivative(rate: Callable[[Any], Any], value: Callable[[Any], Any]) -> TimeFunction:

@@ -130,7 +130,12 @@ def built_scene(
                 )
             elif len(known) == len(ends):
                 between = known[0] if len(known) == 1 else (known[0], known[1])
-                joints.append(Joint(between, joint.stiffness, joint.damping))
+                own = (joint.name, True) if joint.force else ()
+                try:
+                    joints.append(Joint(between, joint.stiffness, joint.damping, *own))
+                except UserError as error:
+                    found = str(error).partition("found ")[2].partition(", expected ")
+                    site.faults.append(Fault(("joint", number, "force"), found[0], found[2]))
                 loads += at_moving_end(site, number, joint, known[0])
     moved = [
         part

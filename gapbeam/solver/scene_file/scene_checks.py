@@ -107,9 +107,10 @@ def _names(tables: Mapping[str, Any]) -> Iterator[Fault]:
     ):
         own: set[tuple[str, str | None]] = set()
         for number, one in entries.items():
-            if one.name is not None and (one.structure, one.name) in own:
+            structure = one.between[0].partition(".")[0] if isinstance(one, SpringJoint) else one.structure
+            if one.name is not None and (structure, one.name) in own:
                 yield Fault((array, number, "name"), f'"{one.name}", a second time', expected)
-            own.add((one.structure, one.name))
+            own.add((structure, one.name))
 
 
 def _files(bodies: Mapping[int, BodyTable]) -> Iterator[Fault]:

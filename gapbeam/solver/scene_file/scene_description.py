@@ -24,7 +24,7 @@ from gapbeam.solver.scene.flow_margin import (
     leading,
 )
 from gapbeam.solver.scene.lagged_force import CoefficientFit
-from gapbeam.solver.scene.recorded_places import motions_of, turning_places
+from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
 from gapbeam.solver.scene.structure import Structure, StructurePoint
@@ -217,7 +217,7 @@ def describe_scene(read: ReadScene) -> SceneDescription:
 
 def _of_point(point: StructurePoint) -> str:
     """Return the directions of the motions of a point in space, and whether its stress is recorded."""
-    ways = motions_of(point)
+    ways = point.directions
     along = [] if ways is None or not np.all(np.any(ways, axis=1)) else [
         f"{number} along ({', '.join(f'{x:.3g}' for x in way + 0.0)})" for number, way in enumerate(ways, 1)
     ]  # fmt: skip

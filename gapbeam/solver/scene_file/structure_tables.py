@@ -460,6 +460,7 @@ class SpringJoint(Table):
     )
     stiffness: NonNegative = Field(description="N/m", examples=[1e4])
     damping: NonNegative = Field(default=0.0, description="N s/m")
+    force: Switch = Field(default=False, description="record its force on the first point, which is placed in space")
 
 
 class SnubberJoint(Table):

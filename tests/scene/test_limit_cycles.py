@@ -145,6 +145,22 @@ def test_work_of_the_flow_is_in_the_ledger() -> None:
     assert abs(last.balance - first.balance) < 1e-9 * last.work["flow"]
 
 
+@pytest.mark.parametrize("ratio", [0.003, 0.05, 20.0])
+def test_modes_that_a_step_does_not_resolve_do_not_hide_the_stability_of_a_cycle(ratio: float) -> None:
+    """A stiff body beside the tube decays within a period: the multipliers of the tube stay the largest ones.
+
+    The steps turn the body's velocity round: by them its multipliers lie beside -1, whatever its damping.
+    """
+    alone = gb.limit_cycle(remembering(), steps=100)
+    omega = 40.0 * 100 / alone.period
+    body = gb.mass(0.7, stiffness=0.7 * omega**2, damping=2.0 * ratio * 0.7 * omega)
+    tube = remembering()
+    both = gb.Scene(*tube.structures, body, contacts=tube.contacts, feedbacks=tube.feedbacks)
+    found = gb.limit_cycle(both, steps=100)
+    largest = [float(np.abs(one.multipliers).max()) for one in (found, alone)]
+    assert largest[0] == pytest.approx(largest[1], rel=1e-4)
+
+
 def in_flow(modes: int) -> gb.Scene:
     """Return a tube without contacts: one mode in a flow with a memory, or two that the flow couples."""
     tube = gb.mass(1.0, motions=modes, stiffness=100.0, damping=0.3)

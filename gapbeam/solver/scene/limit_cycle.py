@@ -43,7 +43,7 @@ class PeriodicOrbit:
     Attributes:
         state: State at the start of a period: a march from it repeats.
         multipliers: Multipliers of small disturbances over a period, (2 n + states,), complex; 0 for motions that
-            nothing opposes, see `free_motions`, and of responses to loads see `multipliers_of`.
+            nothing opposes, see `free_motions`; of modes that steps do not resolve see `multipliers_of`.
         residual: Change over a period, over the size of the motion.
         passes: Passes of Newton's method.
     """
@@ -455,7 +455,8 @@ def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: in
         scaled, left = P / size[:, None] * size, float(np.abs(miss / size).max())
         if left < least:
             least, unit = left, side / np.linalg.norm(side)
-            values = np.linalg.eigvals(bared(scaled - np.outer(unit, unit @ scaled), free))
+            across = (scaled - np.outer(unit, unit @ scaled)) * size[:, None] / size
+            values = multipliers_of(scene, bared(across, free), T / steps, steps)
             kept = np.delete(values, np.abs(values).argmin())
             state = state_of(scene, x[:, None].copy(), t)
             found = LimitCycle(state, kept, left, count, T, steps, float(unit @ scaled @ unit), growth)

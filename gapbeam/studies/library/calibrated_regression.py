@@ -28,14 +28,15 @@ SMOOTHING = (1e-5, 1e-4, 1e-3, 1e-2)
 class Regression:
     """Kernel ridge regression with locally scaled conformal intervals.
 
-    Features z are standardised. u(z) = mean + sum_i k(|z - z_i| / width) c_i with the Matern kernel
-    k(r) = (1 + sqrt(3) r) exp(-sqrt(3) r) and (K + smoothing I) c = u - mean. Each member's error without itself is
-    e_i = c_i / (K + smoothing I)^-1_ii; the local error s is the mean of |e_i| over the nearest members. Members held
-    out are marched in finer steps: u + (1, u) B removes what the step does to them, by least squares, and r is what
-    remains of each without itself, residual / (1 - leverage). The 95 % quantile of |r| / (s + median |r|) makes the
-    interval u +- quantile (s + median |r|). Two figures make the test of membership: the distance to the nearest
-    members, and the residual of features beside a local linear fit over the values, relative to the scatter there; of a
-    recording as of members held out, and of each other one without itself, times the ratio of both medians.
+    Features z are standardised. u(z) = mean + sum_i k(|z - z_i| / width) c_i with the Matern kernel k(r) = (1 + sqrt(3)
+    r) exp(-sqrt(3) r) and (K + smoothing I) c = u - mean. Each member's error without itself is e_i = c_i / (K +
+    smoothing I)^-1_ii; the local error s is the mean of |e_i| over the nearest members. Members held out are marched in
+    finer steps: u + (1, u) B removes what the step does to them, by least squares with the weights 1 / (s + median
+    s)^2: a member that touches nothing has features without information. r is what remains of each without itself,
+    residual / (1 - leverage). The 95 % quantile of |r| / (s + median |r|) makes the interval u +- quantile (s + median
+    |r|). Two figures make the test of membership: the distance to the nearest members, and the residual of features
+    beside a local linear fit over the values, relative to the scatter there; of a recording as of members held out, and
+    of each other one without itself, times the ratio of both medians.
 
     Attributes:
         center: Center of the features, (features,).
@@ -106,8 +107,8 @@ class Regression:
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
 
-DISTINCT = 8
-"""Fewest distinct values among members held out from which a value is corrected: 64 members share some."""
+DISTINCT = 16
+"""Fewest distinct values among members held out from which a value is corrected: up to 64 members share some."""
 FLOOR = 0.02
 """Least scatter of a feature around its local fit, over its scatter in the whole library."""
 
@@ -139,10 +140,7 @@ def regression(features: Array, values: Array, held_features: Array, held: Array
         none, np.zeros((0, 2)), np.zeros((2, 0, len(none))),
     )  # fmt: skip
     found, local, scores = whole._estimated(held_features)
-    A = _affine(found)
-    inverse = np.linalg.pinv(A)
-    B = inverse @ (held - found) * [len(np.unique(one)) >= DISTINCT for one in held.T]
-    left = (held - found - A @ B) / (1.0 - np.einsum("ij,ji->i", A, inverse))[:, None]
+    B, left = _corrected(found, held, local)
     floor = np.median(np.abs(left), axis=0)
     off = np.sort(np.abs(left) / (local + floor), axis=0)
     rank = min(int(np.ceil((len(held) + 1) * CONFIDENCE)), len(held)) - 1
@@ -153,6 +151,19 @@ def regression(features: Array, values: Array, held_features: Array, held: Array
     return replace(
         whole, correction=B, floor=floor, quantile=off[rank], scores=scores, held=np.stack([held, held - left])
     )
+
+
+def _corrected(found: Array, held: Array, local: Array) -> tuple[Array, Array]:
+    """Return B, and what (1, found) B leaves of held - found: of each member without itself."""
+    A, d = _affine(found), held - found
+    B, left = np.zeros((A.shape[1], d.shape[1])), d.copy()
+    for k, one in enumerate(held.T):
+        if len(np.unique(one)) >= DISTINCT:
+            w = 1.0 / (local[:, k] + np.median(local[:, k]))
+            inverse = np.linalg.pinv(A * w[:, None]) * w
+            B[:, k] = inverse @ d[:, k]
+            left[:, k] = (d[:, k] - A @ B[:, k]) / (1.0 - np.einsum("ij,ji->i", A, inverse))
+    return B, left
 
 
 def fitted(z: Array, u: Array) -> tuple[float, Array, Array]:

@@ -40,8 +40,11 @@ LANES = 4 * WIDTH
 FEWEST, MOST = 256, 16384
 KEPT_SAMPLES = 8
 """Samples of members in a period of the highest harmonic: displacements above 7 times its frequency are aliased."""
+SHARED, LEAST = 64, 8
+"""Fewest damping factors among the members, and fewest members that share one: with 8 of them, one held out, half of
+the intervals held."""
 HELD = 8
-"""One block of lanes in so many is held out, and marched in steps finer by so much."""
+"""One group of members that share a damping factor in so many is held out, and marched in steps finer by so much."""
 ARRAYS = "library.npz"
 FEW = 0.05
 """Share of members that may change, such as chaotic ones, without a warning."""
@@ -186,11 +189,11 @@ def library(
 ) -> Library:  # fmt: skip
     """March members over the unknowns, and learn to estimate these from the motion of a point.
 
-    Members are Sobol points of the distributions. A `damping_factor`, and values of a feedback, are shared by 64
-    members each, which then march in lock-step. Where there are several starts, each member takes one of them. Features
-    are those of `FeatureKind` in gapbeam.studies.library.recording, with noise drawn for each member from none to
-    `noise`. One member in eight is held out and marched in an eighth of the step: these remove the error of the step
-    from estimates, and calibrate intervals and the test of membership.
+    Members are Sobol points of the distributions. A `damping_factor`, and values of a feedback, are shared by 8 to 64
+    members each, which then march in lock-step: of 64 values at least from 512 members on. Where there are several
+    starts, each member takes one of them. Features are those of `FeatureKind` in gapbeam.studies.library.recording,
+    with noise drawn for each member from none to `noise`. One member in eight is held out and marched in an eighth of
+    the step: these remove the error of the step from estimates, and calibrate intervals and the test of membership.
 
     Args:
         scene: Scene with loads that repeat, and known amplitudes.
@@ -230,7 +233,8 @@ def library(
     for figure, words in response_figure_faults(scene, wanted):
         raise UserError(f"library: figure {figure.name}: {words}")
     model = _Members(scene, point, order, T, each, settle, kind, begin, scheme, threads, wanted)
-    values, grid = _points(scene, distributions, members, begin.q.shape[1], float(noise), seed)
+    group = min(max(members // SHARED, LEAST), WIDTH)
+    values, grid = _points(scene, distributions, members, group, begin.q.shape[1], float(noise), seed)
     own = {path: one for path, one in values.items() if path not in (START, NOISE)}
     try:
         for end in (np.min, np.max):
@@ -243,8 +247,8 @@ def library(
         key = ensemble_key(
             scene, {}, 1, begin, times, T, point, quantity, each, HELD, settle, kind, scheme, seed, CHANGE, *wanted
         )
-    folder, blocks = None if output is None else Path(output), members // WIDTH
-    out = np.repeat(np.random.default_rng([seed, 2]).permutation(blocks) < max(blocks // HELD, 1), WIDTH)
+    folder, groups = None if output is None else Path(output), members // group
+    out = np.repeat(np.random.default_rng([seed, 2]).permutation(groups) < max(groups // HELD, WIDTH // group), group)
     p: Any = np.linspace(0.0, 1.0, grid.shape[1])
     pairs = zip(own.values(), grid, strict=True)
     u = np.column_stack([np.interp(x, row, p) for x, row in pairs])
@@ -289,7 +293,7 @@ def _quantiles(figure: Figure, values: Array, p: Array) -> Array:
 
 
 def _points(
-    scene: Scene, distributions: Mapping[str, Any], members: int, starts: int, noise: float, seed: int
+    scene: Scene, distributions: Mapping[str, Any], members: int, group: int, starts: int, noise: float, seed: int
 ) -> tuple[dict[str, Array], Array]:  # fmt: skip
     """Return values by path, with start and noise, and the quantiles of each path."""
     inputs = inputs_of(distributions)
@@ -298,8 +302,8 @@ def _points(
     free = [path for path in given if path not in shared]
     y = dict(zip(free, qmc.Sobol(len(free), seed=np.random.default_rng([seed, 0])).random(members).T, strict=True))
     if shared:
-        few = qmc.Sobol(len(shared), seed=np.random.default_rng([seed, 1])).random(max(members // WIDTH, 1))
-        y |= {path: np.repeat(one, WIDTH)[:members] for path, one in zip(shared, few.T, strict=True)}
+        few = qmc.Sobol(len(shared), seed=np.random.default_rng([seed, 1])).random(members // group)
+        y |= {path: np.repeat(one, group) for path, one in zip(shared, few.T, strict=True)}
     normal = norm.ppf(np.clip(np.column_stack([y[path] for path in given]), NEVER_ONE, 1.0 - NEVER_ONE))
     grid = []
     for path, one in inputs.distributions.items():

@@ -276,7 +276,7 @@ def test_points_that_let_go_keep_what_round_off_leaves(seed: int, coefficient: f
 class CoupledAlongFaces(CondensedOperator):
     """Points that move along faces under each other's friction, and whose gaps nothing moves."""
 
-    symmetric = True
+    symmetric, block = True, None
 
     def __init__(self, points: int, along: Array) -> None:
         self.largest_compliance = 0.0

@@ -71,6 +71,8 @@ class CondensedOperator:
         dashpots: c_d times the dashpots of the system; None: it has none.
         symmetric: Whether D = G A^-1 H^T is: where H = G.
         iterative: Whether A is solved with by iterations: no.
+        motions: [G; T], with friction, or G on the interface DOFs, (m + m k, interface.size).
+        block: A^-1 on the interface DOFs, (interface.size, interface.size); None: kept for points, or not symmetric.
         diagonal: Diagonal of D, (m,).
         largest_compliance: Its largest entry.
         seconds: Wall time of the factorization and of the Delassus operator.
@@ -96,11 +98,8 @@ class CondensedOperator:
         started = time.perf_counter()
         self._factor = system.operators.factor(mass, stiffness, springs, self.dashpots) if factor is None else factor
         factored = time.perf_counter()
-        interface = contact.interface
-        tangents, forces = (
-            contact.rubbed,
-            scipy.sparse.csr_matrix(scipy.sparse.hstack([contact.resultants, contact.friction_resultants])),
-        )
+        interface, tangents = contact.interface, contact.rubbed
+        forces = scipy.sparse.csr_matrix(scipy.sparse.hstack([contact.resultants, contact.friction_resultants]))
         self._by_point = forces.shape[1] < interface.size
         self._columns: Array | None = None
         block: Array | None = None
@@ -110,10 +109,11 @@ class CondensedOperator:
             block = self._by_columns(
                 system, forces if self._by_point else scipy.sparse.csr_matrix(scipy.sparse.identity(interface.size))
             )
-        gaps = contact.gap_matrix @ block
-        self._all = np.asfortranarray(gaps if tangents is None else np.concatenate([gaps, tangents @ block]))
-        self._gaps = self._all[: contact.size]
-        self._block = block if self.symmetric and not self._by_point else None
+        motions = [contact.gap_matrix] if tangents is None else [contact.gap_matrix, tangents]
+        self.motions = scipy.sparse.csr_matrix(scipy.sparse.vstack(motions))
+        self.block = block if self.symmetric and not self._by_point else None
+        # with friction the product with the motions of all points would be several times as large as the block
+        self._all = np.asfortranarray(self.motions @ block) if tangents is None or self.block is None else None
         self.diagonal = self._diagonal()
         self.largest_compliance = float(np.max(self.diagonal, initial=0.0))
         self.seconds = {"factorization": factored - started + factored_in, "delassus": time.perf_counter() - factored}
@@ -135,6 +135,13 @@ class CondensedOperator:
         """Return the operator of a system that differs in the directions of its contact alone."""
         return CondensedOperator(system, self.mass, self.stiffness, self._dashpots, factor=self._factor)
 
+    @property
+    def _gaps(self) -> Array:
+        """G A^-1 times forces on the interface DOFs, or at the points where those are fewer."""
+        if self._all is None:
+            return np.asfortranarray(self._contact.gap_matrix @ self.block)
+        return self._all[: self._contact.size]
+
     @cached_property
     def delassus(self) -> Array:
         """D = G A^-1 H^T, (m, m)."""
@@ -148,18 +155,25 @@ class CondensedOperator:
         contact = self._contact
         if contact.rubbed is None:
             return self.delassus
-        forces = scipy.sparse.csr_matrix(scipy.sparse.hstack([contact.resultants, contact.friction_resultants]))
-        whole = self._all if self._by_point else (forces.T @ self._all.T).T
+        if self._by_point:
+            assert self._all is not None
+            whole = self._all
+        else:
+            whole = self.compliance_of(self.motions)
         return np.ascontiguousarray(0.5 * (whole + whole.T))
 
     def among(self, points: Indices) -> Array:
         """Return D between some of the points, (a, a), of which the whole is kept where it is not too large."""
-        if self._block is None or 8.0 * self._contact.size**2 <= _KEPT_WHOLE:
+        if self.block is None or 8.0 * self._contact.size**2 <= _KEPT_WHOLE:
             return np.asarray(self.delassus[np.ix_(points, points)])
-        gaps = self._contact.gap_matrix[points]
-        touched = np.unique(gaps.indices)
-        gaps = gaps[:, touched]
-        return np.asarray((gaps @ (gaps @ self._block[np.ix_(touched, touched)]).T).T)
+        return self.compliance_of(self._contact.gap_matrix[points])
+
+    def compliance_of(self, motions: scipy.sparse.csr_matrix) -> Array:
+        """Return R A^-1 R^T of motions R on the interface DOFs."""
+        assert self.block is not None
+        touched = np.unique(motions.indices)
+        motions = motions[:, touched]
+        return np.asarray((motions @ (motions @ self.block[np.ix_(touched, touched)]).T).T)
 
     def loosen(self, tolerance: float) -> None:
         """Nothing: a factor leaves round-off only."""
@@ -180,12 +194,20 @@ class CondensedOperator:
 
     def respond(self, forces: Array) -> ForceResponse:
         """Return D f = G A^-1 H^T f."""
+        if self._all is None:
+            return ForceResponse(self._contact.gap_matrix @ self.moved(self._loads(forces, None)))
         return ForceResponse(_product(self._gaps, self._loads(forces, None)))
 
     def respond_all(self, forces: Array, friction: Array) -> tuple[Array, Array]:
         """Return G A^-1 (H^T f + T^T h), (m,), and T A^-1 (H^T f + T^T h), (m, k); with friction only."""
-        moved = _product(self._all, self._loads(forces, friction))
+        loads = self._loads(forces, friction)
+        moved = self.motions @ self.moved(loads) if self._all is None else _product(self._all, loads)
         return moved[: len(forces)], moved[len(forces) :].reshape(friction.shape)
+
+    def moved(self, loads: Array) -> Array:
+        """Return the motion of the interface DOFs under forces on them."""
+        assert self.block is not None
+        return _product(self.block if self.block.flags.f_contiguous else self.block.T, loads)
 
     def solve_linearized(
         self,
@@ -254,7 +276,7 @@ class CondensedOperator:
         Returns:
             x, (a,); None where that is not worth it, or would cost digits: stiff contact makes t and s G B z cancel.
         """
-        if self._block is None or len(points) < _MANY:
+        if self.block is None or len(points) < _MANY:
             return None
         if scale * float(np.sum(self.diagonal[points] / compliance)) > _STIFF:
             return None
@@ -263,7 +285,7 @@ class CondensedOperator:
         if 2 * len(touched) > len(points):
             return None
         gaps = gaps[:, touched]
-        block = scale * self._block[np.ix_(touched, touched)]
+        block = scale * self.block[np.ix_(touched, touched)]
         shared = scipy.sparse.csr_matrix(gaps.T @ gaps.multiply((1.0 / compliance)[:, None]))
         small = np.asarray(shared @ block)
         _add_on_diagonal(small, 1.0)
@@ -279,7 +301,7 @@ class CondensedOperator:
     def _loads(self, forces: Array, friction: Array | None) -> Array:
         if not self._by_point:
             return self._contact.resultant(forces, friction)
-        along = len(self._all) - len(forces)
+        along = self.motions.shape[0] - len(forces)
         if along == 0:
             return forces
         return np.concatenate([forces, np.zeros(along) if friction is None else friction.reshape(-1)])

@@ -83,7 +83,7 @@ class Rubbing(NamedTuple):
         missed: Residuals of their laws, (m (1 + k),), N.
         order: Numbers of the forces that the laws do not give at once, (m (1 + k),).
         right: Right side of their equations, (m (1 + k),).
-        matrix: Room for these equations, (m (1 + k), m (1 + k)).
+        matrix: Room for these equations, (m (1 + k), m (1 + k)), where the compliance is known.
         on_rows: Forces on the rows of B, (b,), N.
         moved: Motions of B under these forces, (b,).
         free: Motions of B in the balance while the forces stay, NaN where none was asked for, (b,), m/s.
@@ -137,7 +137,7 @@ def room_for_friction(table: RubbingTable, rows: Array, compliance: Array, law: 
         missed=np.zeros(size),
         order=np.zeros(size, dtype=np.int64),
         right=np.zeros(size),
-        matrix=np.empty((size, size)),
+        matrix=np.empty((size, size) if compliance.size > 0 else (0, 0)),
         on_rows=np.zeros(bodies),
         moved=np.zeros(bodies),
         free=np.zeros(bodies),
@@ -220,7 +220,7 @@ def order_forces(
     friction: Rubbing, points: PressedPoints, rubbed: Array, weight: float, creep: float, missed: float,
     largest: float, floor: float, before: Missed,
 ) -> tuple[int, Missed, float]:  # fmt: skip
-    """Evaluate the law of friction, and order the forces to solve for; arguments as in `set_friction_equations`.
+    """Evaluate the law of friction, and order the forces to solve for; arguments as in `set_linear_laws`.
 
     Return their number, -1 where none needs an update, what is missed, and the largest limit of a force, N.
     """
@@ -230,22 +230,22 @@ def order_forces(
         return -1, now, limit
     left = EPSILON * heaviest  # of forces that let go of those held, and of the friction that they limit
     floor_of_slip = limit * max(RELATIVE_TOLERANCE, ROUND_OFF * fastest / creep, left / max(largest, NOTHING))
-    stalled = missed >= 0.5 * before.contact or missed_slip >= 0.5 * before.friction
+    stalled = 0.0 < 0.5 * before.contact <= missed or missed_slip >= 0.5 * before.friction
     if stalled and missed <= max(RELATIVE_TOLERANCE * largest, floor, left) and missed_slip <= floor_of_slip:
         return -1, now, limit
     return count, now, limit
 
 
 @entry
-def set_friction_equations(
+def set_linear_laws(
     friction: Rubbing, points: PressedPoints, scale: float, rubbed: Array, weight: float, creep: float,
-    missed: float, largest: float, floor: float, before: Missed,
+    missed: float, largest: float, floor: float, before: Missed, stiffness: Array, pull: Array,
 ) -> tuple[int, Missed]:  # fmt: skip
-    """Set the equations of an update, of the forces in `friction.order`.
+    """Set the linearized laws L x = -r - E z of an update x of all forces, with z their motions for c = s.
 
     Args:
         friction: Its forces, what they move, and the normal forces by which the contact law is missed are given; what
-            is missed along the faces, the order, matrix and right side are set.
+            is missed along the faces and the order are set.
         points: The points under their contact law.
         scale: s.
         rubbed: Whether points slide, in its last column, (m, ...).
@@ -255,13 +255,21 @@ def set_friction_equations(
         largest: Largest contact force, N.
         floor: Round-off of that force due to round-off of the penetration, N.
         before: Residuals before the last update.
+        stiffness: E of each point, is set, (m, 1 + k, 1 + k), N/m.
+        pull: L - 1 of each point, mu e, is set, (m, k).
 
     Returns:
-        The number of equations, -1 where the forces need no update; and what is missed.
+        The number of ordered forces, -1 where the forces need no update; and what is missed.
     """
     count, now, limit = order_forces(friction, points, rubbed, weight, creep, missed, largest, floor, before)
-    if count > 0:
-        linearize(friction, SlipStep(points, scale, rubbed, weight, creep, limit), count)
+    step, along = SlipStep(points, scale, rubbed, weight, creep, limit), friction.on_face.shape[1]
+    for point in range(len(stiffness) if count > 0 else 0):
+        one, two, xx, yy, xy, _ = law_of_slip(friction, step, point * (1 + along) + 1)
+        stiffness[point, 0, 0] = points.weights[point] * points.slope[point]
+        stiffness[point, 1, 1], pull[point, 0] = xx, one
+        if along == 2:
+            stiffness[point, 2, 2], pull[point, 1] = yy, two
+            stiffness[point, 1, 2], stiffness[point, 2, 1] = xy, xy
     return count, now
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
 from gapbeam.solver.contact.laws.damper import CoulombFriction
@@ -32,7 +33,7 @@ from gapbeam.solver.contact.solve.friction_equations import (
     RubbingTable,
     room_for_friction,
     rows_of_their_own,
-    set_friction_equations,
+    set_linear_laws,
 )
 from gapbeam.solver.messages.errors import NotConverged
 from gapbeam.solver.system.operators import Array
@@ -74,16 +75,13 @@ class Sliding:
         start = np.zeros_like(free_slip) if old.traction is None else contact.weights[:, None] * old.traction
         return cls(law.friction.of_points(old.slides), scale, free_slip, start)
 
-    def room(self, compliance: Array) -> Rubbing:
-        """Return the friction of all points, without forces yet.
-
-        Args:
-            compliance: [G; T] A^-1 [G; T]^T, (m + m k, m + m k).
-        """
+    def room(self) -> Rubbing:
+        """Return the friction of all points, without forces yet."""
         points, along = self.free_slip.shape
         first = points + along * np.arange(points)
         parts, share = rows_of_their_own(first, along)
-        room = room_for_friction(RubbingTable(1, parts, share, first), np.zeros((0, 0)), compliance, self.law, 1)
+        nothing = np.zeros((points * (1 + along), 0))  # the compliance is in the condensed operator
+        room = room_for_friction(RubbingTable(1, parts, share, first), np.zeros((0, 0)), nothing, self.law, 1)
         room.points[:], room.chosen[0] = np.arange(points), points
         room.parts[:], room.share[:] = parts.reshape(-1, 3), share.reshape(-1, 3)
         room.free[points:] = self.free_slip.reshape(-1)
@@ -123,9 +121,10 @@ def solve_contact_and_friction(
     if sliding is None:
         return solve_contact(condensed, scale, held_depth, weights, law, held, max_iterations, augmented)
     assert isinstance(condensed, CondensedOperator)  # friction is solved for with a factor
-    room, stuck = sliding.room(condensed.compliance), np.zeros((len(held), 1))
+    room, stuck = sliding.room(), np.zeros((len(held), 1))
     forces = room.forces.reshape(len(held), -1)  # f - f_held and h of each point
     forces[:, 1:] = sliding.start
+    stiffness, pull = np.zeros((*forces.shape, forces.shape[1])), np.zeros_like(sliding.start)
 
     def iterate(shift: Array | float, ease: float, most: int) -> ContactSolution:
         missed, history = Missed(np.inf, np.inf), list[float]()
@@ -139,16 +138,16 @@ def solve_contact_and_friction(
             room.moved[: len(held)], room.moved[len(held) :] = opened, moved.reshape(-1)
             room.missed.reshape(forces.shape)[:, 0] = wrong
             floor = ROUND_OFF * largest(weights * stage.slope) * largest(held_depth)
-            count, missed = set_friction_equations(
+            count, missed = set_linear_laws(
                 room, PressedPoints(held, weights, stage.slope), scale, stuck, sliding.scale, ease * room.slip_velocity,
-                largest(wrong), largest(held + forces[:, 0]), floor, missed,
+                largest(wrong), largest(held + forces[:, 0]), floor, missed, stiffness, pull,
             )  # fmt: skip
             history.append(max(missed))
             if count < 0:
                 found = settled_solution(held, forces[:, 0].copy(), depth, stage, iteration, held_depth)
                 return replace(found, friction=forces[:, 1:].copy())
             try:
-                room.forces[room.order[:count]] += np.linalg.solve(room.matrix[:count, :count], room.right[:count])
+                forces[:] += solve_laws(condensed, scale, -room.missed.reshape(forces.shape), stiffness, pull)
             except np.linalg.LinAlgError:
                 break
         raise NotConverged(
@@ -171,3 +170,66 @@ def solve_contact_and_friction(
         return replace(solution, iterations=iterations)
 
     return with_multipliers(solve, held_depth, augmented)
+
+
+def solve_laws(condensed: CondensedOperator, scale: float, known: Array, stiffness: Array, pull: Array) -> Array:
+    """Solve L x = x0 - E z, z = s S A^-1 S^T x for the forces of points that rub, with S = [G; T].
+
+    Of the forces and the interface DOFs that E acts on, the fewer are solved for; with y = S^T x
+
+        (1 + s S^T L^-1 E S A^-1) y = S^T L^-1 x0.
+
+    Args:
+        condensed: Holds A^-1 and S.
+        scale: s.
+        known: x0 of each point, across the face and along, (m, 1 + k), N.
+        stiffness: E of each point, (m, 1 + k, 1 + k), N/m.
+        pull: L - 1 of each point, by which forces across pull along, (m, k).
+
+    Returns:
+        x, (m, 1 + k), N.
+
+    Raises:
+        LinAlgError: The equations are singular.
+    """
+    points, each = known.shape
+    places = np.column_stack([np.arange(points), points + np.arange(points * (each - 1)).reshape(points, each - 1)])
+    active = np.flatnonzero(stiffness.any(axis=(1, 2)))
+    rows, laws, found = places[active].reshape(-1), stiffness[active], known.copy()
+    motions = None if condensed.block is None else condensed.motions[rows]
+    touched = rows if motions is None else np.unique(motions.indices)
+    if motions is not None and condensed.block is not None and len(touched) < len(rows):
+        motions = motions[:, touched]
+        along = laws.copy()
+        along[:, 1:] -= pull[active][:, :, None] * laws[:, :1]
+        shared = scipy.sparse.csr_matrix(motions.T @ (_of_points(along) @ motions))
+        matrix = np.asarray(shared @ (scale * condensed.block[np.ix_(touched, touched)]))
+        at_once = known[:, 1:] - pull * known[:, :1]
+        loads = condensed.motions.T @ np.concatenate([known[:, 0], at_once.reshape(-1)])
+        loads[touched] -= _solved(matrix, shared @ (scale * condensed.moved(loads)[touched]))
+        found[active] -= (_of_points(laws) @ (motions @ (scale * condensed.moved(loads)[touched]))).reshape(-1, each)
+        found[:, 1:] -= pull * found[:, :1]
+        return found
+    found[active] = 0.0
+    found[:, 1:] -= pull * found[:, :1]
+    if len(active) > 0:
+        moved = np.concatenate([part.reshape(-1) for part in condensed.respond_all(found[:, 0], found[:, 1:])])
+        right = known[active].reshape(-1) - _of_points(laws) @ (scale * moved[rows])
+        compliance = condensed.compliance[np.ix_(rows, rows)] if motions is None else condensed.compliance_of(motions)
+        matrix = np.asarray(_of_points(laws) @ (scale * compliance))
+        first = each * np.arange(len(active))
+        for a in range(1, each):
+            matrix[first + a, first] += pull[active, a - 1]
+        found[active] = _solved(matrix, right).reshape(-1, each)
+    return found
+
+
+def _of_points(blocks: Array) -> scipy.sparse.bsr_matrix:
+    """Return the matrix with so many square blocks on its diagonal."""
+    return scipy.sparse.bsr_matrix((blocks, np.arange(len(blocks)), np.arange(len(blocks) + 1)))
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    """Return the solution of (1 + A) x = b; A is overwritten."""
+    matrix.flat[:: len(matrix) + 1] += 1.0
+    return np.asarray(np.linalg.solve(matrix, right))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 from collections.abc import Sequence
 from os import PathLike
@@ -79,17 +80,20 @@ def marched_scene(case: CaseSource, overrides: Overrides = ()) -> MarchedScene:
 
 
 def live_model(folder: Path) -> dict[str, Any] | None:
-    """Return data of the live model of a run's folder; None: the kernel cannot march its case."""
+    """Return data of the live model of a run's folder; None: the kernel cannot march its case, or its scene."""
     from gapbeam.meshes.mesh_errors import MeshError
+    from gapbeam.solver.case.reading.case_reader import is_scene
     from gapbeam.solver.case.solution_tables import FullModel
     from gapbeam.solver.messages.errors import CaseError, RunError
-    from gapbeam.solver.schema.record_table import CASE_FILE
+    from gapbeam.solver.schema.record_table import CASE_FILE, SUMMARY_FILE
 
     try:
-        case = read_case(folder / CASE_FILE)
-        if isinstance(case.model, FullModel):
+        file, changes = folder / CASE_FILE, dict[str, Any]()
+        if is_scene(file):
+            changes = json.loads((folder / SUMMARY_FILE).read_text(encoding="utf-8"))["overrides"]
+        elif isinstance(read_case(file).model, FullModel):
             return None
-        data = marched_scene(case).data()
+        data = marched_scene(file, changes).data()
     except (CaseError, MeshError, RunError, ImportError) as reason:
         LOG.debug("no live model: %s", reason)
         return None

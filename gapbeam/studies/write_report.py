@@ -39,12 +39,12 @@ MOTIONS = ("displacement", "acceleration_absolute")
 
 
 def statistics_of_span(run: SpanOfRun) -> dict[str, Any] | None:
-    """Return the statistics of a span, as the summary of a run has them; None for a run without any.
+    """Return the statistics of a span, as the summary of a run has them; None without any, and for structures.
 
     Raises:
         UserError: The case of the results cannot be read.
     """
-    if not run.summary.get("statistics"):
+    if not run.summary.get("statistics") or run.summary.get("scene"):
         return None
     case = read_case(run.folder / CASE_FILE)
     history = run.history

@@ -13,6 +13,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import gapbeam as gb
+from gapbeam.interface.case_fmu import live_model
+from gapbeam.postprocess.report.sections.run_section import case_section
 
 FOLDER = Path(__file__).parents[2] / "cases" / "scenes"
 SHIPPED = sorted(path.name for path in FOLDER.glob("*.toml"))
@@ -32,11 +34,25 @@ def short(name: str) -> float:
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_file_is_checked_and_run(name: str, tmp_path: Path) -> None:
-    """A short run ends with exit status 0, and its records hold all that was marched."""
+    """A short run ends with exit status 0, with records of all that was marched, and the file that gives them again."""
     assert "first frequencies" in str(gb.check(FOLDER / name))
     outcome = gb.run(FOLDER / name, {"time.end": short(name)}, output=tmp_path / "out")
     assert outcome.exit_status == 0, outcome.message
-    assert gb.open_results(tmp_path / "out").history.time[-1] == pytest.approx(short(name))
+    history = gb.open_results(tmp_path / "out").history
+    assert history.time[-1] == pytest.approx(short(name))
+    again = gb.run(tmp_path / "out" / "case.toml", output=tmp_path / "again")
+    assert gb.open_results(again).history.identical(history)
+
+
+def test_the_report_of_a_file_marches_other_values_and_names_its_overrides(tmp_path: Path) -> None:
+    """The stiffness of the run, no key of its file, is in the live model and in the command that repeats it."""
+    gb.run(FOLDER / "clip.toml", {"time.end": short("clip.toml"), "pad.stiffness": 3e5}, output=tmp_path / "out")
+    found = live_model(tmp_path / "out")
+    assert found is not None
+    assert [one["start"] for one in found["variables"] if one["name"] == "pad.stiffness"] == [3e5]
+    section = case_section(gb.open_results(tmp_path / "out"))
+    assert section is not None
+    assert "--set pad.stiffness=300000.0" in str(section.blocks[0])
 
 
 def test_the_arm_has_the_frequencies_that_calculix_prints() -> None:

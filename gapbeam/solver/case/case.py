@@ -443,16 +443,18 @@ class Case(Table):
         return BeamProfile.of(self.beam, self.material, self.segment)
 
 
-def case_to_toml(case: Case, heading: Sequence[str] = ()) -> str:
+WIDE = 60  # characters of a line, beyond which comments of others do not stand behind it
+
+
+def case_to_toml(case: Table, heading: Sequence[str] = ()) -> str:
     """Return a case as a case file with every default, which reads back to an equal case.
 
     Args:
-        case: The case.
+        case: The case, or the tables of a file of several structures.
         heading: Lines for the comment that opens the file, such as versions.
     """
     lines = [f"# {line}".rstrip() for line in "\n".join(heading).splitlines()]
-    lines.append(f"title = {toml_value(case.title)}")
-    lines += [] if case.units is None else [f"units = {toml_value(case.units)}"]
+    lines += [f"{name} = {toml_value(value)}" for name, value in case if isinstance(value, str)]
     for name, value in case:
         if isinstance(value, BaseModel):
             lines += ["", f"[{name}]  {_purpose(value)}", *_keys(value)]
@@ -470,7 +472,7 @@ def _keys(table: BaseModel) -> Iterator[str]:
     """Yield a line for every key, with its meaning behind it; keys without a value stand in comments."""
     keys = sorted(type(table).model_fields, key=lambda key: {"type": 0, "name": 1}.get(key, 2))
     given = {key: f"{key} = {_written(getattr(table, key))}" for key in keys if getattr(table, key) is not None}
-    widest = max(map(len, given.values()), default=0)
+    widest = max((len(line) for line in given.values() if len(line) <= WIDE), default=0)
     for key in keys:
         line = f"{given[key]:{widest}}  # " if key in given else f"# {key}: not given; "
         yield line + (type(table).model_fields[key].description or "")
@@ -479,8 +481,10 @@ def _keys(table: BaseModel) -> Iterator[str]:
 def _written(value: object) -> str:
     """Return a value as TOML writes it, an inner table in one line."""
     if isinstance(value, BaseModel):
-        given = (f"{key} = {toml_value(inner)}" for key, inner in value if inner is not None)
+        given = (f"{key} = {_written(inner)}" for key, inner in value if inner is not None)
         return "{ " + ", ".join(given) + " }"
+    if isinstance(value, tuple) and any(isinstance(one, BaseModel) for one in value):
+        return "[" + ", ".join(map(_written, value)) + "]"
     return toml_value(value)
 
 

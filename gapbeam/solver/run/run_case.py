@@ -35,11 +35,10 @@ from gapbeam.solver.run.output.atomic_files import disk_reported, written
 from gapbeam.solver.run.output.disk_space import check_space, size_of_results
 from gapbeam.solver.run.output.progress import kept_lines, log_file
 from gapbeam.solver.run.output.results_folder import (
-    AS_RUN,
     check_folder,
     locked,
     prepare_folder,
-    write_beside,
+    write_case,
     write_summary,
 )
 from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
@@ -224,10 +223,7 @@ def _run_case(
 def _write_opening(case: Case, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:
     def write() -> None:
         with written(folder / CASE_FILE):
-            made = ", ".join(f"{name} {version}" for name, version in summary["versions"].items())
-            text = f"{AS_RUN}, with every default, by {made}.\n{case_to_toml(case)}"
-            write_beside(folder / CASE_FILE, text)
-            write_summary(folder, summary)
+            write_case(folder, case_to_toml(case), summary)
 
     on_rank_zero(comm, write)
 

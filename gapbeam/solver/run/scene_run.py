@@ -33,7 +33,14 @@ from gapbeam.solver.run.outcome import Outcome, wear_words
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
 from gapbeam.solver.run.output.history_file import HistoryWriter, recorded_figures, refuse_cut, write_impacts
 from gapbeam.solver.run.output.progress import log_file
-from gapbeam.solver.run.output.results_folder import check_folder, clear, locked, prepare_folder, write_summary
+from gapbeam.solver.run.output.results_folder import (
+    check_folder,
+    clear,
+    locked,
+    prepare_folder,
+    write_case,
+    write_summary,
+)
 from gapbeam.solver.run.output.shape_file import ShapeFrames, write_shapes
 from gapbeam.solver.run.scene_checkpoint import SceneCheckpoint, fingerprint, refuse_other
 from gapbeam.solver.run.scene_records import Rows, SceneAccounts, SceneRecords, promises_balance
@@ -84,6 +91,8 @@ class SceneRun:
             statistics with intervals.
         shapes: Steps between two shapes of structures with nodes in space, for films; None: 200 over the run, fewer of
             large structures.
+        text: Its file, with every default, for the results; empty: it has none.
+        overrides: Values of the scene that the file does not have, by paths: {"gap.clearance": 1e-4}.
         finer: Function that returns a finer scene, of more modes or elements, and its start: errors include the change.
         wear: Archard's coefficient, 1/Pa, and the worn area of each contact, m^2: {"coefficient": 1e-14, "area": 1e-5}.
     """
@@ -107,6 +116,8 @@ class SceneRun:
     sources: Mapping[str, str] = field(default_factory=dict)
     random_loads: Sequence[Mapping[str, Any]] = ()
     shapes: int | None = None
+    text: str = ""
+    overrides: Mapping[str, Any] = field(default_factory=dict)
     finer: Callable[[], tuple[Scene, SceneState | None]] | None = None
 
     def __post_init__(self) -> None:
@@ -223,7 +234,7 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bo
                     LOG.info("continues from t = %.6g s, step %d, to the same bits", marcher.t, marcher.count)
                 try:
                     with disk_reported(folder):
-                        write_summary(folder, summary)
+                        write_case(folder, asked.text, summary)
                         signals.march_begins()
                         march.write(folder, checkpoint, kept)
                     march.judge()
@@ -280,22 +291,14 @@ def smoothing_of(asked: SceneRun, whole: float) -> dict[str, Any]:
 
 def _opening(asked: SceneRun, folder: Path, marcher: Marcher) -> dict[str, Any]:
     return {
-        "title": asked.title or folder.name,
-        "status": "running",
-        "exit_status": None,
-        "reason": None,
-        "message": "",
-        "warnings": [],
-        "versions": python_versions(),
+        "title": asked.title or folder.name, "status": "running", "exit_status": None, "reason": None, "message": "",
+        "warnings": [], "overrides": dict(asked.overrides), "versions": python_versions(),
         "forcing": {"frequency": None if asked.period is None else 1.0 / asked.period, "period": asked.period},
         "smoothing": smoothing_of(asked, asked.end - marcher.t0),
         "model": {"type": "scene", "dofs": asked.scene.size, "contact_points": len(asked.scene.contacts),
                   "supports": []},
         "scene": describe_scene(asked.scene, marcher.h, asked.end, asked.scheme),
-        "sources": dict(asked.sources),
-        "defaults": [],
-        "wall_time": {},
-        "resumed": [],
+        "sources": dict(asked.sources), "defaults": [], "wall_time": {}, "resumed": [],
     }  # fmt: skip
 
 

@@ -19,11 +19,13 @@ from functools import partial
 from itertools import chain
 from math import ceil, inf, pi, sqrt
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
+from gapbeam.solver.case.case import case_to_toml
 from gapbeam.solver.case.figure_table import figure_faults
 from gapbeam.solver.case.reading.case_reader import SCENE, Places, SceneSource, checked_tables, plain_tables
 from gapbeam.solver.case.reading.known_keys import candidates
@@ -167,6 +169,7 @@ class ReadScene:
         spans: Lengths of tubes in a flow, by name of the [[feedback]].
         name: Name of the file, without folder and suffix.
         reason: Reason for its step, where that is computed; empty: the file gives it.
+        changes: Values of its scene that are none of its keys, by paths.
         finer: Function that reads the file with twice the modes and elements and finer meshes; None: it has no reduced
             structure, and no beam or frame that is marched in its modes.
     """
@@ -176,6 +179,7 @@ class ReadScene:
     spans: Mapping[str, FlowSpan]
     name: str
     reason: str = ""
+    changes: Mapping[str, Any] = MappingProxyType({})
     finer: Callable[[], ReadScene] | None = None
 
     @property
@@ -204,6 +208,8 @@ class ReadScene:
             "errors": self.case.output.errors != "none",
             "wear": None if self.case.wear is None else self.case.wear.model_dump(exclude={"depth_limit"}),
             "finer": None if self.finer is None else self._refined,
+            "text": case_to_toml(self.case),
+            "overrides": self.changes,
         }
 
     def _refined(self) -> tuple[Scene, SceneState]:
@@ -308,7 +314,8 @@ class SceneFile:
         case, reason = with_step(case, scene, str(path), self.places.put_in_order)
         meshed = () if scene.is_large else (ElementBeam, ElementFrame)
         is_coarse = any(one.reduce is not None or isinstance(one.model, meshed) for one in case.structure)
-        return ReadScene(case, scene, spans, path.stem, reason, partial(self.read, 2) if is_coarse else None)
+        again = partial(self.read, 2) if is_coarse else None
+        return ReadScene(case, scene, spans, path.stem, reason, self.changes, again)
 
 
 def read_scene(source: SceneSource, overrides: Overrides = ()) -> ReadScene:

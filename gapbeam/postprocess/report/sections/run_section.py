@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -247,8 +248,10 @@ def case_section(results: Results) -> ReportSection | None:
     path = results.folder / CASE_FILE
     if not path.is_file():
         return None
+    changes = results.summary.get("overrides") or {}
+    sets = [word for key, value in changes.items() for word in ("--set", f"{key}={json.dumps(value)}")]
     blocks: list[Block] = [
-        Command(shell_command("gapbeam", "run", path, "--output", Path(f"{results.folder}-again"))),
+        Command(shell_command("gapbeam", "run", path, *sets, "--output", Path(f"{results.folder}-again"))),
         Listing(f"`{CASE_FILE}`, with every default", results.case_text),
     ]
     return ReportSection("The case", "case", blocks)

@@ -304,6 +304,20 @@ FOLDERS = {
 AS_RUN = "# As it was run"  # how the case that a run leaves begins
 
 
+def write_case(folder: Path, text: str, summary: dict[str, Any]) -> None:
+    """Write the case of a run, with what made it, and its first summary.
+
+    Args:
+        folder: Folder of the run.
+        text: The case with every default; empty: the run has none.
+        summary: The summary.
+    """
+    if text:
+        made = ", ".join(f"{name} {version}" for name, version in summary["versions"].items())
+        write_beside(folder / records.CASE_FILE, f"{AS_RUN}, with every default, by {made}.\n{text}")
+    write_summary(folder, summary)
+
+
 def check_folder(folder: Path, overwrite: bool, replaces: bool = False) -> None:
     """Refuse a results folder that a run could not or should not write; changes nothing.
 

@@ -59,7 +59,8 @@ def test_quantiles_cover_members_that_were_never_seen(bent: bool) -> None:
     """Places of true values in their distributions are uniform: 100 members, five levels, by a binomial of 1 in 1000.
 
     The bent model has two values of u_1 for some recordings, and errors that grow five-fold over the range of u_2. The
-    density is summed over a grid; samples have its quantiles to four times their scatter.
+    density is summed over a grid; samples have its quantiles to six times their scatter:
+    walkers change regions together.
     """
     likelihood = Likelihood(learned(1000, bent), 2)
     z, true = drawn(100, 9, bent)
@@ -80,7 +81,32 @@ def test_quantiles_cover_members_that_were_never_seen(bent: bool) -> None:
     u, independent = likelihood.sampled(s[0], 4000, 0)
     for k in range(2):
         place = np.interp(np.quantile(u[:, k], [0.1, 0.5, 0.9]), np.linspace(0.0, 1.0, 41), masses[0][k])
-        assert place == pytest.approx([0.1, 0.5, 0.9], abs=4.0 * 0.5 / np.sqrt(independent))
+        assert place == pytest.approx([0.1, 0.5, 0.9], abs=6.0 * 0.5 / np.sqrt(independent))
+
+
+class NarrowAndWide(Likelihood):
+    """A narrow normal density at 0.2, and a wide one at 0.9 whose peak is e^-30 of the first."""
+
+    def __init__(self, count: int, width: float) -> None:
+        for name, value in (("count", count), ("scale", 1.0), ("width", width)):
+            object.__setattr__(self, name, value)
+
+    def _gaussian(self, u: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return s - u, np.broadcast_to(self.width**2 * np.eye(self.count), (len(u), self.count, self.count))
+
+    def __call__(self, u: np.ndarray, s: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        """Return the logarithm of the density."""
+        parts = [a - 0.5 * ((u - x) ** 2).sum(axis=1) / w**2 for a, x, w in ((0.0, 0.2, self.width), (-30, 0.9, 0.05))]
+        return np.where(np.all((u >= 0.0) & (u <= 1.0), axis=1), np.logaddexp(*parts), -np.inf)
+
+
+@pytest.mark.parametrize(("count", "width"), [(2, 0.003), (3, 0.0005), (4, 0.01)])
+def test_samples_do_not_stay_where_they_began(count: int, width: float) -> None:
+    """Samples of a narrow region have its width; walkers that began at the ends of the ranges stayed there."""
+    s = np.full(count, 0.2 + width)
+    u, _ = NarrowAndWide(count, width).sampled(s, 4000, 0)
+    assert np.all(np.abs(u - 0.2) < 6.0 * width)
+    assert u.std(axis=0) == pytest.approx(width, rel=0.15)
 
 
 def test_what_has_no_likelihood_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

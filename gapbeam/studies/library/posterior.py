@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 from scipy.spatial.distance import cdist
-from scipy.stats import chi2, qmc
+from scipy.stats import chi2, multivariate_normal, qmc
 
 from gapbeam.postprocess.study_figures.study_axis import si_key
 from gapbeam.solver.messages.errors import NotConverged, UserError
@@ -27,7 +27,7 @@ QUANTILES = (0.025, 0.25, 0.5, 0.75, 0.975)
 MEMBERS = 2048
 """Most members that the likelihood is made from."""
 PLACES = 4096
-"""Places among which walkers start, by their likelihood."""
+"""Places of the ranges, and places near the estimate, among which walkers start."""
 BATCH, LONGEST = 1000, 20_000
 """Steps between two looks at the chains, and most steps."""
 TIMES = 100
@@ -107,8 +107,11 @@ class Likelihood:
 
         d, walkers = self.count, max(32, 4 * self.count)
         draw = np.random.RandomState(seed)
+        near = multivariate_normal(s, 4.0 * self.scale * self._gaussian(np.clip(s, 0.0, 1.0)[None], s)[1][0])
         places = qmc.Sobol(d, seed=np.random.default_rng(seed)).random(PLACES)
-        order = np.argsort(-self(places, s) - draw.gumbel(size=PLACES))  # as often as likely, none twice
+        places = np.vstack([places, near.rvs(PLACES, random_state=draw).reshape(-1, d)])
+        worth = self(places, s) - np.log(1.0 + near.pdf(places))
+        order = np.argsort(-worth - draw.gumbel(size=len(places)))  # as often as likely, none twice
         mixed = [(moves.DEMove(), 0.7), (moves.DEMove(gamma0=1.0), 0.3)]  # the second jumps between regions
         sampler = EnsembleSampler(walkers, d, lambda u: self(u, s), moves=mixed, vectorize=True)
         state = State(places[order[:walkers]], random_state=draw.get_state())

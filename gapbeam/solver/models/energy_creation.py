@@ -26,7 +26,7 @@ def energy_creator(model: Model) -> Fault | None:
     augmented-lagrangian and nitsche. An explicit step does not bear a damper whose coefficient grows as the speed at
     touch goes to zero.
     """
-    case, scheme = model.case, model.scheme
+    case, scheme = model.case, model.case.time.scheme
     formulation = case.contact.formulation
     massless = case.contact.mass == "redistributed"
     if not scheme.creates_energy_on(massless):
@@ -78,7 +78,7 @@ def _softest_of_stiffest(case: Case, model: Model, slope: float) -> str:
     support = max(case.layout.supports, key=slope_at)
     area = 1.0 if support.support_stiffness is None else nominal_area(case, support)
     if points is not None:
-        area = model.system.contact.area / (len(model.system.contact.support.faces) * len(points))
+        area = model.system.contact.area / (len(model.support.faces) * len(points))
     return f"{stiffness_key(support)} = {area * slope / slope_factor(case, law_at(case.contact, support)):.3g}"
 
 

@@ -32,7 +32,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,34 +81,6 @@ class Neglected:
     local: float
     smooth: float
     section: float | None = None
-
-
-class KeptContact(Protocol):
-    """Motion of the surface in the supports, in a basis."""
-
-    @property
-    def count(self) -> int:
-        """Number of shapes that contact forces give the basis."""
-
-    @property
-    def points(self) -> ContactOperator:
-        """The contact points that are marched, on the DOFs of the mesh."""
-
-    @property
-    def inputs(self) -> tuple[Any, ...]:
-        """Inputs that the vectors and their neglected share follow from, besides the contact rows of the mesh."""
-
-    def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[list[Array], float]:
-        """Return modes and shapes, each (n, k), and the largest `Modes.left`. Collective.
-
-        Args:
-            operators: M and K.
-            modes: Modes with free faces, and the factor of K + sigma M.
-            shift: sigma, 1/s^2.
-        """
-
-    def neglected(self, operators: PetscOperators, modes: Modes, basis: Basis, shift: float) -> Neglected:
-        """Return the neglected flexibility of a basis; arguments as above. Collective."""
 
 
 PRESSED = np.array([[0.0, -1.0], [1.0, 0.0]])  # directions along y and z of the pressures that measure what is left out

@@ -365,14 +365,10 @@ def taken(case: Case) -> dict[str, str]:
         "friction": "friction" if case.friction is not None else "none",
         "points": "points" if contact.points is not None else "faces",
         "steps": "adaptive" if case.time.adaptive else "computed" if case.time.step == "auto" else "given",
-        "analysis": case.analysis.type + _curve(case),
+        "analysis": case.analysis.type + ("" if curve_of(case) is None else ", curve"),
         "start": "another run" if earlier_folder(case) else str(getattr(case.analysis, "start", "")),
         "loads": "+".join(sorted({load.type for load in case.load})),
     }
-
-
-def _curve(case: Case) -> str:
-    return "" if curve_of(case) is None else ", curve"
 
 
 COLUMNS = ("choice", "drawn", "status 0", "compared", "refused (2)", "3, 4, 124", "findings")

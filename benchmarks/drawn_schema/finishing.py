@@ -45,7 +45,7 @@ def with_segments(draw: Draw, whole: dict[str, Any]) -> dict[str, Any]:
     if not whole.get("segment"):
         return {key: value for key, value in whole.items() if key != "segment"}
     (segment,) = whole["segment"]
-    if _asks_for_section(draw):
+    if _asked(draw) and draw.focus.key == "section" and draw.focus.value in map(type_name, SECTIONS):
         kind = segment["section"]["type"]
         if kind == "polygon":  # drawn as thick as the beam
             segment = {key: value for key, value in segment.items() if key != "thickness"}
@@ -76,11 +76,6 @@ def _asked(draw: Draw) -> bool:
     """Return whether the choice in focus is one of segments."""
     whole = (draw.focus.table, draw.focus.key) == ("Case", "segment")
     return whole or draw.focus.table in (Segment.__name__, PlacedSegment.__name__)
-
-
-def _asks_for_section(draw: Draw) -> bool:
-    """Return whether the choice in focus is the section of a segment."""
-    return _asked(draw) and draw.focus.key == "section" and draw.focus.value in map(type_name, SECTIONS)
 
 
 TILTED = 0.15  # share of the loads with a direction beside the bending direction

@@ -13,8 +13,6 @@ from math import pi
 from pathlib import Path
 from typing import Any
 
-from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT
-
 ELASTIC = ((2.1e11, 7850.0), (7.0e10, 2700.0), (3.0e9, 1200.0))
 """Young's modulus, Pa, and density, kg/m^3: steel, aluminum, a plastic."""
 
@@ -477,11 +475,6 @@ RULES: dict[tuple[str, str], Rule] = {
     ("Transient", "state_time"): never,  # the run before keeps its last state alone
 }
 """Rules by class of the table, or of one that it derives from, and key."""
-
-
-def weight_of(table: type) -> float:
-    """Return the weight of a table in draws: schemes that create energy are seldom of use."""
-    return 1.0 if getattr(table, "contact_range", None) == SOFT_CONTACT else 4.0
 
 
 def rule_of(table: type, key: str) -> Rule | None:

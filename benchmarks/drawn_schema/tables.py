@@ -10,8 +10,9 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from benchmarks.drawn_schema.rules import LeftOut, Scene, rule_of, weight_of
+from benchmarks.drawn_schema.rules import LeftOut, Scene, rule_of
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT
 from gapbeam.solver.schema.table import models_in, type_name
 
 
@@ -123,7 +124,7 @@ class Draw:
         wanted = [model for model in inner if self._leads_to_focus(model, focused)]
         if len(inner) == 1 and not field.is_required() and not wanted and self.chance.random() > GIVEN:
             return LeftOut()
-        weights = [weight_of(model) for model in wanted or inner]
+        weights = [1.0 if getattr(model, "contact_range", None) == SOFT_CONTACT else 4.0 for model in wanted or inner]
         return self.table(self.chance.choices(wanted or inner, weights)[0])
 
     def _leads_to_focus(self, model: type[BaseModel], focused: bool) -> bool:

@@ -157,11 +157,6 @@ class BeamGeometry:
         found |= {step.start for step in self.steps} | set(self.breaks)
         return tuple(sorted(found - {0.0, self.length}))
 
-    @property
-    def shoulders(self) -> tuple[float, ...]:
-        """Places where the cross-section changes, increasing."""
-        return tuple(step.start for step in self.steps[1:])
-
     def at(self, x: float) -> BeamStep:
         """Return the part of the beam at a place."""
         if not self.steps:

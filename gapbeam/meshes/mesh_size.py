@@ -252,7 +252,7 @@ class BeamSizing:
             for place in {start, end} & {x for span in geometry.spans for x in (span.start, span.end)}:
                 at_edges[place] = min(edge_size, at_edges.get(place, edge_size))
             if self.size is None:
-                for place in {start, end} & {*geometry.shoulders}:
+                for place in {start, end} & {*(step.start for step in geometry.steps[1:])}:
                     at_edges[place] = min(support_size, at_edges.get(place, support_size))
         return CellLength(tuple(regions), tuple(sorted(at_edges.items())))
 

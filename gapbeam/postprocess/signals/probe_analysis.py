@@ -389,7 +389,7 @@ def _signal_data(one: SignalAnalysis) -> dict[str, Any]:
             "periods": lines.periods,
             "start": lines.start,
             "end": lines.end,
-            "resolution": lines.resolution,
+            "resolution": 1.0 / (lines.end - lines.start),
         },
         "harmonics": [
             {

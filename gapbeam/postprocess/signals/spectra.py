@@ -61,11 +61,6 @@ class Spectrum:
     start: float
     end: float
 
-    @property
-    def resolution(self) -> float:
-        """Spacing of the lines in Hz: one over the span."""
-        return 1.0 / (self.end - self.start)
-
 
 def spectrum(
     signal: Signal,

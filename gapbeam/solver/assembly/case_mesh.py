@@ -47,7 +47,7 @@ def geometry_of(case: Case) -> BeamGeometry:
         dimension=mesh.dimension,
         length=case.beam.length,
         thickness=profile.thickest,
-        width=profile.widest,
+        width=max(piece.beam.width for piece in profile.pieces),
         support_length=layout.end,
         points=tuple(_coordinates(point, mesh.dimension) for point in points),
         section=section,

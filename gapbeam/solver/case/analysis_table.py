@@ -222,7 +222,7 @@ def centering_faults(support: AnySupports, key: Key) -> Iterator[Fault]:
         return
     pose = centered_pose(support)
     for place, one in keyed(support):
-        room, x = min((_room(one, pose, x), x) for x in _ends(one))
+        room, x = min((_room(one, pose, x), x) for x in (one.start, one.end))
         if room < -TOUCHES * abs(one.clearance):
             yield Fault(
                 key,
@@ -241,10 +241,6 @@ def _room(support: OneSupport, pose: RigidMotion, x: float) -> float:
 
 def _middle(support: OneSupport) -> float:
     return 0.5 * (support.start + support.end)
-
-
-def _ends(support: OneSupport) -> tuple[float, float]:
-    return support.start, support.end
 
 
 def _resolved(place: float, play: Play) -> float:

@@ -346,16 +346,6 @@ class BeamProfile:
         """The smallest thickness, m."""
         return min(piece.beam.thickness for piece in self.pieces)
 
-    @property
-    def widest(self) -> float:
-        """The largest width, m."""
-        return max(piece.beam.width for piece in self.pieces)
-
-    @property
-    def softest_bending(self) -> float:
-        """The smallest E I, N m^2."""
-        return min(piece.bending for piece in self.pieces)
-
     def at(self, x: float) -> BeamPiece:
         """Return the piece at a place; where two pieces meet, the one that begins there."""
         return next((piece for piece in reversed(self.pieces) if piece.start <= x), self.pieces[0])

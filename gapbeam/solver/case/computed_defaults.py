@@ -356,7 +356,7 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
     """
     body, profile = contact_modulus(case) / cell_length, case.profile
     if bending_rank(case.joint, held_only=False) == BOTH:
-        bending = profile.softest_bending / case.beam.length**3
+        bending = min(piece.bending for piece in profile.pieces) / case.beam.length**3
         return max(SEAT_SHARE * bending / area, SEAT_ROUND_OFF * body)
     softest = SEAT_SOFTNESS * min(stiffness, body)
     weight = profile.mass * sum(load.weight_acceleration for load in case.load)

@@ -86,7 +86,7 @@ class SubstructuredFactor:
             csr_matrix(inner[:, inside + first]), csr_matrix(inner[:, between]), prefix, comm
         )
         self._inside = inside[order]
-        size = comm.allreduce(sum(one.bytes for one in self._subdomains))
+        size = comm.allreduce(sum(float(8 * one.coupling.shape[0] * len(one.interface)) for one in self._subdomains))
         keeps = columns_limit is None or size <= columns_limit
         if columns_limit is not None and keeps:
             self._limit = columns_limit - size
@@ -266,11 +266,6 @@ class Subdomain:
     coupling: csr_matrix
     factor: Factor
     responses: Array | None = field(default=None, init=False)
-
-    @property
-    def bytes(self) -> float:
-        """Memory of W."""
-        return float(8 * self.coupling.shape[0] * len(self.interface))
 
     def solve(self, right_side: Array) -> Array:
         """Return A_ii^-1 b, (rows,)."""

@@ -302,11 +302,6 @@ class Fluid(AlongBeam):
     )
     damping: NonNegative = Field(default=0.0, description="damping of motion across the axis, N s/m^2", examples=[2.0])
 
-    @property
-    def acts(self) -> bool:
-        """True where the fluid has mass, buoyancy or damping."""
-        return max(self.added_mass, self.displaced_mass, self.damping) > 0.0
-
     def attached(self) -> Iterator[Attached]:
         """Yield the mass and damping of the fluid on the cross-sections at its Gauss points."""
         half = 0.5 * self.length

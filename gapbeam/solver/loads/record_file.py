@@ -65,10 +65,6 @@ class RecordLayout:
                     return known.index(column.strip())
         return None
 
-    def entries(self, row: str) -> list[str]:
-        """Return the entries of a row, with decimal points."""
-        return _entries(row, self.delimiter)
-
 
 def layout_of(lines: Sequence[str], wanted: Sequence[int | str]) -> RecordLayout:
     """Return the layout of the rows, by the first line that has numbers where they are wanted.
@@ -289,7 +285,7 @@ def _numbers(content: bytes, layout: RecordLayout, columns: list[int]) -> tuple[
     try:
         read = np.loadtxt(iter(rows), delimiter=layout.delimiter, usecols=columns, comments=None, ndmin=2)
     except ValueError as error:
-        entries = layout.entries(rows.text)
+        entries = _entries(rows.text, layout.delimiter)
         wrong = next((entries[place] for place in columns if not is_numeric(entries[place])), rows.text)
         found = f"{printable(wrong.strip())!r} in line {rows.line}"
         raise _fault(FILE, found, "a number", "put # in front of lines that are no rows") from error

@@ -321,7 +321,7 @@ def law_of_case(case: Case, faces: Indices, setting: ContactSetting) -> ContactL
     for number, (law, radius) in enumerate(different):
         points = np.flatnonzero(owners == number)
         values = setting.stiffness, setting.damping, setting.areas, setting.nominal
-        made = _made(case, law, *(_taken(value, points) for value in values))
+        made = _made(case, law, *(value[points] if isinstance(value, np.ndarray) else value for value in values))
         groups.append(LawGroup(points, made if radius is None else line_law(made, radius)))
     found = [group for group in groups if len(group.points) > 0]
     return mixed_law(found) if len(different) > 1 else found[0].law
@@ -341,7 +341,3 @@ def _made(
         law, stiffness, touch_depth(case), damping, areas,
         adhesive=adhesive, augmented=augmented, slowest_touch=slowest_touch(case), nominal=nominal,
     )  # fmt: skip
-
-
-def _taken(value: float | Array, points: Indices) -> float | Array:
-    return value[points] if isinstance(value, np.ndarray) else value

@@ -116,10 +116,6 @@ class HarmonicBalance:
             y, missed, forces = y + length * update, tried, tried_forces
         raise self._failure(residuals)
 
-    def traces_of(self, coordinates: Array) -> Array:
-        """Return y = V q, (..., r), of modal coordinates, (..., n)."""
-        return np.asarray(coordinates @ self.basis[1].T)
-
     @cached_property
     def basis(self) -> tuple[Array, Array]:
         """U, (m, r), with orthonormal columns, and V, (r, n)."""

@@ -133,7 +133,7 @@ def _guesses(
     harmonics = balance.series.harmonics
     tried = [found[-1].series.extended(found[-1].traces, harmonics)] if found else []
     if start is not None:
-        tried.insert(0 if near else len(tried), balance.traces_of(start[0].extended(start[1], harmonics)))
+        tried.insert(0 if near else len(tried), np.asarray(start[0].extended(start[1], harmonics) @ balance.basis[1].T))
     return tried or [np.zeros((balance.series.size, balance.basis[1].shape[0]))]
 
 

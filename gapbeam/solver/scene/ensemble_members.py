@@ -329,11 +329,6 @@ class LaneFigures:
         self.parts = [_Gathered(one, lanes) for one in figures]
         self.before: list[Array] = []
 
-    @property
-    def needs_speeds(self) -> bool:
-        """True where a figure is of a velocity."""
-        return any(one.figure.quantity == "velocity" for one in self.parts)
-
     def begin(self, t: float, seen: Array, speeds: Array, sizes: Array) -> None:
         """Begin at a time, s, with displacements and velocities (watched, lanes), and forces (contacts, lanes)."""
         self.t = t

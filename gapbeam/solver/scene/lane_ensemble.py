@@ -399,7 +399,7 @@ class _Job:
         failed, done = np.zeros(count, dtype=bool), 0
         if plan.settle == 0:
             features.begin(marcher)
-        records, speeds = features.needs_records, features.own.needs_speeds
+        records, speeds = features.needs_records, any(one.figure.quantity == "velocity" for one in features.own.parts)
         try:
             with np.errstate(all="ignore"):  # a member that fails is found by its step
                 for steps in plan.blocks(BLOCK // 4):

@@ -24,11 +24,10 @@ from gapbeam.solver.case.reading.value_words import flat
 from gapbeam.solver.messages.errors import CaseError, OutOfMemory, RunError
 from gapbeam.solver.messages.wording import counted, printable
 from gapbeam.solver.models.body import body_key
-from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.results_folder import finite
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.identification.identification_file import FloatArray, Problem, Values
-from gapbeam.studies.identification.identification_tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
+from gapbeam.studies.identification.identification_tables import ForceFigure, FrequencyFigure, MotionFigure
 from gapbeam.studies.identification.run_figures import (
     Shifted,
     end_of_run,
@@ -106,7 +105,11 @@ def _record(job: TrialJob, piece: Piece) -> Record:
     try:
         case = read_case(job.case, {**experiment.settings, **problem.settings(piece.values)})
         model = BODY.model(case)
-        record["figures"] = _frequencies(model, experiment.figures)
+        record["figures"] = {
+            figure.name: _as_data(natural_frequency(figure, model))
+            for figure in experiment.figures
+            if isinstance(figure, FrequencyFigure)
+        }
         if marched:
             begin = kicked(model, case.load, piece.start, KICK_SEED) if piece.start else seated(model)
     except (CaseError, RunError) as error:
@@ -129,14 +132,6 @@ def _record(job: TrialJob, piece: Piece) -> Record:
             if piece.start == 0 and record.get("cycle") is not None:
                 record["end"] = end_of_run(model, response.end)
     return record | {"seconds": seconds | {"all": time.perf_counter() - clock}}
-
-
-def _frequencies(model: Model, figures: tuple[Figure, ...]) -> dict[str, Record]:
-    return {
-        figure.name: _as_data(natural_frequency(figure, model))
-        for figure in figures
-        if isinstance(figure, FrequencyFigure)
-    }
 
 
 def _as_data(one: WindowFigure) -> Record:

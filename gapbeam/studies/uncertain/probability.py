@@ -248,11 +248,6 @@ class Inputs:
     distributions: dict[str, Any]
     factor: Array
 
-    @property
-    def is_correlated(self) -> bool:
-        """True where inputs depend on each other."""
-        return not np.array_equal(self.factor, np.eye(len(self.factor)))
-
     def values(self, normal: Array) -> dict[str, Array]:
         """Return values by path, (points,), from standard normal vectors, (points, inputs)."""
         y, found = normal @ self.factor.T, {}

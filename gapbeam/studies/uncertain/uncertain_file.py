@@ -330,7 +330,7 @@ def uncertain(
     if isinstance(answer, SceneModel) and answer.starts.q.shape[1] > 1:
         given[START] = randint(0, answer.starts.q.shape[1])
     inputs = inputs_of(given, correlation)
-    if sensitivity and inputs.is_correlated:
+    if sensitivity and not np.array_equal(inputs.factor, np.eye(len(inputs.factor))):
         raise UserError("uncertain: Sobol indices share out the variance of independent inputs; leave correlation out")
     if rare_members < 100 or rare_replicates < 2:
         raise UserError("uncertain: expected 100 rare_members or more, and 2 rare_replicates or more")

@@ -236,13 +236,8 @@ def random_loads_section(summary: dict[str, Any]) -> ReportSection | None:
         summary: Summary of a run.
     """
     loads = summary.get("random_loads") or ()
-    blocks = [block for load in loads for block in _of_load(load)]
+    blocks = [block for load in loads for block in [*_spectrum(load), *_coherence(load), *_cross_spectrum(load)]]
     return ReportSection("Random loads", "random-loads", blocks) if blocks else None
-
-
-def _of_load(load: dict[str, Any]) -> list[Block]:
-    """Return spectrum, coherence of a load along the beam, and its coherence with another load."""
-    return [*_spectrum(load), *_coherence(load), *_cross_spectrum(load)]
 
 
 def _cross_spectrum(load: dict[str, Any]) -> list[Block]:

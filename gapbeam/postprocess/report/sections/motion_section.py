@@ -87,7 +87,7 @@ def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: s
         smoothed = analysis.smoothed if name == "acceleration" else None
         span = enlarged_span(one.signal.time, one.signal.values, analysis.forcing_frequency, ZOOM)
         pairs = [(_RECORDED if smoothed else name, one)]
-        pairs += [(_averaged(smoothed.signal), smoothed)] if smoothed else []
+        pairs += [(f"moving average over {size_words(smoothed.signal.width, 3, 's')}", smoothed)] if smoothed else []
         for label, part in pairs:
             signal = part.signal.between(*span) if last else part.signal
             size = max(size, signal.time.size)
@@ -105,10 +105,6 @@ def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: s
         choices=list(dict.fromkeys(str(curve.choice) for curve in curves)),
         choice="probe",
     )
-
-
-def _averaged(smoothed: Signal) -> str:
-    return f"moving average over {size_words(smoothed.width, 3, 's')}"
 
 
 def _clock(analyses: Mapping[str, Analysis], last: bool) -> tuple[str, float]:

@@ -46,10 +46,11 @@ from gapbeam.postprocess.report.sections.support_section import impulsive_faces
 from gapbeam.postprocess.report.sections.sweep_section import alike
 from gapbeam.postprocess.report.sections.verdict_section import (
     computation_section,
+    cost_figures,
     figures_section,
-    key_figures,
     limits_section,
     opening_section,
+    result_figures,
     run_verdicts,
     scene_table,
     summary_section,
@@ -399,7 +400,7 @@ def _verdicts(runs: Sequence[Results], names: Sequence[str]) -> list[Verdict]:
 
 
 def _key_table(runs: Sequence[Results], names: Sequence[str]) -> TableBlock:
-    tables = [{(row[0], row[2]): row[1] for row in key_figures(run)} for run in runs]
+    tables = [{(row[0], row[2]): row[1] for row in [*result_figures(run), *cost_figures(run)]} for run in runs]
     keys = dict.fromkeys(key for table in tables for key in table)
     rows: list[tuple[Cell, ...]] = [(key[0], key[1], *(table.get(key) for table in tables)) for key in keys]
     return TableBlock("Key figures of the runs", ("figure", "unit", *names), rows)

@@ -274,11 +274,6 @@ def defaults_table(summary: Mapping[str, Any]) -> TableBlock | None:
     )
 
 
-def key_figures(results: Results) -> list[Row]:
-    """Return name, value and unit of the figures in the summary: results, then cost."""
-    return [*result_figures(results), *cost_figures(results)]
-
-
 def result_figures(results: Results) -> list[Row]:
     """Return name, value and unit of the results that the summary reports, as far as they are there."""
     summary = results.summary

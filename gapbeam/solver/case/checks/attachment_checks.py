@@ -165,7 +165,7 @@ def fluids_surround_the_beam(beam: Beam, fluid: Fluids) -> Iterator[Fault]:
     for number, entry in fluid.items():
         key = ("fluid", number)
         yield from span_lies_on_the_beam(key, entry, beam, "the fluid", "a fluid has a length along the beam")
-        if not entry.acts:
+        if not max(entry.added_mass, entry.displaced_mass, entry.damping) > 0.0:
             yield Fault(
                 (*key, "added_mass"),
                 "a fluid without added mass, displaced mass and damping",

@@ -79,9 +79,9 @@ class Overlay:
 
     name: str
     unit: str
-    time: FloatArray
-    a: FloatArray
-    b: FloatArray
+    time: np.ndarray
+    a: np.ndarray
+    b: np.ndarray
 
     @property
     def range(self) -> float:
@@ -125,7 +125,7 @@ def cycles_overlaid(a: Run, b: Run, probes: tuple[str, ...], frequency: float, c
     return tuple(found)
 
 
-def _folded(signal: Signal, frequency: float, cycle: int, origin: float) -> FloatArray:
+def _folded(signal: Signal, frequency: float, cycle: int, origin: float) -> np.ndarray:
     """Return the last cycle, (values,), beginning at phase 0 of the forcing; of a record of one cycle all of it."""
     available = whole_periods(signal, frequency)
     rows = last_periods(signal, frequency, min(available, cycle) if available else 1)
@@ -138,7 +138,7 @@ def _folded(signal: Signal, frequency: float, cycle: int, origin: float) -> Floa
     return np.asarray(np.interp(places, np.arange(wave.size + 1), np.append(wave, wave[0])))
 
 
-def _thinned(wave: FloatArray, size: int) -> FloatArray:
+def _thinned(wave: np.ndarray, size: int) -> np.ndarray:
     """Return a closed wave at fewer phases."""
     places = np.arange(size) * (wave.size / size)
     return np.asarray(np.interp(places, np.arange(wave.size + 1), np.append(wave, wave[0])))
@@ -161,8 +161,6 @@ def times_overlaid(a: Run, b: Run, probes: tuple[str, ...], frequency: float) ->
             found.append(Overlay(f"{probe} {name}", one.unit, time, *values))
     return tuple(found)
 
-
-FloatArray = np.ndarray
 
 TOLERANCE = 0.01
 DISAGREE = 5  # exit status
@@ -227,7 +225,7 @@ class RunComparison:
     steady: tuple[Steady, Steady]
     rows: tuple[ComparedFigure, ...]
     overlays: tuple[Overlay, ...]
-    phases: dict[str, FloatArray]
+    phases: dict[str, np.ndarray]
     costs: tuple[tuple[str, Any, Any], ...]
     way: str
     agree: bool
@@ -351,7 +349,7 @@ def _row(name: str, one: WindowFigure, other: WindowFigure, scale: float) -> Com
     )  # fmt: skip
 
 
-def _angles(one: Steady, probe: str) -> FloatArray:
+def _angles(one: Steady, probe: str) -> np.ndarray:
     return np.asarray(np.angle(one.harmonics[probe].mean(axis=0)))
 
 

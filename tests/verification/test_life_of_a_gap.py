@@ -9,37 +9,37 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gapbeam.studies.life.worn_march import Array, Blocks, DepthRates, Worn, wear_down, wear_to_limits
+from gapbeam.studies.life.worn_march import Blocks, DepthRates, Worn, wear_down, wear_to_limits
 
 LIMIT, GAP, FASTEST = 1.0e-4, 1.0e-4, 1.0e-12  # m, m, m/s
-Law = Callable[[Array], Array]
+Law = Callable[[np.ndarray], np.ndarray]
 
 
-def growing(depth: Array) -> Array:
+def growing(depth: np.ndarray) -> np.ndarray:
     """The wider the gap, the harder the impacts."""
     return FASTEST * (1.0 + depth / GAP) ** 2
 
 
-def falling(depth: Array) -> Array:
+def falling(depth: np.ndarray) -> np.ndarray:
     """The wider the gap, the rarer the impacts."""
     return FASTEST / (1.0 + depth / GAP)
 
 
-def resonant(depth: Array) -> Array:
+def resonant(depth: np.ndarray) -> np.ndarray:
     """A motion that fits the gap at one depth."""
     return FASTEST * (0.3 + np.exp(-(((depth - 0.5 * LIMIT) / (0.15 * LIMIT)) ** 2)))
 
 
-def coupled(depth: Array) -> Array:
+def coupled(depth: np.ndarray) -> np.ndarray:
     """Two supports: the wider one leaves the load to the other."""
     total = np.sum(depth)
     return FASTEST * np.array([1.0 + depth[1] / GAP, 0.7 + 2.0 * depth[0] / (GAP + total)])
 
 
-def exact(law: Law, faces: int) -> tuple[float, Callable[[float], Array]]:
+def exact(law: Law, faces: int) -> tuple[float, Callable[[float], np.ndarray]]:
     """Return the life and the depths over time, of SciPy to 1e-10."""
 
-    def done(_time: float, depth: Array) -> float:
+    def done(_time: float, depth: np.ndarray) -> float:
         return float(depth.max() - LIMIT)
 
     done.terminal = True  # type: ignore[attr-defined]
@@ -57,10 +57,10 @@ def exact(law: Law, faces: int) -> tuple[float, Callable[[float], Array]]:
     return float(found.t_events[0][0]), found.sol
 
 
-def rates_of(law: Law, spread: float = 0.0, seed: int = 0) -> Callable[[Array, int], DepthRates]:
+def rates_of(law: Law, spread: float = 0.0, seed: int = 0) -> Callable[[np.ndarray, int], DepthRates]:
     """Return a law as runs find it: with an error of one standard deviation, and its interval of two."""
 
-    def rate_at(depth: Array, number: int) -> DepthRates:
+    def rate_at(depth: np.ndarray, number: int) -> DepthRates:
         wrong = np.random.default_rng([seed, number]).standard_normal(len(depth))
         values = law(depth) * np.exp(spread * wrong)
         factor = np.exp(1.96 * spread)
@@ -107,7 +107,7 @@ def test_the_first_limit_of_several(limits: tuple[float, float], first: int) -> 
     """Two faces with limits of their own: which one ends the life, when, and how deep the other is then."""
     ends = LIMIT * np.array(limits)
 
-    def done(_time: float, depth: Array) -> float:
+    def done(_time: float, depth: np.ndarray) -> float:
         return float((depth / ends).max() - 1.0)
 
     done.terminal = True  # type: ignore[attr-defined]

@@ -15,7 +15,7 @@ import gapbeam
 from gapbeam.solver.messages.errors import CaseError
 from gapbeam.studies.life.case_rates import CaseRates, PointRates
 from gapbeam.studies.life.worn_case import of_faces
-from gapbeam.studies.life.worn_march import Array, Blocks, Worn, wear_to_limits
+from gapbeam.studies.life.worn_march import Blocks, Worn, wear_to_limits
 
 LENGTH, WIDTH, MASS = 0.2, 0.02, 7850.0 * 0.2 * 0.01 * 0.02
 GRAVITY, STIFFNESS, COEFFICIENT = 1000.0, 1.0e9, 1.0e-13  # m/s^2, Pa/m, 1/Pa
@@ -93,7 +93,7 @@ def test_a_contact_at_one_end_wears_there() -> None:
     contact = rates.unworn.system.contact
     gap, area = contact.initial_gap, contact.weights
 
-    def pressure(depth: Array) -> Array:
+    def pressure(depth: np.ndarray) -> np.ndarray:
         """Return the pressures of the heights at which they carry the weight, (m,), Pa."""
 
         def missing(height: float) -> float:
@@ -102,7 +102,7 @@ def test_a_contact_at_one_end_wears_there() -> None:
         height = brentq(missing, float((gap + depth).min()), float((gap + depth).max()) + 1.0e-3, xtol=1e-15)
         return np.asarray(STIFFNESS * np.maximum(height - gap - depth, 0.0))
 
-    def done(_time: float, depth: Array) -> float:
+    def done(_time: float, depth: np.ndarray) -> float:
         return float(depth.max() - DEEP)
 
     done.terminal = True  # type: ignore[attr-defined]

@@ -16,7 +16,6 @@ import numpy as np
 
 from gapbeam.postprocess.results_errors import BlockError
 
-FloatArray = np.ndarray
 Mode = Literal["lines", "markers", "lines+markers"]
 
 
@@ -42,15 +41,15 @@ class ChartCurve:
     """
 
     name: str
-    x: FloatArray | Sequence[float]
-    y: FloatArray | Sequence[float]
+    x: np.ndarray | Sequence[float]
+    y: np.ndarray | Sequence[float]
     mode: Mode = "lines"
     choice: str | None = None
     dashed: bool = False
     texts: Sequence[str] = ()
     like: str = ""
-    times: FloatArray | Sequence[float] = ()
-    bars: FloatArray | Sequence[float] = ()
+    times: np.ndarray | Sequence[float] = ()
+    bars: np.ndarray | Sequence[float] = ()
 
     def __post_init__(self) -> None:
         shapes = np.shape(self.x), np.shape(self.y)
@@ -109,7 +108,7 @@ class Chart:
 MOST = 1600  # points of a curve: twice as many as a figure has pixels
 
 
-def envelope(x: FloatArray, y: FloatArray, most: int = MOST) -> tuple[FloatArray, FloatArray]:
+def envelope(x: np.ndarray, y: np.ndarray, most: int = MOST) -> tuple[np.ndarray, np.ndarray]:
     """Return the smallest and the largest value of each of `most`/2 intervals of a record, in their order.
 
     A record that is short enough is returned as it is. Every peak is drawn at its height; motion between

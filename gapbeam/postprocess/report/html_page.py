@@ -21,7 +21,7 @@ from markupsafe import Markup
 from gapbeam.postprocess.display_units import POWERS, PREFIXES
 from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, GRAY, GREEN, PURPLE, SKY, VERMILION
 from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, cell
-from gapbeam.postprocess.report.charts import Chart, ChartCurve, FloatArray
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, scene_values
 from gapbeam.postprocess.results.bounded_files import read_plain
 from gapbeam.postprocess.results_errors import ResultsError
@@ -86,7 +86,7 @@ def _layout(chart: Chart) -> dict[str, Any]:
 
 
 def _axis(
-    title: str, logarithmic: bool, limits: tuple[float, float] | None, values: Sequence[FloatArray | Sequence[float]]
+    title: str, logarithmic: bool, limits: tuple[float, float] | None, values: Sequence[np.ndarray | Sequence[float]]
 ) -> dict[str, Any]:
     axis: dict[str, Any] = {
         "title": {"text": html.escape(title, quote=False), "standoff": 8},
@@ -105,13 +105,13 @@ def _axis(
     return axis
 
 
-def _decades(limits: tuple[float, float] | None, values: Sequence[FloatArray | Sequence[float]]) -> float:
+def _decades(limits: tuple[float, float] | None, values: Sequence[np.ndarray | Sequence[float]]) -> float:
     ends = np.concatenate([np.asarray(part, dtype=float) for part in values] if limits is None else [limits])
     positive = ends[np.isfinite(ends) & (ends > 0.0)]
     return float(np.log10(positive.max() / positive.min())) if positive.size else 0.0
 
 
-def _single(values: FloatArray | Sequence[float]) -> FloatArray:
+def _single(values: np.ndarray | Sequence[float]) -> np.ndarray:
     """Return values as a page shows them: seven digits, half the size."""
     return np.asarray(values, dtype=np.float32)
 

@@ -11,8 +11,6 @@ from gapbeam.postprocess.report.charts import packed, packed_shorts
 from gapbeam.postprocess.results.columns_of_run import RunFace
 from gapbeam.postprocess.results_errors import BlockError
 
-FloatArray = np.ndarray
-
 _NUMBERS = 16  # of 16 bits for a place of a map: x, angle, and two triangles in digits
 
 
@@ -35,14 +33,14 @@ class SceneBeam:
         BlockError: Shapes that differ.
     """
 
-    stations: FloatArray
-    outline: FloatArray
-    half: FloatArray
-    middle: FloatArray
-    lateral: FloatArray
-    vertical: FloatArray
-    twist: FloatArray
-    slide: FloatArray
+    stations: np.ndarray
+    outline: np.ndarray
+    half: np.ndarray
+    middle: np.ndarray
+    lateral: np.ndarray
+    vertical: np.ndarray
+    twist: np.ndarray
+    slide: np.ndarray
     planar: bool
 
     def __post_init__(self) -> None:
@@ -81,8 +79,8 @@ class SceneWall:
     along: tuple[float, float]
     bottom: float
     top: float
-    moved: FloatArray | None = None
-    force: FloatArray = field(default_factory=lambda: np.empty(0))
+    moved: np.ndarray | None = None
+    force: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
 @dataclass(frozen=True)
@@ -98,10 +96,10 @@ class FacePressure:
     """
 
     face: str
-    x: FloatArray
-    angles: FloatArray
+    x: np.ndarray
+    angles: np.ndarray
     triangles: np.ndarray
-    pressures: FloatArray
+    pressures: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -150,7 +148,7 @@ class MovingScene:
     """
 
     caption: str
-    times: FloatArray
+    times: np.ndarray
     beam: SceneBeam
     walls: Sequence[SceneWall]
     magnification: float

@@ -95,8 +95,6 @@ def _normals(corners: np.ndarray, outward: np.ndarray) -> np.ndarray:
     return np.asarray(normals * (signs / np.linalg.norm(normals, axis=1))[:, None])
 
 
-FloatArray = np.ndarray
-
 MOST = 200  # stations
 LOOSE = 80  # stations of a mesh without planes across the beam
 _SAME = 1.0e-6  # of the length: planes that are one
@@ -119,13 +117,13 @@ class Stations:
         regular: Whether every station is a plane of the mesh.
     """
 
-    places: FloatArray
+    places: np.ndarray
     members: tuple[np.ndarray, ...]
-    points: FloatArray
+    points: np.ndarray
     regular: bool
 
 
-def stations_of(points: FloatArray, dimension: int) -> Stations:
+def stations_of(points: np.ndarray, dimension: int) -> Stations:
     """Gather the points of a mesh in stations: its planes across the beam, or bins where these are too many.
 
     Args:
@@ -198,7 +196,7 @@ def _fit(stations: Stations, dimension: int) -> csr_matrix:
     return csr_matrix(matrix)
 
 
-def _boxes(stations: Stations) -> tuple[FloatArray, FloatArray]:
+def _boxes(stations: Stations) -> tuple[np.ndarray, np.ndarray]:
     """Return half width and height of the section at every station and their middle, (s, 2) each."""
     if not stations.regular:  # a bin may miss the corners of its section
         low, high = stations.points.min(axis=0), stations.points.max(axis=0)
@@ -210,13 +208,13 @@ def _boxes(stations: Stations) -> tuple[FloatArray, FloatArray]:
     return 0.5 * (highs - lows), 0.5 * (highs + lows)
 
 
-def _outline(stations: Stations) -> FloatArray:
+def _outline(stations: Stations) -> np.ndarray:
     """Return the convex outline of the largest section in its box, counter-clockwise, (n, 2)."""
     members = max(stations.members, key=len) if stations.regular else np.arange(len(stations.points))
     return hull_of(stations.points[members])
 
 
-def hull_of(section: FloatArray) -> FloatArray:
+def hull_of(section: np.ndarray) -> np.ndarray:
     """Return the convex outline of points of a section in their box, counter-clockwise, (n, 2).
 
     Args:
@@ -235,13 +233,13 @@ def hull_of(section: FloatArray) -> FloatArray:
     return hull[:: -(-len(hull) // _CORNERS)]
 
 
-def circle() -> FloatArray:
+def circle() -> np.ndarray:
     """Return the outline of a round section in its box, (n, 2)."""
     angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def _without_flat_corners(hull: FloatArray) -> FloatArray:
+def _without_flat_corners(hull: np.ndarray) -> np.ndarray:
     """Drop corners on a straight side."""
     closed = np.vstack([hull, hull[:1]])
     sides = np.array([(b - a) / np.linalg.norm(b - a) for a, b in pairwise(closed)])
@@ -254,7 +252,7 @@ CONTACT_MAPS_MOST = 300_000  # numbers of 16 bits in a page: 0.8 MB
 
 
 def contact_maps_of(
-    points: FloatArray, cells: Iterable[CellBlock], dimension: int, walls: Sequence[SceneWall], frames: Sequence[Frame]
+    points: np.ndarray, cells: Iterable[CellBlock], dimension: int, walls: Sequence[SceneWall], frames: Sequence[Frame]
 ) -> list[ContactMap]:
     """Return the maps of the supports that the beam presses on at some time.
 
@@ -303,7 +301,7 @@ def within_room(maps: Sequence[ContactMap], most: int = CONTACT_MAPS_MOST) -> tu
     return [maps[k] for k in sorted(kept)], list(dict.fromkeys(left))
 
 
-def _around(face: str, numbers: np.ndarray, points: FloatArray, frames: Sequence[Frame]) -> FacePressure:
+def _around(face: str, numbers: np.ndarray, points: np.ndarray, frames: Sequence[Frame]) -> FacePressure:
     numbers, x, angles = unrolled(numbers, points)
     flat = np.column_stack([(one - one.min()) / (np.ptp(one) or 1.0) for one in (x, angles)])
     try:
@@ -313,7 +311,7 @@ def _around(face: str, numbers: np.ndarray, points: FloatArray, frames: Sequence
     return FacePressure(face, x, angles, triangles, np.array([frame.contact_pressure[numbers] for frame in frames]))
 
 
-def _over_x(face: str, numbers: np.ndarray, places: FloatArray, near: float, frames: Sequence[Frame]) -> FacePressure:
+def _over_x(face: str, numbers: np.ndarray, places: np.ndarray, near: float, frames: Sequence[Frame]) -> FacePressure:
     """Return the largest pressure across the beam at the places of the mesh, or in bins where every point has its own.
 
     Args:

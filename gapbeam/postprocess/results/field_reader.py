@@ -22,7 +22,6 @@ from gapbeam.postprocess.results.bounded_files import check_hdf5, printable
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.schema.record_table import FIELD_FOLDER, FIELDS_DATA_FILE, STRESS_FIELDS
 
-FloatArray = np.ndarray
 LARGEST = 256 * 2**20  # bytes of the XML file
 
 
@@ -39,10 +38,10 @@ class Frame:
     """
 
     time: float
-    displacement: FloatArray
-    velocity: FloatArray
-    contact_pressure: FloatArray
-    stress: Mapping[str, FloatArray] = field(default_factory=dict)
+    displacement: np.ndarray
+    velocity: np.ndarray
+    contact_pressure: np.ndarray
+    stress: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 class FieldSeries:
@@ -62,7 +61,7 @@ class FieldSeries:
         ResultsError: The series cannot be read.
     """
 
-    points: FloatArray
+    points: np.ndarray
     cells: list[CellBlock]
 
     def __init__(self, path: Path) -> None:
@@ -183,7 +182,7 @@ def _checked_text(path: Path) -> str:
     return text
 
 
-def _check_mesh(points: FloatArray, cells: list[CellBlock]) -> None:
+def _check_mesh(points: np.ndarray, cells: list[CellBlock]) -> None:
     """Refuse cells with corners that are no points, and places that are not finite."""
     if not np.isfinite(points).all():
         raise ValueError("points that are not finite")
@@ -195,7 +194,7 @@ def _check_mesh(points: FloatArray, cells: list[CellBlock]) -> None:
             raise ValueError(f"corners from {corners.min()} to {corners.max()}, and {len(points)} points")
 
 
-def _three_columns(values: FloatArray) -> FloatArray:
+def _three_columns(values: np.ndarray) -> np.ndarray:
     values = np.asarray(values, dtype=float)
     if values.ndim != 2 or not 1 <= values.shape[1] <= 3:
         raise ValueError(f"values of shape {values.shape}; expected two or three columns")
@@ -214,7 +213,7 @@ def _is_ours(folder: Path, item: ElementTree.Element) -> bool:
     return own and place.startswith("/") and not (folder / name).is_symlink()
 
 
-__all__ = ["Fields", "FloatArray", "Frame"]
+__all__ = ["Fields", "Frame"]
 
 READINGS = 5
 """Attempts to read a field that a run moves from one file to another: once at its end, once more when resumed."""
@@ -244,7 +243,7 @@ class Fields:
         self.path = path
         self._series = FieldSeries(path)
         self._count = len(self._series)
-        self.points: FloatArray = self._series.points
+        self.points: np.ndarray = self._series.points
         self.cells: list[CellBlock] = self._series.cells
 
     def __enter__(self) -> Fields:
@@ -273,7 +272,7 @@ class Fields:
         return 3 if any(block.type in ("tetra", "hexahedron") for block in self.cells) else 2
 
     @property
-    def times(self) -> FloatArray:
+    def times(self) -> np.ndarray:
         """The times of all fields, (fields,), s, from the XML alone; not-a-number where it names none."""
         return np.array([self._series.time(number) for number in range(min(len(self), len(self._series)))])
 

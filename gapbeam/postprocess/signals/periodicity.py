@@ -42,7 +42,7 @@ class Rest(Enum):
     SHORT = "short"
 
 
-def rest_of(waves: FloatArray) -> Rest:
+def rest_of(waves: np.ndarray) -> Rest:
     """Return whether the rests of the second half of a record have a trend.
 
     Args:
@@ -55,8 +55,6 @@ def rest_of(waves: FloatArray) -> Rest:
         return Rest.SHORT
     return Rest.CHANGING if abs(kendall(batch_means(sizes, BATCHES))) > TREND else Rest.STATIONARY
 
-
-FloatArray = np.ndarray
 
 TOLERANCE = 0.01
 LONGEST = 12
@@ -122,9 +120,9 @@ class PoincareSection:
         velocity: (k,), m/s.
     """
 
-    time: FloatArray
-    displacement: FloatArray
-    velocity: FloatArray
+    time: np.ndarray
+    displacement: np.ndarray
+    velocity: np.ndarray
 
 
 def poincare_section(displacement: Signal, velocity: Signal, forcing_frequency: float) -> PoincareSection:
@@ -232,7 +230,7 @@ def left_to_change(signal: Signal, forcing_frequency: float, p: int) -> float:
 
 
 def _found(
-    difference: FloatArray,
+    difference: np.ndarray,
     p: int,
     remaining: float,
     tried: int,
@@ -253,7 +251,7 @@ def _found(
     return Periodicity(p, residual, remaining, repeats, transient, tried, tolerance, verdict)
 
 
-def last_periods(signal: Signal, frequency: float, periods: int) -> FloatArray:
+def last_periods(signal: Signal, frequency: float, periods: int) -> np.ndarray:
     """Cut the last whole forcing periods out, (periods, values in a period); interpolated where they do not fit.
 
     Args:
@@ -275,7 +273,7 @@ def last_periods(signal: Signal, frequency: float, periods: int) -> FloatArray:
     return _at(signal, np.maximum(time, signal.time[0])).reshape(periods, size)
 
 
-def _differences(waves: FloatArray, p: int) -> FloatArray:
+def _differences(waves: np.ndarray, p: int) -> np.ndarray:
     """e_j for j = p, p + 1, ...: (periods - p,), relative to the range in the last 4 p periods."""
     recent = waves[-(REPEATS + 1) * p :]
     span = np.ptp(recent, axis=(0, 1))
@@ -286,7 +284,7 @@ def _differences(waves: FloatArray, p: int) -> FloatArray:
     return np.asarray((np.abs(waves[p:] - waves[:-p]) / scale).max(axis=(1, 2)))
 
 
-def _remaining(waves: FloatArray, difference: FloatArray, p: int, tolerance: float) -> float:
+def _remaining(waves: np.ndarray, difference: np.ndarray, p: int, tolerance: float) -> float:
     """Sum of the geometric series that the residuals of the last three cycles begin; infinite for a drift."""
     last = difference[-REPEATS * p :].reshape(REPEATS, p).max(axis=1)
     if last[-1] <= _SETTLED * tolerance:
@@ -297,12 +295,12 @@ def _remaining(waves: FloatArray, difference: FloatArray, p: int, tolerance: flo
     return np.inf if last[-1] > 0.1 * tolerance or _drifts(waves, difference, p) else float(last[-1])
 
 
-def _drifts(waves: FloatArray, difference: FloatArray, p: int) -> bool:
+def _drifts(waves: np.ndarray, difference: np.ndarray, p: int) -> bool:
     """Return whether periods differ the more, the further they are apart: noise does not."""
     return bool(_differences(waves, REPEATS * p)[-p:].max() > _DRIFT * difference[-p:].max())
 
 
-def _at(signal: Signal, time: FloatArray) -> FloatArray:
+def _at(signal: Signal, time: np.ndarray) -> np.ndarray:
     if signal.time.size < 4:
         return np.asarray(np.interp(time, signal.time, signal.values))
     return np.asarray(

@@ -15,7 +15,6 @@ from gapbeam.solver.schema.record_table import HISTORY, STRUCK, TURNING, unit_wh
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = np.ndarray
 
 # Records that hold the mean over the interval that ends at t.
 INTERVAL_MEANS = frozenset(record.name for record in HISTORY if "mean over the interval" in record.meaning)
@@ -49,8 +48,8 @@ class Signal:
         SignalError: Shapes that differ, no value, times that do not increase, or a value that is not finite.
     """
 
-    time: FloatArray
-    values: FloatArray
+    time: np.ndarray
+    values: np.ndarray
     unit: str
     name: str
     width: float = 0.0
@@ -111,7 +110,7 @@ def unit_at(history: xr.Dataset, record: str, labels: Iterable[str]) -> str:
     return unit_where(unit, not turning_in(history).isdisjoint(labels))
 
 
-def finite_record(history: xr.Dataset, name: str) -> FloatArray:
+def finite_record(history: xr.Dataset, name: str) -> np.ndarray:
     """Return the values of a record.
 
     Raises:
@@ -294,11 +293,11 @@ class PeriodPeaks:
     """
 
     period: np.ndarray
-    maximum: FloatArray
-    minimum: FloatArray
+    maximum: np.ndarray
+    minimum: np.ndarray
 
     @property
-    def peak_to_peak(self) -> FloatArray:
+    def peak_to_peak(self) -> np.ndarray:
         """Maximum minus minimum of every period, (k,)."""
         return np.asarray(self.maximum - self.minimum)
 
@@ -405,7 +404,7 @@ def unit_of_time(span: tuple[float, float]) -> tuple[str, float]:
     return shown("s", abs(span[1]))
 
 
-def unit_of_record(time: FloatArray) -> tuple[str, float]:
+def unit_of_record(time: np.ndarray) -> tuple[str, float]:
     """Return the unit of the time axis of a whole record, s where that can be read, and the number in a second."""
     last = float(np.abs(time).max(initial=0.0))
     return ("s", 1.0) if last >= LEAST_IN_S else shown("s", last)

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Window = Literal["rectangular", "hann", "flattop", "blackman"]
-FloatArray = np.ndarray
 
 # Twelve periods hold a whole number of cycles of period 1, 2, 3, 4, 6 and 12.
 CYCLE = 12
@@ -53,9 +52,9 @@ class Spectrum:
         end: s, where it ends.
     """
 
-    frequency: FloatArray
-    amplitude: FloatArray
-    phase: FloatArray
+    frequency: np.ndarray
+    amplitude: np.ndarray
+    phase: np.ndarray
     window: str
     periods: int | None
     start: float
@@ -182,7 +181,7 @@ def _since(signal: Signal, forcing_frequency: float, after: float) -> int:
     return min(int(np.floor(left * forcing_frequency + _SLACK)), whole_periods(signal, forcing_frequency))
 
 
-def _note_aliasing(signal: Signal, frequency: FloatArray, amplitude: FloatArray, notes: list[str]) -> None:
+def _note_aliasing(signal: Signal, frequency: np.ndarray, amplitude: np.ndarray, notes: list[str]) -> None:
     top = amplitude[frequency >= _TOP * frequency[-1]].max()
     largest = amplitude[1:].max()
     if largest > 0.0 and top > _ALIASED * largest:
@@ -380,13 +379,13 @@ def moving_average(signal: Signal, points: int = POINTS) -> Signal:
     )
 
 
-def _integral_of_steps(signal: Signal, at: FloatArray) -> FloatArray:
+def _integral_of_steps(signal: Signal, at: np.ndarray) -> np.ndarray:
     step = signal.interval
     edges = signal.time[0] + (np.arange(signal.time.size + 1) - 0.5) * step
     return np.asarray(np.interp(at, edges, np.concatenate([[0.0], np.cumsum(signal.values) * step])))
 
 
-def _integral_of_lines(signal: Signal, at: FloatArray) -> FloatArray:
+def _integral_of_lines(signal: Signal, at: np.ndarray) -> np.ndarray:
     integral = scipy.interpolate.make_interp_spline(signal.time, signal.values, k=1).antiderivative()
     return np.asarray(integral(np.clip(at, signal.time[0], signal.time[-1])))
 

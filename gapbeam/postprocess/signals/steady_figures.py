@@ -63,28 +63,28 @@ class Windows:
         whole = self.periods * self.count
         return replace(self, periods=min(periods, whole), count=max(1, whole // periods))
 
-    def ranges(self, signal: Signal) -> FloatArray:
+    def ranges(self, signal: Signal) -> np.ndarray:
         """Peak to peak in every window, (k,)."""
         return np.array([np.ptp(part) for part in self._parts(signal)])
 
-    def largest(self, signal: Signal) -> FloatArray:
+    def largest(self, signal: Signal) -> np.ndarray:
         """Largest value in every window, (k,)."""
         return np.array([part.max() for part in self._parts(signal)])
 
-    def smallest(self, signal: Signal) -> FloatArray:
+    def smallest(self, signal: Signal) -> np.ndarray:
         """Smallest value in every window, (k,)."""
         return np.array([part.min() for part in self._parts(signal)])
 
-    def deviations(self, signal: Signal) -> FloatArray:
+    def deviations(self, signal: Signal) -> np.ndarray:
         """Root mean square of the deviation from the mean of every window, (k,)."""
         return np.array([part.std() for part in self._parts(signal)])
 
-    def increments(self, signal: Signal) -> FloatArray:
+    def increments(self, signal: Signal) -> np.ndarray:
         """Growth of a running total in a forcing period, the mean over every window, (k,)."""
         edges = np.interp(self.end - self._length * np.arange(self.count, -1, -1), signal.time, signal.values)
         return np.asarray(np.diff(edges) / self.periods)
 
-    def harmonics(self, signal: Signal, count: int) -> FloatArray:
+    def harmonics(self, signal: Signal, count: int) -> np.ndarray:
         """A exp(i phase) of A sin(2 pi n f t + phase), n = 1 ... count, in every window, (k, count).
 
         Raises:
@@ -106,7 +106,7 @@ class Windows:
     def _length(self) -> float:
         return self.periods / self.frequency
 
-    def _parts(self, signal: Signal) -> list[FloatArray]:
+    def _parts(self, signal: Signal) -> list[np.ndarray]:
         place = np.floor((self.end - signal.time) / self._length - _EDGE).astype(int)
         place = np.where(place < 0, 0, place)
         parts = [signal.values[place == window] for window in range(self.count - 1, -1, -1)]
@@ -170,8 +170,6 @@ def _windows(available: int, cycle: int | None) -> tuple[int, int]:
     return (half, 1) if available >= half else (available, min(available, 1))
 
 
-FloatArray = np.ndarray
-
 HARMONICS = 5
 
 
@@ -186,7 +184,7 @@ class WindowFigure:
     """
 
     unit: str
-    values: FloatArray
+    values: np.ndarray
     unsettled: float = 0.0
 
     @property
@@ -229,7 +227,7 @@ class Steady:
     start: float
     end: float
     quantities: dict[str, WindowFigure]
-    harmonics: dict[str, FloatArray]
+    harmonics: dict[str, np.ndarray]
     notes: tuple[str, ...] = ()
 
     @property
@@ -330,7 +328,7 @@ def scales_of(figures: Mapping[str, float]) -> dict[str, float]:
 
 def figures_over(
     history: xr.Dataset, frequency: float, periods: int, count: int = 1
-) -> tuple[dict[str, WindowFigure], dict[str, FloatArray], list[str]]:
+) -> tuple[dict[str, WindowFigure], dict[str, np.ndarray], list[str]]:
     """Return figures, harmonics and notes, as in `Steady`, over the last windows of a record, settled or not.
 
     Args:
@@ -343,7 +341,7 @@ def figures_over(
         SignalError: A window without values, or fewer values in a forcing period than the harmonics need.
     """
     quantities: dict[str, WindowFigure] = {}
-    amplitudes: dict[str, FloatArray] = {}
+    amplitudes: dict[str, np.ndarray] = {}
     notes: list[str] = []
     span = Windows(frequency, periods, count, float(history["time"].values[-1]))
     for probe in names_along(history, "probe"):

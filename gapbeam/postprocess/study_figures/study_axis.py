@@ -13,7 +13,6 @@ import numpy as np
 
 from gapbeam.postprocess.display_units import shown, shown_by
 
-Array = np.ndarray
 Values = Mapping[str, str]
 Units = Mapping[str, str]
 """SI unit by key; "" or no entry: no unit, or none that is known."""
@@ -76,7 +75,7 @@ def has_unit(unit: str) -> bool:
     return bool(unit) and unit != NONE
 
 
-def is_logarithmic(values: Sequence[float] | Array) -> bool:
+def is_logarithmic(values: Sequence[float] | np.ndarray) -> bool:
     """Return whether values over a decade or more are spread more evenly in the logarithm."""
     found = np.unique(np.asarray(values, dtype=float))
     if len(found) < 3 or found[0] <= 0.0 or found[-1] < DECADE * found[0]:
@@ -85,12 +84,12 @@ def is_logarithmic(values: Sequence[float] | Array) -> bool:
     return evenness[0] < evenness[1]
 
 
-def cell_edges(values: Array) -> Array:
+def cell_edges(values: np.ndarray) -> np.ndarray:
     """Return the ends of cells around ascending values, (n + 1,), halfway between them on their axis."""
     logarithmic = is_logarithmic(values)
     places = np.log(values) if logarithmic else values
     middle = 0.5 * (places[1:] + places[:-1])
-    edges: Array = np.concatenate([2.0 * places[:1] - middle[:1], middle, 2.0 * places[-1:] - middle[-1:]])
+    edges: np.ndarray = np.concatenate([2.0 * places[:1] - middle[:1], middle, 2.0 * places[-1:] - middle[-1:]])
     return np.asarray(np.exp(edges) if logarithmic else edges)
 
 

@@ -357,10 +357,8 @@ FEWEST = 3  # values of a key: fewer make no map
 LINES = 6
 MAPS_ABREAST = 3
 
-Array = np.ndarray
 
-
-def grid_of(points: Sequence[SweepPoint]) -> tuple[tuple[str, str], Array, Array] | None:
+def grid_of(points: Sequence[SweepPoint]) -> tuple[tuple[str, str], np.ndarray, np.ndarray] | None:
     """Return the two keys of a grid and their ascending values, SI; None: the sweep is over no such grid.
 
     Args:
@@ -379,7 +377,7 @@ def grid_of(points: Sequence[SweepPoint]) -> tuple[tuple[str, str], Array, Array
     return ((keys[0], keys[1]), along, up) if whole and min(len(along), len(up)) >= FEWEST else None
 
 
-def heights(points: Sequence[SweepPoint], name: str) -> Array:
+def heights(points: Sequence[SweepPoint], name: str) -> np.ndarray:
     """Return a figure over the grid, (second key, first key), SI, of the response that most starts reached.
 
     Where no response has the figure the height is not a number.

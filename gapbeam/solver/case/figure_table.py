@@ -33,7 +33,6 @@ from gapbeam.solver.messages.wording import apart, either, near
 from gapbeam.solver.schema.record_table import HISTORY, TURNING, unit_where
 from gapbeam.solver.schema.table import Name, NonNegative, Number, Positive, Switch, Table, faults_in
 
-Array = np.ndarray
 CONFIDENCE = 0.95
 _WHOLE = 1.0e-9
 
@@ -65,7 +64,7 @@ class FigureValue:
         return {key: value for key, value in vars(self).items() if value not in (None, "")} | {"value": self.value}
 
 
-def extreme(blank: FigureValue, t: Array, x: Array, place: int, timed: bool) -> FigureValue:
+def extreme(blank: FigureValue, t: np.ndarray, x: np.ndarray, place: int, timed: bool) -> FigureValue:
     """Return a largest or smallest value with its time, or that time.
 
     Args:
@@ -78,7 +77,7 @@ def extreme(blank: FigureValue, t: Array, x: Array, place: int, timed: bool) -> 
     return replace(blank, value=float(t[place])) if timed else replace(blank, value=float(x[place]), at=float(t[place]))
 
 
-def probability(blank: FigureValue, t: Array, x: Array, limit: float, duration: float) -> FigureValue:
+def probability(blank: FigureValue, t: np.ndarray, x: np.ndarray, limit: float, duration: float) -> FigureValue:
     """Return the probability that a quantity is above a limit within a time, with its interval.
 
     Args:
@@ -99,12 +98,12 @@ def probability(blank: FigureValue, t: Array, x: Array, limit: float, duration: 
     return replace(blank, value=float(happened.statistic), low=float(interval.low), high=float(interval.high))
 
 
-def mean(t: Array, x: Array) -> float:
+def mean(t: np.ndarray, x: np.ndarray) -> float:
     """Return the mean over time."""
     return float(np.trapezoid(x, t) / (t[-1] - t[0])) if t[-1] > t[0] else float(x[-1])
 
 
-def deviation(t: Array, x: Array) -> float:
+def deviation(t: np.ndarray, x: np.ndarray) -> float:
     """Return the root mean square about the mean."""
     middle = mean(t, x)
     a, b = x[:-1] - middle, x[1:] - middle
@@ -112,12 +111,12 @@ def deviation(t: Array, x: Array) -> float:
     return float(np.sqrt(square / (t[-1] - t[0]))) if t[-1] > t[0] else 0.0
 
 
-def share_above(t: Array, x: Array, limit: float) -> float:
+def share_above(t: np.ndarray, x: np.ndarray, limit: float) -> float:
     """Return the share of the time above a limit."""
     return float(np.diff(t) @ part_above(x, limit) / (t[-1] - t[0])) if t[-1] > t[0] else float(x[-1] > limit)
 
 
-def value_below(t: Array, x: Array, level: float) -> float:
+def value_below(t: np.ndarray, x: np.ndarray, level: float) -> float:
     """Return the value below which a quantity is for a share of the time.
 
     Args:
@@ -134,7 +133,7 @@ def value_below(t: Array, x: Array, level: float) -> float:
     return float(known[place - 1] + part * (known[place] - known[place - 1]))
 
 
-def part_above(x: Array, limit: float) -> Array:
+def part_above(x: np.ndarray, limit: float) -> np.ndarray:
     """Return the part of each interval in which a quantity, (n, ...), is above a limit, (n - 1, ...)."""
     low, high = np.minimum(x[:-1], x[1:]) - limit, np.maximum(x[:-1], x[1:]) - limit
     crossing = (high > 0.0) & (low < 0.0)
@@ -245,7 +244,7 @@ class Figure(Table):
         moved = {key: max(getattr(self, key) - by, 0.0) for key in ("start", "end", "time") if getattr(self, key)}
         return self.model_copy(update=moved) if by else self
 
-    def series(self, records: Mapping[str, Array], labels: Mapping[str, Sequence[str]]) -> Array:
+    def series(self, records: Mapping[str, np.ndarray], labels: Mapping[str, Sequence[str]]) -> np.ndarray:
         """Return the quantity at the records, (times,).
 
         Args:
@@ -282,7 +281,7 @@ class Figure(Table):
         found = self.value(np.asarray(history["time"].values, dtype=float), self.series(records, labels))
         return replace(found, unit=self.unit_in(labels))
 
-    def value(self, times: Array, series: Array) -> FigureValue:
+    def value(self, times: np.ndarray, series: np.ndarray) -> FigureValue:
         """Return the figure of a quantity.
 
         Args:
@@ -318,7 +317,7 @@ class Figure(Table):
                 found = share_above(t, x, self.limit or 0.0)
         return replace(blank, value=found)
 
-    def _at_place(self, found: Array, names: Sequence[str], dim: str) -> Array:
+    def _at_place(self, found: np.ndarray, names: Sequence[str], dim: str) -> np.ndarray:
         mine = [number for number, name in enumerate(names) if name == self.place]
         if dim in OF_FACES and not mine:
             parts = parts_of(self.place or "", names)
@@ -374,7 +373,7 @@ def labels_of(history: Any) -> dict[str, list[str]]:
 
 
 def figure_values(
-    figures: Sequence[Figure], records: Mapping[str, Array], labels: Mapping[str, Sequence[str]]
+    figures: Sequence[Figure], records: Mapping[str, np.ndarray], labels: Mapping[str, Sequence[str]]
 ) -> dict[str, dict[str, Any]]:
     """Return figures by name, as JSON has them; one that cannot be taken has its reason.
 

@@ -197,8 +197,6 @@ class Episodes:
         }
 
 
-Array = np.ndarray
-
 MOST = 4096  # impacts that are kept of a face
 COLUMNS = tuple(IMPACT_COLUMNS)[:-1]  # how many one stands for is counted at the end
 TIME, DURATION = COLUMNS.index("time"), COLUMNS.index("duration")
@@ -214,22 +212,22 @@ class ImpactList:
 
     def __init__(self) -> None:
         self.count, self.every = 0, 1
-        self._kept: Array = np.zeros((0, len(COLUMNS) + 1))  # the impacts, and the parting before each
-        self._new: list[Array] = []
+        self._kept: np.ndarray = np.zeros((0, len(COLUMNS) + 1))  # the impacts, and the parting before each
+        self._new: list[np.ndarray] = []
         self._room = MOST
         self._end = -np.inf
 
     @property
-    def rows(self) -> Array:
+    def rows(self) -> np.ndarray:
         """The impacts that are kept: closing time, s, approach speed, m/s, impulse, N s, duration, s; (k, 4)."""
         return self._all()[:, :-1]
 
     @property
-    def partings(self) -> Array:
+    def partings(self) -> np.ndarray:
         """Time that the face was open before each stored impact, (k,), s; infinite before the first."""
         return self._all()[:, -1]
 
-    def add(self, rows: Array) -> None:
+    def add(self, rows: np.ndarray) -> None:
         """Take in impacts, (n, 4), in the order in which they ended."""
         if not len(rows):
             return
@@ -244,7 +242,7 @@ class ImpactList:
             self._kept = self._all()[::2]
             self._room = MOST - len(self._kept)
 
-    def _all(self) -> Array:
+    def _all(self) -> np.ndarray:
         if self._new:
             self._kept = np.concatenate([self._kept, *self._new])
             self._new.clear()

@@ -37,7 +37,7 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.wear_file import FaceWear, face_wear
 from gapbeam.solver.run.stop_rule import decay_time, has_statistics, statistics_of
 from gapbeam.studies.life.worn_case import worn_case, worn_clearances
-from gapbeam.studies.life.worn_march import Array, DepthRates
+from gapbeam.studies.life.worn_march import DepthRates
 from gapbeam.studies.trials.response import TrialResponse, respond
 from gapbeam.studies.trials.scene_subject import CaseSubject, SceneSubject
 from gapbeam.studies.trials.starts import KeptBody, seated
@@ -163,20 +163,20 @@ class CaseRates:
         return shared_inputs([CaseSubject(self.case)])
 
     @cached_property
-    def limits(self) -> Array:
+    def limits(self) -> np.ndarray:
         """Depth at which the life of each face ends, as `refuse_unworn`, (faces,), m."""
         return refuse_unworn(self.case)
 
-    def clearances(self, depths: Array) -> dict[str, float]:
+    def clearances(self, depths: np.ndarray) -> dict[str, float]:
         """Return the clearance of each support at depths of the faces, (faces,), m."""
         return worn_clearances(worn_case(self.case, list(map(float, depths))))
 
     @property
-    def factors(self) -> Array:
+    def factors(self) -> np.ndarray:
         """Depth worn per work of sliding of each face, (faces,), m/J."""
         return np.array([(one.coefficient or 0.0) / (one.area or 1.0) for one in self.wear.values()])
 
-    def __call__(self, depths: Array, number: int) -> DepthRates:
+    def __call__(self, depths: np.ndarray, number: int) -> DepthRates:
         """Return the rates at given depths.
 
         Args:
@@ -235,17 +235,17 @@ class PointRates(CaseRates):
         return self.body.model(self.case)
 
     @cached_property
-    def owners(self) -> Array:
+    def owners(self) -> np.ndarray:
         """Index of the face of each point, (m,)."""
         return np.asarray(self.unworn.system.contact.faces)
 
     @property
-    def point_factors(self) -> Array:
+    def point_factors(self) -> np.ndarray:
         """Depth worn per work of sliding of each point, k / w, (m,), m/J."""
         coefficients = np.array([one.coefficient or 0.0 for one in self.wear.values()])
         return np.asarray(coefficients[self.owners] / self.unworn.system.contact.weights)
 
-    def __call__(self, depths: Array, number: int) -> DepthRates:
+    def __call__(self, depths: np.ndarray, number: int) -> DepthRates:
         """Return the rates at depths of all points, (m,), m; else as `CaseRates`."""
         model = self.body.model(worn_case(self.case, [0.0] * len(self.names), number))
         contact = model.system.contact
@@ -263,7 +263,7 @@ class PointRates(CaseRates):
         return DepthRates(values, low, high, tuple(verdicts[face] for face in self.owners))
 
 
-def refuse_unworn(case: Case) -> Array:
+def refuse_unworn(case: Case) -> np.ndarray:
     """Return the depth at which the life of each face ends, (faces,), m; 1 of a face that does not wear and has none.
 
     Raises:
@@ -324,7 +324,7 @@ class SceneRates:
         return shared_inputs([self.subject])
 
     @cached_property
-    def limits(self) -> Array:
+    def limits(self) -> np.ndarray:
         """Depth at which the life of each pair ends, (pairs,), m.
 
         Raises:
@@ -344,7 +344,7 @@ class SceneRates:
         self.worn(limits)
         return limits
 
-    def worn(self, depths: Array, number: int = 0) -> SceneSubject:
+    def worn(self, depths: np.ndarray, number: int = 0) -> SceneSubject:
         """Return the file with regions grown by depths.
 
         Args:
@@ -361,7 +361,7 @@ class SceneRates:
             contacts[i] = replace(contacts[i], region=contacts[i].region.grown(float(depth)))
         return subject.in_scene(scene.with_parts(contacts, scene.loads))
 
-    def clearances(self, depths: Array) -> dict[str, float]:
+    def clearances(self, depths: np.ndarray) -> dict[str, float]:
         """Return the clearance of each pair at depths, (pairs,), m."""
         contacts = self.worn(depths).scene.contacts
         regions = {name: contacts[i].region for name, i in zip(self.names, self.mine, strict=True)}
@@ -371,7 +371,7 @@ class SceneRates:
             if "clearance" in one.kind.names
         }
 
-    def __call__(self, depths: Array, number: int) -> DepthRates:
+    def __call__(self, depths: np.ndarray, number: int) -> DepthRates:
         """Return the rates at given depths.
 
         Args:

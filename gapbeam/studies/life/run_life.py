@@ -22,7 +22,7 @@ from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.scene_file.scene_reader import scene_file
 from gapbeam.studies.life.case_rates import CaseRates, PointRates, SceneRates
 from gapbeam.studies.life.worn_case import PROFILES_FILE, RUNS_FILE, KeptRuns, Profiles, of_faces, time_words
-from gapbeam.studies.life.worn_march import Array, Blocks, Worn, WornState, wear_to_limits
+from gapbeam.studies.life.worn_march import Blocks, Worn, WornState, wear_to_limits
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_json, write_table
 from gapbeam.studies.trials.scene_subject import SceneSubject
@@ -55,7 +55,7 @@ class LifeResult(PrintedResult):
 
     folder: Path
     rates: FaceRates
-    limits: Array
+    limits: np.ndarray
     faces: Sequence[str]
     worn: Worn
     kept: int = 0

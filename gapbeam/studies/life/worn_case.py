@@ -21,7 +21,7 @@ from gapbeam.solver.run.output.wear_file import angles
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import BaseAndGland, OneSupport
 from gapbeam.solver.system.semi_discrete import ContactOperator
-from gapbeam.studies.life.worn_march import Array, DepthRates, RateAt, Worn, WornState
+from gapbeam.studies.life.worn_march import DepthRates, RateAt, Worn, WornState
 from gapbeam.studies.study_folder import write_json
 
 
@@ -102,7 +102,7 @@ class Profiles:
         }
 
 
-def of_faces(worn: Worn, owners: Array) -> Worn:
+def of_faces(worn: Worn, owners: np.ndarray) -> Worn:
     """Return the wear of faces from that of their points: each face as its deepest point, the fastest of equals.
 
     Args:
@@ -113,7 +113,7 @@ def of_faces(worn: Worn, owners: Array) -> Worn:
     return replace(worn, states=tuple(_deepest(state, owners) for state in worn.states), first=first)
 
 
-def _deepest(state: WornState, owners: Array) -> WornState:
+def _deepest(state: WornState, owners: np.ndarray) -> WornState:
     order = np.lexsort((state.rates.values, state.depths))
     chosen = np.array([order[owners[order] == face][-1] for face in range(int(owners.max()) + 1)])
     rates = state.rates
@@ -179,7 +179,7 @@ class KeptRuns:
         runs = folder / RUNS_FILE
         return cls(runs, rate_at, seen, read_records(runs, KEYS) if runs.exists() else [])
 
-    def __call__(self, depths: Array, number: int) -> DepthRates:
+    def __call__(self, depths: np.ndarray, number: int) -> DepthRates:
         """Return the rates of a run, from the disk or from the run itself; errors are those of the run."""
         if number < len(self.records) and np.array_equal(self.records[number]["depths"], depths):
             self.taken += 1

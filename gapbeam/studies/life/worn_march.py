@@ -30,8 +30,6 @@ from typing import Literal
 
 import numpy as np
 
-Array = np.ndarray
-
 FIRST = 1.0 / 16.0  # of the limit: the first block, whose predictor is the simplest
 LONGEST = 0.25  # of the limit
 SHORTEST = 1.0e-3
@@ -54,25 +52,25 @@ class DepthRates:
         verdicts: Verdicts on each interval: good, biased, too short, not settled, no event.
     """
 
-    values: Array
-    low: Array
-    high: Array
+    values: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
     verdicts: tuple[str, ...]
 
     @property
-    def spread(self) -> Array:
+    def spread(self) -> np.ndarray:
         """Half of the width of each interval, that of its logarithm times the rate, (faces,), m/s."""
         known = (self.values > 0.0) & (self.low > 0.0)
         ratio = np.divide(self.high, self.low, out=np.ones_like(self.values), where=known)
         return np.where(known, 0.5 * self.values * np.log(ratio), 0.5 * (self.high - self.low))
 
-    def at(self, values: Array) -> DepthRates:
+    def at(self, values: np.ndarray) -> DepthRates:
         """Return other rates, (faces,), m/s, that are known as well as these, in proportion."""
         share = np.divide(values, self.values, out=np.ones_like(values), where=self.values > 0.0)
         return DepthRates(values, share * self.low, share * self.high, self.verdicts)
 
 
-RateAt = Callable[[Array, int], DepthRates]
+RateAt = Callable[[np.ndarray, int], DepthRates]
 """Rates at depths (faces,), m; the second argument counts the calls, so that each has its own chance."""
 
 
@@ -88,9 +86,9 @@ class WornState:
     """
 
     time: float
-    depths: Array
+    depths: np.ndarray
     rates: DepthRates
-    errors: Array
+    errors: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -145,7 +143,7 @@ class Worn:
         return None if self.life is None else self.life * exp(min(self.chance, 700.0)) + self.block_error
 
     @property
-    def depth_interval(self) -> tuple[Array, Array]:
+    def depth_interval(self) -> tuple[np.ndarray, np.ndarray]:
         """The ends of the 95 % intervals of the depths at the end, (faces,) each, m: chance and blocks together."""
         depths = self.states[-1].depths
         chance, error = _depth_errors(self.states)
@@ -228,7 +226,7 @@ class _March:
             h = left if left <= WHOLE * self.length / rate else self.length / rate
         return max(min(h, self.blocks.longest - last.time), 1.0e-9 * self.length / rate)
 
-    def _slope(self, last: WornState, h: float) -> Array:
+    def _slope(self, last: WornState, h: float) -> np.ndarray:
         """Return the mean rates of the next block, as predicted, (faces,)."""
         values = last.rates.values
         if len(self.states) == 1:
@@ -238,7 +236,7 @@ class _March:
         predicted = values + 0.5 * h / step * (values - before.rates.values)
         return np.asarray(np.clip(predicted, 0.5 * values, 2.0 * values))
 
-    def _chance(self, h: float, rates: DepthRates) -> Array:
+    def _chance(self, h: float, rates: DepthRates) -> np.ndarray:
         """Return half of the uncertainty of C - P by the intervals of the rates, standard errors, (faces,), m."""
         last = self.states[-1]
         ratio, before = 0.0, np.zeros_like(rates.values)
@@ -282,7 +280,7 @@ def _crossing(way: float, rate: float, bend: float) -> float:
     return 2.0 * way / (rate + sqrt(inside))
 
 
-def _depth_errors(states: Sequence[WornState]) -> tuple[Array, Array]:
+def _depth_errors(states: Sequence[WornState]) -> tuple[np.ndarray, np.ndarray]:
     """Return half of the 95 % intervals of the last depths, and the error by the blocks, (faces,) each, m.
 
     Errors shift what follows in time; at the end they are the shift times the rate of the last block.
@@ -309,7 +307,7 @@ def _life_errors(states: Sequence[WornState], face: int) -> tuple[float, float]:
     return float(np.sqrt(np.sum((weights * spreads) ** 2))), error
 
 
-def wear_to_limits(rate_at: RateAt, limits: Array, blocks: Blocks) -> Worn:
+def wear_to_limits(rate_at: RateAt, limits: np.ndarray, blocks: Blocks) -> Worn:
     """March faces from no wear to the limit of the first, as `wear_down` does for one limit.
 
     A depth over its limit is 1 where the life of the face ends; so is the limit of `wear_down` here.
@@ -323,9 +321,9 @@ def wear_to_limits(rate_at: RateAt, limits: Array, blocks: Blocks) -> Worn:
     return replace(worn, states=tuple(_in_meters(state, limits) for state in worn.states))
 
 
-def _in_meters(state: WornState, limits: Array) -> WornState:
+def _in_meters(state: WornState, limits: np.ndarray) -> WornState:
     return WornState(state.time, state.depths * limits, _times(state.rates, limits), state.errors * limits)
 
 
-def _times(rates: DepthRates, factors: Array) -> DepthRates:
+def _times(rates: DepthRates, factors: np.ndarray) -> DepthRates:
     return DepthRates(rates.values * factors, rates.low * factors, rates.high * factors, rates.verdicts)

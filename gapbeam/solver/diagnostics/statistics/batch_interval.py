@@ -66,8 +66,6 @@ import scipy
 
 from gapbeam.solver.diagnostics.contact_episodes import DURATION, ImpactList
 
-Array = np.ndarray
-
 MOST = 2048  # blocks; even
 
 
@@ -95,16 +93,16 @@ class BlockMeans:
         return self._whole * self.length + self._waiting
 
     @property
-    def means(self) -> Array:
+    def means(self) -> np.ndarray:
         """Means of the whole blocks, (blocks, signals)."""
         return np.asarray(self._sums[: self._whole] / self.length)
 
     @property
-    def ends(self) -> Array:
+    def ends(self) -> np.ndarray:
         """Values at the ends of the whole blocks, (blocks, signals)."""
         return self._ends[: self._whole].copy()
 
-    def add(self, values: Array) -> None:
+    def add(self, values: np.ndarray) -> None:
         """Take in records, (records, signals)."""
         first = 0
         while first < len(values):
@@ -168,15 +166,15 @@ class BlockEnds:
         self._whole, self._waiting = 0, 0
 
     @property
-    def changes(self) -> Array:
+    def changes(self) -> np.ndarray:
         """Change of the sums over a record, mean over each whole block, (blocks, signals)."""
         return np.asarray(np.diff(self._ends[: self._whole + 1], axis=0) / self.length)
 
-    def begin(self, sums: Array) -> None:
+    def begin(self, sums: np.ndarray) -> None:
         """Take in the sums before the first block, (signals,)."""
         self._ends[0] = sums
 
-    def add(self, sums: Array) -> None:
+    def add(self, sums: np.ndarray) -> None:
         """Take in records of the sums, (records, signals)."""
         first = 0
         while True:
@@ -219,12 +217,12 @@ STEADY = 1e-8
 """Range of a series over its largest value that is round-off of long sums: such a series does not vary."""
 
 
-def varies(series: Array) -> bool:
+def varies(series: np.ndarray) -> bool:
     """Return whether a series varies by more than round-off."""
     return bool(np.ptp(series) > STEADY * np.abs(series).max())
 
 
-def correlation_time(series: Array, interval: float = 1.0) -> float:
+def correlation_time(series: np.ndarray, interval: float = 1.0) -> float:
     """Return the integrated autocorrelation time of a series, s; at least half an interval, as of one that is steady.
 
     Args:
@@ -298,7 +296,7 @@ class Interval:
         return Interval(*(sqrt(max(x, 0.0)) for x in (self.value, self.low, self.high)))
 
 
-def batch_means(series: Array, batches: int) -> Array:
+def batch_means(series: np.ndarray, batches: int) -> np.ndarray:
     """Return the means of batches of equal length, (batches,); a rest at the start is left out.
 
     Args:
@@ -309,14 +307,14 @@ def batch_means(series: Array, batches: int) -> Array:
     return np.asarray(series[len(series) - batches * length :].reshape(batches, length).mean(axis=1))
 
 
-def next_correlation(means: Array) -> float:
+def next_correlation(means: np.ndarray) -> float:
     """Return the correlation of means, (b,), from one to the next; 0 where all are the same."""
     parts = means - means.mean()
     square = float(parts @ parts)
     return float(parts[1:] @ parts[:-1]) / square if square > 0.0 else 0.0
 
 
-def standard_error(means: Array) -> float:
+def standard_error(means: np.ndarray) -> float:
     """Return the standard error of the mean of batch means, (b,)."""
     count = len(means)
     r = min(max(next_correlation(means) + 1.0 / count, 0.0), LARGEST_CORRELATION)
@@ -330,7 +328,7 @@ def quantile(confidence: float, batches: int) -> float:
 
 
 def interval_of_mean(
-    series: Array, positive: bool = False, batches: int = BATCHES, confidence: float = CONFIDENCE
+    series: np.ndarray, positive: bool = False, batches: int = BATCHES, confidence: float = CONFIDENCE
 ) -> Interval:
     """Return the mean of a series with its 95 % interval.
 
@@ -359,13 +357,13 @@ def interval_about(value: float, reach: float, positive: bool = False) -> Interv
     return Interval(value, value - reach, value + reach)
 
 
-def stopping_interval(series: Array, positive: bool = False) -> Interval:
+def stopping_interval(series: np.ndarray, positive: bool = False) -> Interval:
     """Return the widest of the intervals from 8, 10, 16 and 32 batches, for a stop rule that is asked often."""
     found = (interval_of_mean(series, positive, batches) for batches in STOPPING_BATCHES)
     return max(found, key=lambda one: one.half_width)
 
 
-def interval_of_percentile(samples: Array, share: float) -> Interval:
+def interval_of_percentile(samples: np.ndarray, share: float) -> Interval:
     """Return the value below which a share of a motion lies, with its 95 % interval.
 
     The interval of the share of values below it is that of a mean; the order statistics at its ends are the interval
@@ -399,7 +397,7 @@ class LargestOfMap:
     points: int
 
 
-def largest_of_map(series: Array) -> LargestOfMap:
+def largest_of_map(series: np.ndarray) -> LargestOfMap:
     """Return the largest mean of a map of figures that are positive or 0.
 
     Args:
@@ -418,7 +416,7 @@ def largest_of_map(series: Array) -> LargestOfMap:
     return LargestOfMap(point, Interval(float(values[point]), max(low, 0.0), high), elsewhere, count)
 
 
-def _ends(series: Array, confidence: float) -> Interval:
+def _ends(series: np.ndarray, confidence: float) -> Interval:
     """Return a mean with its interval: even about the logarithm, or about the mean where that would reach too far."""
     found = interval_of_mean(series, confidence=confidence)
     if found.value <= 0.0 or found.high - found.value > found.value:
@@ -440,7 +438,7 @@ LARGEST_BURN_IN = 1.0 / 3.0
 BURN_IN_RELAXATIONS = 5.0
 
 
-def burn_in(series: list[Array], decay: float = 0.0) -> int:
+def burn_in(series: list[np.ndarray], decay: float = 0.0) -> int:
     """Return the number of values to leave out at the start: a tenth, at least 5 relaxation times, at most a third.
 
     Args:
@@ -453,7 +451,7 @@ def burn_in(series: list[Array], decay: float = 0.0) -> int:
     return min(max(round(BURN_IN * count), round(BURN_IN_RELAXATIONS * slowest)), rest)
 
 
-def verdict_on(series: Array, rare: bool = False, relaxation: float | None = None) -> Verdict:
+def verdict_on(series: np.ndarray, rare: bool = False, relaxation: float | None = None) -> Verdict:
     """Return whether the interval of the mean of a series can be relied on.
 
     It is "not settled" where 20 batch means rise or fall: Kendall's tau beyond 0.6. It is "too short" where it has
@@ -478,7 +476,7 @@ def verdict_on(series: Array, rare: bool = False, relaxation: float | None = Non
     return "good"
 
 
-def kendall(values: Array) -> float:
+def kendall(values: np.ndarray) -> float:
     """Return Kendall's rank correlation of values, (k,), with their order, -1 to 1."""
     order = np.sign(values[None, :] - values[:, None])
     return float(order[np.triu_indices(len(values), 1)].mean())

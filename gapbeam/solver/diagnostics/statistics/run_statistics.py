@@ -58,8 +58,6 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import (
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.schema.record_table import SLIP_MODES, STRUCK, TURNING, unit_where
 
-Array = np.ndarray
-
 EVEN = 1.0e-6  # of the interval, by which records may be unevenly spaced
 SUMMED = ("contact_time", "impulse", "closings", "approach_speeds", "force_square")
 PER_PROBE, PER_OWN = 3, 2
@@ -93,7 +91,7 @@ class RunStatistics:
     labels: Mapping[str, Sequence[str]] = field(default_factory=dict)
     blocks: BlockMeans = field(init=False)
     _time: float | None = None
-    _sums: Array | None = None
+    _sums: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         of_probes = PER_PROBE * len(self.directions) * len(self.probes)
@@ -114,14 +112,14 @@ class RunStatistics:
         """Suffixes by which figures of probes name their direction."""
         return ("", LATERAL) if self.in_space else ("",)
 
-    def see(self, rows: Mapping[str, Array]) -> None:
+    def see(self, rows: Mapping[str, np.ndarray]) -> None:
         """Take in records, each with a leading axis of times."""
         times = np.atleast_1d(rows["time"])
         if not len(times):
             return
         stacked = np.stack([rows[name] for name in self._summed], axis=-1)
         parts = [rows["work_by_mode"]] if self.slides else []
-        sums: Array = np.concatenate([stacked, *parts], axis=-1).reshape(len(times), -1)
+        sums: np.ndarray = np.concatenate([stacked, *parts], axis=-1).reshape(len(times), -1)
         if self._time is None or self._sums is None:
             self._time, self._sums = float(times[0]), sums[0]
             rows, times, sums = {name: column[1:] for name, column in rows.items()}, times[1:], sums[1:]
@@ -205,7 +203,7 @@ class RunStatistics:
         size = self._columns * len(self.faces)
         self._sums = None if data["sums"] is None else np.array(data["sums"], dtype=float).reshape(size)
 
-    def _series(self, means: Array, ends: Array) -> list[AveragedSeries]:
+    def _series(self, means: np.ndarray, ends: np.ndarray) -> list[AveragedSeries]:
         found: list[AveragedSeries] = []
         for number, face in enumerate(self.faces):
             first = self._columns * number
@@ -288,15 +286,15 @@ class PointStatistics(RunStatistics):
     points: int = 0
     most_blocks: int = MOST
     point_blocks: BlockEnds = field(init=False)
-    _work: Array | None = None
-    _left_out: Array = field(init=False)
+    _work: np.ndarray | None = None
+    _left_out: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self.point_blocks = BlockEnds(self.points, self.most_blocks)
         self._left_out = np.zeros(self.points)
 
-    def see(self, rows: Mapping[str, Array]) -> None:
+    def see(self, rows: Mapping[str, np.ndarray]) -> None:
         """Take in records, each with a leading axis of times."""
         before = self._time
         super().see(rows)
@@ -316,7 +314,7 @@ class PointStatistics(RunStatistics):
             self._left_out = gone[-1]
         self._work = work[-1].copy()
 
-    def point_series(self) -> Array:
+    def point_series(self) -> np.ndarray:
         """Return the work rate of each point over blocks behind the burn-in, (blocks, points), W; none: too short."""
         found, means = self.series(), self.point_blocks.changes / self.interval
         if not found or not len(means):
@@ -364,7 +362,7 @@ class RecordStatistics(RunStatistics):
 
     _lacking: frozenset[str] = frozenset()
 
-    def see(self, rows: Mapping[str, Array]) -> None:
+    def see(self, rows: Mapping[str, np.ndarray]) -> None:
         """Take in records, each with a leading axis of times."""
         self._lacking = frozenset(NEEDS.values()) - set(rows)
         faces, modes = np.zeros_like(rows["impulse"]), len(SLIP_MODES)

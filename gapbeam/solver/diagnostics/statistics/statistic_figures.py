@@ -174,8 +174,6 @@ def energy_bias(ledger: Ledger) -> float:
     return ledger.lost / brought - 1.0 if brought > 0.0 else inf
 
 
-Array = np.ndarray
-
 ASKED = 0.02  # relative half width for which the time is given
 OF_FACES = {"contact_share": "1", "mean_force": "N", "impact_rate": "1/s"}
 OF_IMPACTS = {"impact_duration": ("s", 0), "impact_impulse": ("N s", 1), "approach_speed": ("m/s", 3)}
@@ -187,7 +185,7 @@ LATERAL = "lateral_"
 PERCENTILES = {"low": 0.05, "high": 0.95}
 NOT_ASKED = ("mean", *PERCENTILES)
 """Figures of probes that may be 0, so that a relative error of theirs means nothing."""
-IntervalOf = Callable[[Array, bool], Interval]
+IntervalOf = Callable[[np.ndarray, bool], Interval]
 
 
 @dataclass(frozen=True)
@@ -244,12 +242,12 @@ class AveragedSeries:
 
     name: str
     unit: str
-    values: Array
+    values: np.ndarray
     positive: bool = False
     rare: bool = False
     root: bool = False
     share: float | None = None
-    events: Array | None = None
+    events: np.ndarray | None = None
 
     def interval(self, of: IntervalOf = interval_of_mean) -> Interval:
         """Return the figure with its interval."""
@@ -259,7 +257,7 @@ class AveragedSeries:
         return found.root() if self.root else found
 
     @property
-    def averaged(self) -> Array:
+    def averaged(self) -> np.ndarray:
         """Averaged values, (blocks,): for a percentile, 1 where the motion is below it."""
         if self.share is None:
             return self.values
@@ -299,7 +297,7 @@ class AveragedSeries:
             return False
         return self.interval(stopping_interval).relative <= relative_error
 
-    def _verdict(self, series: Array, slowest: float) -> Verdict | Literal["no event"]:
+    def _verdict(self, series: np.ndarray, slowest: float) -> Verdict | Literal["no event"]:
         counted = self.values if self.events is None else self.events
         if self.rare and not varies(counted):
             return "no event"
@@ -313,7 +311,7 @@ def may_be_asked(name: str) -> bool:
     return name.rpartition(".")[2].removeprefix(LATERAL) not in NOT_ASKED
 
 
-def face_series(face: str, means: Array) -> list[AveragedSeries]:
+def face_series(face: str, means: np.ndarray) -> list[AveragedSeries]:
     """Return the series behind the figures of a face.
 
     Args:
@@ -341,7 +339,7 @@ def face_series(face: str, means: Array) -> list[AveragedSeries]:
     ]
 
 
-def _over_events(sums: Array, counts: Array) -> Array:
+def _over_events(sums: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """Return a series whose mean is R = mean(sums) / mean(counts), and whose scatter is that of R: (blocks,).
 
     R + (sums - R counts) / mean(counts), the ratio estimator: to first order its mean errs as the ratio does.
@@ -354,7 +352,7 @@ def _over_events(sums: Array, counts: Array) -> Array:
     return np.asarray(ratio + (sums - ratio * counts) / mean)
 
 
-def probe_series(probe: str, means: Array, ends: Array, direction: str = "") -> list[AveragedSeries]:
+def probe_series(probe: str, means: np.ndarray, ends: np.ndarray, direction: str = "") -> list[AveragedSeries]:
     """Return the series behind the figures of a probe in a direction.
 
     Args:
@@ -375,7 +373,7 @@ def probe_series(probe: str, means: Array, ends: Array, direction: str = "") -> 
     ]
 
 
-def own_series(one: Figure, means: Array, ends: Array) -> AveragedSeries:
+def own_series(one: Figure, means: np.ndarray, ends: np.ndarray) -> AveragedSeries:
     """Return the series behind a figure of one's own.
 
     Args:

@@ -48,7 +48,6 @@ SMOOTHER = {
     "ksp_max_it": "4",
     "pc_type": "pbjacobi",
 }
-Part = Callable[[Array], Array]
 
 
 class Multigrid:
@@ -63,7 +62,7 @@ class Multigrid:
     Collective to make and to use.
     """
 
-    def __init__(self, matrix: PETSc.Mat, space: fem.FunctionSpace, prefix: str, added: Part | None = None) -> None:
+    def __init__(self, matrix: PETSc.Mat, space: fem.FunctionSpace, prefix: str, added: Map | None = None) -> None:
         self._matrix, self._space, self._prefix, self._added = matrix, space, prefix, added
         self._inverse = _preconditioner(matrix, space, prefix)
         self._in, self._out = matrix.createVecs()

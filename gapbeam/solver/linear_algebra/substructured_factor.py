@@ -21,7 +21,7 @@ the largest matching have the same size.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -35,14 +35,13 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components, maxi
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.meshes.versions.mumps_functions import gives_inverse
 from gapbeam.solver.linear_algebra.mumps_factor import SOLVE_BLOCK, PetscFactor
+from gapbeam.solver.linear_algebra.smooth_modes import Map
 from gapbeam.solver.memory.memory_check import is_out_of_memory
 from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.system.operators import Array, Factor, Indices, Interface
 
 LOG = logging.getLogger("gapbeam")
 MOST_INTERFACE = 4000  # interface unknowns: S then has 128 MB on every rank and costs a step of 50 000 DOFs
-
-Sum = Callable[[Array], Array]
 
 
 class SubstructuredFactor:
@@ -72,7 +71,7 @@ class SubstructuredFactor:
         between: Indices,
         prefix: str,
         comm: MPI.Comm,
-        add: Sum,
+        add: Map,
         columns_limit: float | None = None,
     ) -> None:
         self._sum, self._total, self._limit = add, int(starts[-1]), columns_limit
@@ -204,7 +203,7 @@ class SubstructuredFactor:
         return np.asarray(cho_solve(self._schur, self._sum(right_side), overwrite_b=True, check_finite=False))
 
 
-def factor_on_ranks(matrix: PETSc.Mat, prefix: str, add: Sum, columns_limit: float | None = None) -> Factor:
+def factor_on_ranks(matrix: PETSc.Mat, prefix: str, add: Map, columns_limit: float | None = None) -> Factor:
     """Return a factor of a symmetric positive definite matrix, with the same bits in every run where that pays.
 
     Args:

@@ -71,13 +71,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
 from math import atanh, ceil, log2, sqrt, tanh
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import scipy
 
 from gapbeam.solver.loads.random_spectra import PowerSpectrum, smoothed
-from gapbeam.solver.loads.time_function import piecewise_mean, ramped
+from gapbeam.solver.loads.time_function import Times, piecewise_mean, ramped
 from gapbeam.solver.system.operators import Array, Indices
 
 WORDS = 4  # of 64 bits that a count of the generator gives
@@ -158,7 +158,6 @@ class SharedNoise:
         return round(self.delay * rate)
 
 
-Times = TypeVar("Times", float, Array)
 OVERSAMPLING = 8.0  # samples in a period of the highest frequency
 IN_BAND, BELOW_LOWEST, IN_GAP = 256.0, 16.0, 4.0
 """Intervals of the grid in the band, below its lowest frequency, and between two rows of a spectrum."""

@@ -21,14 +21,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import ceil
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 import numpy as np
 import scipy
 
 from gapbeam.solver.loads.load_table import Holes, RecordedTable
 from gapbeam.solver.loads.record_file import FILE, TIME, RecordedRows, RecordError, read_record
-from gapbeam.solver.loads.time_function import piecewise_mean, ramped
+from gapbeam.solver.loads.time_function import Times, piecewise_mean, ramped
 from gapbeam.solver.messages.errors import Fault, UserError
 from gapbeam.solver.system.operators import Array, Indices
 
@@ -242,7 +242,6 @@ def _closed(values: Array) -> Array:
     return np.append(values[:-1], values[0])
 
 
-Times = TypeVar("Times", float, Array)
 MOST_POWER = 0.99
 """Share of the power of a record that makes its frequencies of interest."""
 ROUNDING = 1.0e-6

@@ -18,7 +18,6 @@ Source: Knyazev (2001), SIAM J. Sci. Comput. 23, 517.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
 
@@ -29,6 +28,7 @@ from slepc4py import SLEPc
 
 from gapbeam.solver.linear_algebra.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
+from gapbeam.solver.linear_algebra.smooth_modes import Map
 from gapbeam.solver.messages.errors import RunError
 from gapbeam.solver.models.reduction.modal_basis import symmetric_part, unit_directions
 from gapbeam.solver.system.operators import Array, Factor, Indices
@@ -41,8 +41,6 @@ RENEWED = 10  # steps after which products are computed anew: combined from earl
 PATIENCE = 10  # steps in which an error above round-off halves
 INDEPENDENT = (1.0e-12, 1.0e-12)  # of the largest eigenvalue of a Gram matrix of unit vectors
 ROWS = 2**16  # that are combined at once
-Part = Callable[[Array], Array]
-Sum = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,7 @@ class _Block:
 
 
 def lowest_shapes(
-    factor: ConjugateGradients, multiply_mass: Part, count: int, tolerance: float, start: Array | None = None
+    factor: ConjugateGradients, multiply_mass: Map, count: int, tolerance: float, start: Array | None = None
 ) -> tuple[Array, Array, float]:
     """Return (s + sigma), ascending, (count,), shapes, (n, count), with x^T M x = 1, and their largest error.
 
@@ -121,7 +119,7 @@ def lowest_shapes(
     )
 
 
-def _best(blocks: list[_Block], total: Sum, size: int, last: Indices | None = None) -> tuple[Array, Array]:
+def _best(blocks: list[_Block], total: Map, size: int, last: Indices | None = None) -> tuple[Array, Array]:
     """Return the shapes of lowest frequency in terms of blocks, (columns, size), with x^T A x = 1.
 
     Of the `last` block these columns are taken only; also returns x^T M x of the shapes.

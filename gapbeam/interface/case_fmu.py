@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import logging
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -12,14 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gapbeam.interface.case_source import CaseSource, name_of, read_case
 from gapbeam.process.failing_ranks import refuse_ranks
 from gapbeam.solver.case.reading.overrides import Overrides
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.scene.scene import Scene, SceneState
 
 if TYPE_CHECKING:
     from gapbeam.solver.kernel.kernel_data import KernelData
-
-
-LOG = logging.getLogger("gapbeam")
 
 
 class MarchedScene(NamedTuple):

@@ -6,7 +6,6 @@ refused by name.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -20,6 +19,7 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import NO_DAMPER
 from gapbeam.solver.contact.laws.mixed_law import MixedLaw
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.convex_region import Disc, HalfPlane
 from gapbeam.solver.scene.force_law import ForceLaw
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from gapbeam.solver.case.case import Case
     from gapbeam.solver.models.model import Model
 
-LOG = logging.getLogger("gapbeam")
 UP = -1
 """Component of a probe that its point has: across the beam, in the bending plane."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
@@ -20,6 +19,7 @@ from gapbeam.interface.case_source import (
 )
 from gapbeam.process.failing_ranks import refuse_ranks
 from gapbeam.solver.case.reading.overrides import Overrides
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.studies.engine.workers import Workers as Workers
 from gapbeam.studies.engine.workers import as_workers
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from gapbeam.studies.sweep.sweep_tables import SweepResult
     from gapbeam.studies.tradeoff.run_tradeoff import TradeoffResult
 
-LOG = logging.getLogger("gapbeam")
 Values = str | Sequence[object]
 Progress = Callable[[int, int], None]
 

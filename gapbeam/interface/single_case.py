@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Collection, Mapping
 from dataclasses import fields
 from itertools import pairwise
@@ -24,6 +23,7 @@ from gapbeam.process.launcher import all_ranks
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import is_scene
 from gapbeam.solver.case.reading.overrides import Overrides
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.scene.argument_checks import checked
 
 if TYPE_CHECKING:
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene_file.scene_description import SceneDescription
     from gapbeam.studies.case_description import CaseDescription
     from gapbeam.studies.modes.find_modes import ModesResult
-
-LOG = logging.getLogger("gapbeam")
 
 
 @checked

@@ -7,7 +7,6 @@ its server after about a second and aborts: a rank that has not ended by then le
 
 from __future__ import annotations
 
-import logging
 import os
 import signal
 import sys
@@ -19,11 +18,11 @@ from typing import TYPE_CHECKING, NoReturn
 from gapbeam.meshes.rank_zero import ONE_RANK
 from gapbeam.meshes.versions.launcher_variables import rank_of_launcher
 from gapbeam.process.process_environment import refuse_cramped
+from gapbeam.solver.messages.wording import LOG
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-LOG = logging.getLogger("gapbeam")
 INTERVAL = 0.2  # s between two looks; in a second Open MPI aborts
 PATIENCE = 300.0  # s for the last checkpoint
 TERMINATED = 143

@@ -16,7 +16,6 @@ for each part of the set-up, for a step, and for the memory above that of a proc
 from __future__ import annotations
 
 import gc
-import logging
 import shutil
 import tempfile
 import time
@@ -35,6 +34,7 @@ from gapbeam.solver.march.compiled.compiled_march import why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.messages.errors import Interrupted, RunError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.models.energy_creation import refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model, model_of
 from gapbeam.solver.run.interruption import Interruption, Signals
@@ -50,7 +50,6 @@ from gapbeam.studies.error_estimate.run_errors import plan_of
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-LOG = logging.getLogger("gapbeam")
 FIELDS = 3  # written for the time that one takes
 WARM_UP = 2  # steps, in which everything happens for the first time
 TRIAL_TIME, ENOUGH = 1.0, 0.3  # s of a trial, and the share of it below which a longer one follows

@@ -8,7 +8,6 @@ one of the span, and no burn-in is cut but the span's own.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +28,7 @@ from gapbeam.solver.case.beam_motions import bends_in_two_planes
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RecordStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.run.outcome import all_rates, work_rate
 from gapbeam.solver.run.output.results_folder import check_folder, check_name
 from gapbeam.solver.run.stop_rule import decay_time, has_statistics
@@ -98,7 +98,6 @@ def _change(values: np.ndarray) -> float:
     return float(values[-1] - values[0])
 
 
-LOG = logging.getLogger("gapbeam")
 NAME = "report.html"
 LIVE = (
     "Marched in your browser with the reduced model of {modes} modes in steps of {step:.3g} ms; not the certified run: "

@@ -20,7 +20,6 @@ the largest matching have the same size.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -38,9 +37,9 @@ from gapbeam.solver.linear_algebra.mumps_factor import SOLVE_BLOCK, PetscFactor
 from gapbeam.solver.linear_algebra.smooth_modes import Map
 from gapbeam.solver.memory.memory_check import is_out_of_memory
 from gapbeam.solver.messages.errors import RunError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.system.operators import Array, Factor, Indices, Interface
 
-LOG = logging.getLogger("gapbeam")
 MOST_INTERFACE = 4000  # interface unknowns: S then has 128 MB on every rank and costs a step of 50 000 DOFs
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import logging
 import re
 import resource
 from collections.abc import Iterator
@@ -20,11 +19,11 @@ from gapbeam.solver.case.model_choice import chosen_case
 from gapbeam.solver.case.solution_tables import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
 from gapbeam.solver.memory.memory_estimate import COPIES, SHAPES, free_memory, memory_needs
 from gapbeam.solver.messages.errors import CaseError, OutOfMemory, UserError
+from gapbeam.solver.messages.wording import LOG
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-LOG = logging.getLogger("gapbeam")
 GIGABYTE = 1.0e9
 SMALL = 0.5 * GIGABYTE  # needs that are not worth asking how much is free
 DOFS_OF_ELEMENT = 2  # of each motion of a beam

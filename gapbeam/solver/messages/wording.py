@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import difflib
+import logging
 from collections.abc import Iterable
 from math import inf, isfinite
 from pathlib import Path
+
+LOG = logging.getLogger("gapbeam")
+"""The terminal's messages and run.log."""
 
 
 def either(options: Iterable[str]) -> str:

@@ -14,7 +14,6 @@ all of them fill more than a share of the disk. GAPBEAM_KEEP=none keeps and read
 from __future__ import annotations
 
 import hashlib
-import logging
 import os
 import pickle
 import shutil
@@ -30,11 +29,11 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.compilation.jit import cache_home, sources
+from gapbeam.solver.messages.wording import LOG
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-LOG = logging.getLogger("gapbeam")
 Found = TypeVar("Found")
 LIBRARIES = ("numpy", "scipy", "petsc4py", "slepc4py", "fenics-dolfinx", "fenics-basix", "dolfinx-solver-real", "gmsh")
 SHARE = 0.1  # of the room on the disk that is free or taken by kept files

@@ -14,7 +14,6 @@ beam: what c_M m + c_K k would add goes off the dashpot again.
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -55,6 +54,7 @@ from gapbeam.solver.loads.places import BodyForce, SupportAcceleration
 from gapbeam.solver.loads.support_walls import walls_of
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.models.beam_body import beam_body, rigid_body
 from gapbeam.solver.models.bending_stiffness import refuse_poor_bending
 from gapbeam.solver.models.body import TURNED, Body, ProbeRow, body_key, mesh_beam, mesh_dofs, point_rule
@@ -178,7 +178,6 @@ def _rows(contact: ContactOperator, motions: Sequence[BodyMotion]) -> tuple[csr_
     return csr_matrix(opening), csr_matrix(sliding.reshape(contact.size * tangents, len(motions)))
 
 
-LOG = logging.getLogger("gapbeam")
 GIVEN = "given in the case"
 
 

@@ -5,7 +5,6 @@ A period of the forcing has a whole number of steps; figures of the probes are t
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -23,7 +22,7 @@ from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_c
 from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.march.stepwise_march import March, march
 from gapbeam.solver.messages.errors import Interrupted
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.periodic.floquet import UNKNOWN, Judgment, with_error
 from gapbeam.solver.periodic.harmonic_balance import series_steps
@@ -193,7 +192,6 @@ def harmonic_amplitudes(values: Array, periods: int) -> list[float]:
     return [float(spectrum[k]) for k in orders if k < len(spectrum)]
 
 
-LOG = logging.getLogger("gapbeam")
 MULTIPLIERS_REPORTED = 12
 NOTABLE_CHANGE = 0.01
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.checks.periodic_checks import value_of
 from gapbeam.solver.messages.errors import Interrupted
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.periodic.continuation import CurveSettings
 from gapbeam.solver.periodic.period_map import ModalMap
@@ -28,8 +27,6 @@ from gapbeam.solver.system.semi_discrete import State
 
 if TYPE_CHECKING:
     from mpi4py import MPI
-
-LOG = logging.getLogger("gapbeam")
 
 
 def search(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -23,7 +22,7 @@ from gapbeam.solver.march.compiled.compiled_march import CompiledLoop, why_not_c
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.memory_check import offer_simpler, out_of_memory_reported
 from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, remove_unasked, steps_between
@@ -51,8 +50,6 @@ from gapbeam.solver.system.semi_discrete import State
 
 if TYPE_CHECKING:
     from mpi4py import MPI
-
-LOG = logging.getLogger("gapbeam")
 
 
 def stopped_words(case: Case, stopped: Interrupted, going_on: bool) -> str:

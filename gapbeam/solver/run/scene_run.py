@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import logging
 import resource
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -25,7 +24,7 @@ from gapbeam.solver.diagnostics.assumption import let_pass
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.diagnostics.statistics.run_statistics import in_words
 from gapbeam.solver.messages.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.solver.run.clamp_energies import ClampEnergies
 from gapbeam.solver.run.contact_block import contacts_of
 from gapbeam.solver.run.interruption import Signals, Wish
@@ -58,7 +57,6 @@ from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
 from gapbeam.solver.schema.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE, TURNING
 from gapbeam.solver.schema.table import faults_in
 
-LOG = logging.getLogger("gapbeam")
 WEAR = ("coefficient", "area")
 STILL = 1e-12
 """Part of the largest squared frequency below which a motion is rigid, up to round-off."""

@@ -15,7 +15,6 @@ The map of work rates per area over the points of a face has an interval for its
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator, Mapping, Sequence
 from math import inf
 from typing import Any
@@ -44,6 +43,7 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import LEAST, PARTS
 from gapbeam.solver.integrators.time_scheme import bias_at
 from gapbeam.solver.march.stepwise_march import RESOLVING_SHARE
 from gapbeam.solver.messages.errors import RangeNotCovered
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.models.bending_stiffness import bending_remarks
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.span_basis import basis_remarks
@@ -93,7 +93,6 @@ def noise_remarks(case: Case, model: Model) -> Iterator[str]:
         )
 
 
-LOG = logging.getLogger("gapbeam")
 NOTABLE_LOSS = 0.2  # of the loss that ends a run
 TAKEN = "energy kept by the scheme", "energy that the scheme took over that exchanged", "1"
 TAKEN_MEANING = "the scheme itself damps the motion; try a smaller time.step"

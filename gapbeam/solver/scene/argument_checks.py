@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import logging
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -17,10 +16,9 @@ import numpy as np
 import scipy
 
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.messages.wording import counted, printable
+from gapbeam.solver.messages.wording import LOG, counted, printable
 from gapbeam.solver.system.operators import Array
 
-LOG = logging.getLogger("gapbeam")
 FAR = 0.1  # of the size of a structure, from which on coordinates are asked about
 P = ParamSpec("P")
 R = TypeVar("R")

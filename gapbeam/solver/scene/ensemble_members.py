@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import logging
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -24,6 +23,7 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure, part_above, parts_of
 from gapbeam.solver.messages.errors import NotWritten, UserError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.scene.object_code import fingerprint
 from gapbeam.solver.scene.printed_values import result_words
 from gapbeam.solver.scene.recorded_places import components_of, struck_places
@@ -137,9 +137,6 @@ def untrusted(energy: dict[str, Array], balance: Array, first: Array, keeps: boo
 
 SAMPLES = 50
 """Times at which loads and walls are compared with those of the blocks that are there."""
-
-
-LOG = logging.getLogger("gapbeam")
 
 
 def arrays_in(path: Path) -> dict[str, Any]:

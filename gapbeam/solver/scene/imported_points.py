@@ -8,7 +8,6 @@ other units than stated.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,6 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.scene.argument_checks import ArgumentError, check_near, coordinates, finite
 from gapbeam.solver.scene.node_files import Nodes
 from gapbeam.solver.scene.order_of_rows import check_order
@@ -244,7 +244,6 @@ SLOWEST, FASTEST = 20.0, 1e5
 """Usual speeds of waves from one node to the next, m/s; others are asked about."""
 HEAVIEST = 3e4
 """Largest usual density, kg/m^3; larger ones are asked about."""
-LOG = logging.getLogger("gapbeam")
 
 
 def check_imported(K: Any, M: Any, C: Any, rows: Rows, name: str = "", cut: float = 0.0) -> None:

@@ -7,7 +7,6 @@ beams, which are refused.
 
 from __future__ import annotations
 
-import logging
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.solver.scene.argument_checks import ArgumentError
 from gapbeam.solver.scene.node_files import (
     InputBlock,
@@ -31,7 +30,6 @@ from gapbeam.solver.scene.node_files import (
 from gapbeam.solver.scene.solid_cells import KINDS, Cells, Indices, facet_of
 from gapbeam.solver.system.operators import Array
 
-LOG = logging.getLogger("gapbeam")
 SOLID = re.compile(r"C3D(4|8|10|20|27)(?=[A-Z]|$)|C(?:PS|PE)(3|4|6|8)(?=[A-Z]|$)")
 KIND_OF = {"4": "tetra", "8": "hexahedron", "10": "tetra10", "20": "hexahedron20", "27": "hexahedron27"}
 PLANE_OF = {"3": "triangle", "4": "quad", "6": "triangle6", "8": "quad8"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from gapbeam.solver.case.beam_profile import Material
 from gapbeam.solver.case.checks.usual_ranges import USUAL, asked
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.scene.argument_checks import ArgumentError, checked, positive, shown
 from gapbeam.solver.scene.finer_mesh import finer_mesh, may_be_finer
 from gapbeam.solver.scene.imported_points import Label, PointGiven, Rows
@@ -23,7 +23,6 @@ from gapbeam.solver.scene.structure_files import ImportedModel, MeshSurface
 from gapbeam.solver.scene.structure_geometry import Pose
 from gapbeam.solver.system.operators import Array
 
-LOG = logging.getLogger("gapbeam")
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
 """Units of length of mesh files, m."""
 SolidMaterial = Material | OrthotropicMaterial

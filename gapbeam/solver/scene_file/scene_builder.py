@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from math import ceil
@@ -19,6 +18,7 @@ from gapbeam.solver.loads.scene_load_choice import (
     structure_of,
 )
 from gapbeam.solver.messages.errors import CaseError, Fault, Key, RunError, UserError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.scene.argument_checks import ArgumentError, check_near
 from gapbeam.solver.scene.beam_structure import beam, element_count, figures, in_two_planes
 from gapbeam.solver.scene.feedback import Feedback, Joint
@@ -77,7 +77,6 @@ from gapbeam.solver.scene_file.structure_tables import (
 )
 from gapbeam.solver.system.operators import Array
 
-LOG = logging.getLogger("gapbeam")
 WAY = 40  # parts of the way of a point that moves, at least
 
 

@@ -10,7 +10,6 @@ there.
 
 from __future__ import annotations
 
-import logging
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -39,7 +38,7 @@ from gapbeam.solver.integrators.time_scheme import (
     step_of_period,
 )
 from gapbeam.solver.messages.errors import CaseError, Fault, UserError
-from gapbeam.solver.messages.wording import near
+from gapbeam.solver.messages.wording import LOG, near
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Joint
 from gapbeam.solver.scene.flow_force import FlowSpan
@@ -53,7 +52,6 @@ from gapbeam.solver.scene_file.structure_tables import ElementBeam, ElementFrame
 from gapbeam.solver.scene_file.unit_questions import crossings, load_questions, unit_questions
 from gapbeam.solver.system.operators import Array
 
-LOG = logging.getLogger("gapbeam")
 STEPS_OF_FLIGHT = 1000  # of a run without any frequency
 APART = 1.0e-6  # of a frequency: bending in two planes has each twice
 FREE = 1.0e-6  # of the highest frequency of a structure: a rigid motion

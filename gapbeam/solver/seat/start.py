@@ -10,7 +10,6 @@ probe most along the bending direction: sum_j x_j(probe) x_j of modes with x_j^T
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass, replace
 from math import cos, pi, radians, sin
 from typing import assert_never
@@ -20,6 +19,7 @@ import numpy as np
 from gapbeam.solver.case.analysis_table import Periodic, StartMode, Transient, centered_pose
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.models.body import rigid_parts
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.seat.contact_modes import free_bending_modes
@@ -167,7 +167,6 @@ def _moved(
     return replace(state, u=u, a=None, depth=depth, pressure=np.zeros(contact.size))
 
 
-LOG = logging.getLogger("gapbeam")
 SAME = 1.0e-6  # of a frequency: modes of one frequency
 NODE = 1.0e-4  # of the largest deflection: less is a node of the mode
 RIGID = 1.0e-3  # of the frequency of the overhang: below it a motion is rigid, on the weak restraint

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -18,7 +17,7 @@ from gapbeam.postprocess.report.sections.atlas_section import ATLAS_FILE, ATLAS_
 from gapbeam.postprocess.study_figures.study_axis import Units, is_logarithmic, si_key
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.messages.errors import NotConverged, UserError
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.solver.run.output.results_folder import finite
 from gapbeam.solver.scene.ensemble_members import response_figure_faults
 from gapbeam.solver.scene.lane_ensemble import ensemble
@@ -35,7 +34,6 @@ from gapbeam.studies.printed_results import PrintedResult, table_of
 from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_json, write_table
 from gapbeam.studies.trials.axes import Axis, points_of
 
-LOG = logging.getLogger("gapbeam")
 DOUBTFUL = 5
 BRANCHES = "branches.csv"
 JOURNAL = "points.jsonl"  # while the atlas is under way

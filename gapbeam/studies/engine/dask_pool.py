@@ -20,12 +20,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from gapbeam.solver.messages.errors import OutOfMemory, UserError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.studies.engine.workers import INSTALL, Workers, computed, hushed, introduced, silence
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-LOG = logging.getLogger("gapbeam")
 LOSSES = 2  # of workers over one point that are put up with; after a third one the point is a suspect
 ANSWER = 15.0  # s in which a scheduler must answer
 SETUP = "gapbeam.studies.engine.workers"

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from gapbeam.solver.memory.memory_estimate import free_here
 from gapbeam.solver.messages.errors import Interrupted
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.studies.engine.workers import Workers
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 Work = TypeVar("Work")
 Result = TypeVar("Result")
-LOG = logging.getLogger("gapbeam")
 TERMINATED = 143
 GIGABYTE = 1.0e9
 MARGIN = 2.0  # of the memory that is predicted, within a factor of 2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from gapbeam.solver.case.case import Case, case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.solution_tables import BeamModel, ReducedModel, RigidModel
 from gapbeam.solver.messages.errors import CaseError, Interrupted, RunError, in_one_line
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.run.output.progress import LINE
 from gapbeam.studies.error_estimate.companions import Companion, quiet
@@ -21,7 +21,6 @@ from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import KeptBody, seated
 
-LOG = logging.getLogger("gapbeam")
 FEWEST_RECORDS = 8
 WHOLE = 1.0e-6  # of an interval
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -20,7 +19,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import smoothing_window
 from gapbeam.solver.case.solution_tables import FullModel, ReducedModel
 from gapbeam.solver.messages.errors import Interrupted
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH, RIGID, SLENDER
 from gapbeam.solver.run.interruption import Signals
@@ -70,7 +69,6 @@ from gapbeam.studies.error_estimate.stiff_supports import doubts_about_forces, o
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-LOG = logging.getLogger("gapbeam")
 
 SET_UP = 2.0  # s, of a wall time that the user limits
 FAR = 2.0  # times the limit of an assumption on the frequencies that carry the energy

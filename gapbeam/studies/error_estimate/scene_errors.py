@@ -29,7 +29,7 @@ from gapbeam.postprocess.results.results import records_in
 from gapbeam.solver.case.solution_tables import Gates
 from gapbeam.solver.diagnostics.assumption import HOLDS
 from gapbeam.solver.messages.errors import CaseError, Interrupted, RunError, UserError, in_one_line
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.progress import log_file
@@ -64,7 +64,6 @@ from gapbeam.studies.error_estimate.force_peaks import (
 )
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, impact_rates
 
-LOG = logging.getLogger("gapbeam")
 OF_MIDPOINT, OF_OTHERS = 2.0, 3.0  # the factors F
 Estimate = tuple[dict[str, Any], list[str], ClosingTable | str]
 NO_ERRORS = {"GAPBEAM_ERRORS": "none"}

@@ -5,7 +5,6 @@ A sweep reads its points, computes the responses in parallel and classifies them
 
 from __future__ import annotations
 
-import logging
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -29,7 +28,7 @@ from gapbeam.postprocess.study_figures.sweep_branches import (
 from gapbeam.solver.diagnostics.statistics.run_statistics import FEWEST_MEMBERS, pooled_figures
 from gapbeam.solver.diagnostics.statistics.statistic_figures import may_be_asked
 from gapbeam.solver.messages.errors import CaseError
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult
@@ -243,7 +242,6 @@ def _cell(branch: Branch, name: str, factor: float) -> str:
     return f"{factor * mean:.4g}" + (f" ± {factor * scatter:.2g}" if scatter > 5e-4 * abs(mean) else "")
 
 
-LOG = logging.getLogger("gapbeam")
 Progress = Callable[[int, int], None]
 
 

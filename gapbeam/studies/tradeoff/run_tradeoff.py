@@ -7,7 +7,6 @@ A trade-off is a table, plain data that `gapbeam run --tolerance` reads again, a
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import inf, isfinite
@@ -26,6 +25,7 @@ from gapbeam.solver.case.case import Case, Output
 from gapbeam.solver.case.checks.run_checks import whole_interval
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.studies.printed_results import PrintedResult
@@ -280,7 +280,6 @@ def _level(row: Mapping[str, Any]) -> Judged:
     return Judged(level, measured, row["errors"], statistics, row["seconds_of_the_case"], row["covered"], means)
 
 
-LOG = logging.getLogger("gapbeam")
 MINUTES, TOLERANCE = 12.0, 0.02
 NOT_PROMISED = 5
 

@@ -6,7 +6,6 @@ limits, distributions, rare events and Sobol indices.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from math import isnan
 from pathlib import Path
@@ -21,7 +20,7 @@ from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.reading.case_reader import read_tables
 from gapbeam.solver.case.reading.overrides import pairs
 from gapbeam.solver.messages.errors import CaseError, Fault, UserError
-from gapbeam.solver.messages.wording import near
+from gapbeam.solver.messages.wording import LOG, near
 from gapbeam.solver.scene.argument_checks import checked, finite
 from gapbeam.solver.scene.ensemble_members import ensemble_key, response_figure_faults
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
@@ -54,7 +53,6 @@ from gapbeam.studies.uncertain.probability import (
 )
 from gapbeam.studies.uncertain.uncertain_result import Convergence, Distribution, Uncertain, write_uncertain
 
-LOG = logging.getLogger("gapbeam")
 SHOWN = ("norm", "lognorm", "uniform", "triang", "beta", "gamma", "truncnorm", "weibull_min")
 
 

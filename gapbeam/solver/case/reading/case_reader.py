@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import logging
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -30,10 +29,9 @@ from gapbeam.solver.case.reading.overrides import (
 )
 from gapbeam.solver.case.reading.toml_text import beyond_bounds, key_lines, line_of, parse, read_text
 from gapbeam.solver.messages.errors import CaseError, Fault, Key
-from gapbeam.solver.messages.wording import printable
+from gapbeam.solver.messages.wording import LOG, printable
 from gapbeam.solver.sections.section_table import RectangularSection, SectionTable
 
-LOG = logging.getLogger("gapbeam")
 PROPER = 1.0  # m: a width that has no fault, where the thickness has one or is missing
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.stepwise_march import Paused
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.messages.wording import apart
+from gapbeam.solver.messages.wording import LOG, apart
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
     BrokenCheckpoint,
@@ -49,7 +48,6 @@ from gapbeam.solver.schema.record_table import CASE_FILE, CHECKPOINT_FOLDER
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-LOG = logging.getLogger("gapbeam")
 LARGEST_SHARE = 0.01  # of the wall time, for checkpoints
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +12,7 @@ from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
     BrokenCheckpoint,
@@ -32,8 +32,6 @@ from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
 
 if TYPE_CHECKING:
     from mpi4py import MPI
-
-LOG = logging.getLogger("gapbeam")
 
 
 def refuse_to_resume(case: Case) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import shutil
 from math import prod
 from pathlib import Path
@@ -10,13 +9,13 @@ from typing import TYPE_CHECKING
 
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.schema.record_table import FIELDS, HISTORY, STRESS_FIELDS, VECTOR_FIELDS
 
 if TYPE_CHECKING:
     from gapbeam.solver.case.case import Case
     from gapbeam.solver.models.model import Model
 
-LOG = logging.getLogger("gapbeam")
 VALUE = 8  # bytes
 LARGE = 1.0e10  # bytes: reported before they are written
 

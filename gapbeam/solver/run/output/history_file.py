@@ -13,7 +13,6 @@ the impulses of a face that was pressed between records only, or that yields.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -26,7 +25,7 @@ from gapbeam.solver.case.figure_table import Figure, figure_values
 from gapbeam.solver.diagnostics.contact_episodes import ImpactList
 from gapbeam.solver.diagnostics.point_contact import PointContact
 from gapbeam.solver.messages.errors import UserError
-from gapbeam.solver.messages.wording import counted
+from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.solver.run.output.atomic_files import Sink, copy_beside, own_folder, part_of, put_in_place, written
 from gapbeam.solver.run.output.hdf5_files import Shape, refuse_other_data
 from gapbeam.solver.run.output.results_folder import write_beside
@@ -46,7 +45,6 @@ from gapbeam.solver.schema.record_table import (
 )
 from gapbeam.solver.system.operators import Array
 
-LOG = logging.getLogger("gapbeam")
 BLOCK = 1024  # records that lie side by side in a file
 KEPT = 2**13  # records kept in memory between writes, at most
 KEPT_BYTES = 2**23  # their size at most, where that leaves LEAST_KEPT of them

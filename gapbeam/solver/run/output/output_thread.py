@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import queue
 import threading
 import time
@@ -12,8 +11,8 @@ from concurrent.futures import Future
 from types import TracebackType
 
 from gapbeam.solver.messages.errors import NotWritten
+from gapbeam.solver.messages.wording import LOG
 
-LOG = logging.getLogger("gapbeam")
 WAITING = 4  # blocks of steps whose output waits, at most: what keeps memory bounded
 LOOK = 0.1  # s of wall time between looks at whether the run is to end
 SILENT = 60.0  # s of wall time of one piece of work, after which the waiting is reported

@@ -23,13 +23,13 @@ from typing import TYPE_CHECKING, Any
 
 from gapbeam.solver.diagnostics.energy_gates import describe_energy
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.schema.record_table import LOG_FILE, PROGRESS_FILE
 
 if TYPE_CHECKING:
     from mpi4py import MPI
     from rich.progress import Progress
-LOG = logging.getLogger("gapbeam")
 REDRAW = 0.1  # s
 LINE = 10.0  # s between plain lines
 

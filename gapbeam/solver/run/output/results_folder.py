@@ -12,7 +12,6 @@ from __future__ import annotations
 import errno
 import fcntl
 import json
-import logging
 import math
 import os
 import socket
@@ -26,6 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from gapbeam.solver.messages.errors import UserError
+from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.run.output.atomic_files import new_file, no_place, part_of
 from gapbeam.solver.schema import record_table as records
 from gapbeam.solver.schema.record_table import LOCK_FILE, lives
@@ -159,7 +159,6 @@ def _kind(path: Path) -> str | None:
 
 Result = TypeVar("Result")
 
-LOG = logging.getLogger("gapbeam")
 UNSUPPORTED = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.EINVAL}
 
 

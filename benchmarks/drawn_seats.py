@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import gapbeam
-from benchmarks.drawn_cases.scenes import last_drawn
+from benchmarks.drawn_cases.scenes import GRAVITY, last_drawn
 from benchmarks.table import Table
 from gapbeam.solver.case.analysis_table import NAMES, RigidMotion, unit_motions
 from gapbeam.solver.loads.places import PointForce
@@ -31,7 +31,6 @@ from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.system.operators import Array
 
-GRAVITY = 9.81
 BALANCED = (
     1.0e-4  # of the largest force: what a seat may leave of a balance; meshes of round sections weigh so much less
 )

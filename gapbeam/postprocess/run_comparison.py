@@ -18,7 +18,8 @@ import xarray as xr
 from gapbeam.postprocess.display_units import in_percent
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.run_watch import motion_of
-from gapbeam.postprocess.signals.periodicity import NOT_SETTLED, last_periods
+from gapbeam.postprocess.signals.figure_names import NOT_SETTLED
+from gapbeam.postprocess.signals.periodicity import last_periods
 from gapbeam.postprocess.signals.signal import Signal, SignalError, names_along
 from gapbeam.postprocess.signals.spectra import whole_periods
 from gapbeam.postprocess.signals.steady_figures import (

@@ -22,6 +22,7 @@ from gapbeam.solver.case.solution_tables import BeamModel
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.march.stepwise_march import RESOLVING_SHARE
 from gapbeam.solver.memory.memory_check import (
+    GIGABYTE,
     expected_dofs,
     lack_of_memory,
     offer_simpler,
@@ -42,7 +43,6 @@ Row = tuple[str, str, str]
 
 FEW = 6  # faces that are named
 SOFT_ENOUGH = 1.0 / 3.0
-GIGABYTE = 1.0e9
 PERHAPS = 0.5  # of the DOFs of a model that is tried out: with more expected, the mesh is made and counted
 
 

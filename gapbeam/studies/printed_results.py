@@ -10,6 +10,7 @@ from rich.console import Console, RenderableType
 from rich.table import Table
 
 WIDTH = 180  # columns
+DOUBTFUL = 5  # exit status of a study that finished, but whose result cannot be claimed
 
 
 class PrintedResult:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
 
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results_errors import ResultsError
@@ -23,11 +23,10 @@ from gapbeam.solver.case.reading.value_words import flat
 from gapbeam.solver.messages.errors import NotWritten, UserError
 from gapbeam.solver.messages.wording import printable
 from gapbeam.solver.run.output.results_folder import by_one, check_place, finite, locked, write_beside
+from gapbeam.solver.schema.table import Number, Whole
 
 if TYPE_CHECKING:
     from mpi4py import MPI
-_Number = Annotated[float, Strict(), AllowInfNan(False)]
-_Whole = Annotated[int, Strict()]
 _Text = Annotated[str, Strict()]
 PLAN_FILE = "plan.json"
 REMEDY = "choose another `output=`, or pass `overwrite=True` to begin anew"
@@ -43,10 +42,10 @@ class StoredFigure(_Stored):
     """A figure with its scatter."""
 
     unit: _Text
-    mean: _Number
-    scatter: _Number
-    mean_in_g: _Number | None = None
-    error: _Number | None = None
+    mean: Number
+    scatter: Number
+    mean_in_g: Number | None = None
+    error: Number | None = None
 
 
 class StoredResponse(_Stored):
@@ -56,23 +55,23 @@ class StoredResponse(_Stored):
     direction: _Text
     start: _Text
     verdict: _Text
-    exit_status: _Whole = Field(ge=0, le=255)
+    exit_status: Whole = Field(ge=0, le=255)
     message: _Text
     notes: list[_Text]
     response: _Text | None = None
     figures: dict[_Text, StoredFigure] = {}
-    seconds: dict[_Text, _Number] = {}
+    seconds: dict[_Text, Number] = {}
 
 
 class StoredPiece(_Stored):
     """An experiment of an identification with one set of values."""
 
-    values: list[_Number]
-    experiment: _Whole = Field(ge=0)
-    start: _Whole = Field(ge=0)
+    values: list[Number]
+    experiment: Whole = Field(ge=0)
+    start: Whole = Field(ge=0)
     verdict: _Text
     response: _Text
-    exit_status: _Whole = Field(ge=0, le=255)
+    exit_status: Whole = Field(ge=0, le=255)
     message: _Text
     figures: dict[_Text, StoredFigure] = {}
 

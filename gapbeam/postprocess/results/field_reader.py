@@ -18,11 +18,9 @@ import numpy as np
 from meshio import CellBlock
 from meshio.xdmf import TimeSeriesReader
 
-from gapbeam.postprocess.results.bounded_files import check_hdf5, printable
+from gapbeam.postprocess.results.bounded_files import LARGEST, check_hdf5, printable
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.schema.record_table import FIELD_FOLDER, FIELDS_DATA_FILE, STRESS_FIELDS
-
-LARGEST = 256 * 2**20  # bytes of the XML file
 
 
 @dataclass(frozen=True)

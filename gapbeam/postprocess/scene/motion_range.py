@@ -9,7 +9,7 @@ import numpy as np
 
 from gapbeam.postprocess.display_units import rounded_down
 from gapbeam.postprocess.results.field_reader import Fields, Frame
-from gapbeam.postprocess.scene.support_surface import SupportBoxes
+from gapbeam.postprocess.scene.support_surface import Span, SupportBoxes
 
 
 @dataclass(frozen=True)
@@ -89,10 +89,8 @@ def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
     )
 
 
-Span = tuple[float, float]
-
 ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
-_GAP_SHOWN = 0.45
+GAP_SHOWN = 0.45
 _MOTION_SHOWN = 1.2
 
 
@@ -138,7 +136,7 @@ def scale_of_support(motion: MotionRange, support: SupportBoxes) -> float:
     """
     limits, thickness = [], max((block.thickness for block in support.near_blocks()), default=support.thickness)
     if support.clearance:
-        limits.append(_GAP_SHOWN * thickness / abs(support.clearance))
+        limits.append(GAP_SHOWN * thickness / abs(support.clearance))
     if motion.largest_near > 0.0:
         limits.append(_MOTION_SHOWN * thickness / motion.largest_near)
     return rounded_down(min(limits), ROUND) if limits else 1.0

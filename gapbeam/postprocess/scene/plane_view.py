@@ -261,8 +261,8 @@ def views_of(
 Scale = Literal["auto"] | float
 
 # From the beam to the camera: nearly from the side, and for the support more from above and the free end.
-_FROM_WHOLE = (0.10, -1.0, 0.28)
-_FROM_SUPPORT = (0.45, -1.0, 0.38)
+FROM_WHOLE = (0.10, -1.0, 0.28)
+FROM_SUPPORT = (0.45, -1.0, 0.38)
 
 _SEEN = 5.0e-3  # of the length of the beam
 
@@ -315,7 +315,7 @@ class Studio:
             window_of_whole(motion, support, factors[0], sizes[0], carried_by(marks, support.middle)),
             window_of_support(support, factors[1], sizes[1]),
         )
-        directions = _FROM_WHOLE, _FROM_SUPPORT
+        directions = FROM_WHOLE, FROM_SUPPORT
         shots = [Shot(*shot) for shot in zip(windows, sizes, factors, directions, strict=True)]
         self._views, touching = views_of(fields, support, shots, color)
         self._motion, self._traces = motion, traces_of(results, motion.times, motion.tip)

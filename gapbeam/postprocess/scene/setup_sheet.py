@@ -17,10 +17,17 @@ from gapbeam.postprocess.figures.figure_style import SKY
 from gapbeam.postprocess.results.columns_of_run import RunSupport
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.scene.film import rows_of
-from gapbeam.postprocess.scene.motion_range import ROUND, MotionRange, Window, window_of_support, window_of_whole
-from gapbeam.postprocess.scene.plane_view import PictureView, Shot, views_of
+from gapbeam.postprocess.scene.motion_range import (
+    GAP_SHOWN,
+    ROUND,
+    MotionRange,
+    Window,
+    window_of_support,
+    window_of_whole,
+)
+from gapbeam.postprocess.scene.plane_view import FROM_SUPPORT, FROM_WHOLE, PictureView, Shot, views_of
 from gapbeam.postprocess.scene.set_up import LoadArrow, SectionMask, SetUp
-from gapbeam.postprocess.scene.sheet import Place, pixels, style_of
+from gapbeam.postprocess.scene.sheet import DESIGNED_FOR, DPI, Place, pixels, style_of
 from gapbeam.postprocess.scene.support_surface import (
     ARM,
     FaceBox,
@@ -99,11 +106,6 @@ _WHOLE: Place = (0.02, 0.52, 0.96, 0.29)
 _NEAR_BOTTOM, _NEAR_HEIGHT = 0.045, 0.27
 _MOST_NEAR = 3
 _ROWS = 4
-_GAP_SHOWN = 0.45  # of the thickness
-_DESIGNED_FOR = 900
-_DPI = 100
-_FROM = (0.10, -1.0, 0.28)
-_FROM_NEAR = (0.45, -1.0, 0.38)
 _LOAD = "#B0200C"
 _PROBE = "#1F5FA8"
 _ARROW = 0.17  # of the height of the picture
@@ -120,7 +122,7 @@ def picture_of(set_up: SetUp, size: tuple[int, int]) -> tuple[np.ndarray, float]
         The picture, (height, width, 3), 8 bits, and the factor of all gaps in it.
     """
     scale = factor_of(set_up.supports, support_of(set_up.points, set_up.dimension, set_up.supports).thickness)
-    large = size[1] / _DESIGNED_FOR
+    large = size[1] / DESIGNED_FOR
     with mpl.rc_context(style_of(large)):
         sheet = _Sheet(set_up, scale, size, large)
         return sheet.drawn(), scale
@@ -139,13 +141,13 @@ def factor_of(supports: tuple[RunSupport, ...], thickness: float) -> float:
         for met in one.faces:
             recess = max((abs(value) for value in met.recesses), default=0.0)
             widest = max(widest, abs(met.gap) + recess + max(abs(met.offset), abs(met.lateral)))
-    return rounded_down(max(1.0, _GAP_SHOWN * thinnest / widest), ROUND) if widest else 1.0
+    return rounded_down(max(1.0, GAP_SHOWN * thinnest / widest), ROUND) if widest else 1.0
 
 
 class _Sheet:
     def __init__(self, set_up: SetUp, scale: float, size: tuple[int, int], large: float) -> None:
         self._set_up, self._scale, self._size, self._large = set_up, scale, size, large
-        self._figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
+        self._figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
         self._canvas = FigureCanvasAgg(self._figure)
         self._whole = support_of(set_up.points, set_up.dimension, set_up.supports)
         at_rest = np.zeros_like(set_up.points)
@@ -178,7 +180,7 @@ class _Sheet:
         nothing = MotionRange(np.zeros(1), np.zeros(1), 0.0, 0.0, 0.0, 0.0, 0)
         carried = carried_by(marks_of(self._set_up.case, self._whole.start), self._whole.middle)
         window = window_of_whole(nothing, self._whole, self._scale, pixels(_WHOLE, self._size), carried)
-        with closing(self._picture(self._whole, window, _WHOLE, _FROM)) as view:
+        with closing(self._picture(self._whole, window, _WHOLE, FROM_WHOLE)) as view:
             panel = self._figure.axes[-1]
             labels = list[tuple[float, float, str, str]]()  # place, words and color of what stands above the beam
             self._mark(panel, view, window, labels)
@@ -294,7 +296,7 @@ class _Sheet:
         support = replace(self._whole, near=span, clearance=one.clearance)
         place = (left, _NEAR_BOTTOM, 0.19, _NEAR_HEIGHT)
         window = window_of_support(support, self._scale, pixels(place, self._size))
-        self._picture(support, window, place, _FROM_NEAR).close()
+        self._picture(support, window, place, FROM_SUPPORT).close()
         faces = tuple(block for block in self._whole.blocks if block.met in one.faces)
         if one.name in self._set_up.sections:
             across = self._figure.add_axes((left + 0.20, _NEAR_BOTTOM, 0.105, _NEAR_HEIGHT))

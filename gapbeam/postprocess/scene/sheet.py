@@ -172,8 +172,8 @@ _PRESSURE: Place = (0.50, 0.105, 0.165, 0.35)
 _FORCE: Place = (0.775, 0.295, 0.205, 0.16)
 _MOTION: Place = (0.775, 0.105, 0.205, 0.16)
 
-_DPI = 100
-_DESIGNED_FOR = 900
+DPI = 100
+DESIGNED_FOR = 900
 _PERIODS_SHOWN = 3.0
 STYLE: dict[str, Any] = {
     "font.family": "STIXGeneral",
@@ -252,9 +252,9 @@ class Sheet:
             color: Color of the surface; None: contact pressure.
         """
         self._size, self._caption, self._traces = size, caption, traces
-        self._large = size[1] / _DESIGNED_FOR
+        self._large = size[1] / DESIGNED_FOR
         with mpl.rc_context(style_of(self._large)):
-            self.figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
+            self.figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
             self._canvas = FigureCanvasAgg(self.figure)
             color = color or SurfaceColor.of_pressure(pressures[2])
             self._moving: list[Artist] = []

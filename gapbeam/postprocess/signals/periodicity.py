@@ -25,6 +25,7 @@ import numpy as np
 import scipy
 
 from gapbeam.postprocess.display_units import in_percent
+from gapbeam.postprocess.signals.figure_names import NOT_SETTLED
 from gapbeam.postprocess.signals.signal import Signal, SignalError
 from gapbeam.postprocess.signals.spectra import whole_periods
 from gapbeam.solver.diagnostics.statistics.batch_interval import batch_means, kendall
@@ -60,7 +61,6 @@ TOLERANCE = 0.01
 LONGEST = 12
 REPEATS = 3
 NO_CYCLE = "no cycle"
-NOT_SETTLED = "not settled"
 
 _SETTLED = 1.0e-3
 _DRIFT = 2.0  # times the difference over one cycle that three cycles make; 3 where it drifts, 1 for noise

@@ -35,12 +35,12 @@ from gapbeam.solver.linear_algebra.smooth_modes import (
     smooth_modes,
 )
 from gapbeam.solver.linear_algebra.substructured_factor import factor_on_ranks, not_factored
+from gapbeam.solver.memory.memory_check import GIGABYTE
 from gapbeam.solver.memory.memory_estimate import MemoryNeeds
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, Springs
 from gapbeam.solver.system.rank_one_update import updated
 
-GIGABYTE = 1.0e9
 OF_SQUARES = 1.0e-3  # of the tolerance, that squares of errors keep to
 USED = 0.9  # of the memory that is free: the rest is for what is written and for other processes
 

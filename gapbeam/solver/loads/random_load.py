@@ -25,6 +25,7 @@ from gapbeam.solver.loads.random_function import (
     sample_rate,
 )
 from gapbeam.solver.loads.random_spectra import SpectrumChoice
+from gapbeam.solver.loads.recorded_function import MOST_POWER
 from gapbeam.solver.loads.step_force import PointOrSupportLoad, UnrepeatedLoad
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.messages.errors import Fault, Key
@@ -165,7 +166,6 @@ def _instead_of(value: float) -> str:
 
 
 PEAK = 3.0  # times the rms; Gaussian noise is beyond for 0.3 % of the time
-MOST_POWER = 0.99  # of which the frequencies are of interest
 FEW, ENOUGH = 20, 50  # steps in a period
 RECORDS = 10.0  # in a period that records show
 FEWEST_PERIODS = 20.0  # of the lowest frequency in a run

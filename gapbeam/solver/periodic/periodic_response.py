@@ -26,7 +26,13 @@ from gapbeam.solver.messages.wording import LOG, counted
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.periodic.floquet import UNKNOWN, Judgment, with_error
 from gapbeam.solver.periodic.harmonic_balance import series_steps
-from gapbeam.solver.periodic.harmonic_continuation import NOTABLE_TRUNCATION, Climb, balanced_multipliers, climb
+from gapbeam.solver.periodic.harmonic_continuation import (
+    HARMONICS_REPORTED,
+    NOTABLE_TRUNCATION,
+    Climb,
+    balanced_multipliers,
+    climb,
+)
 from gapbeam.solver.periodic.period_map import MarchedMap, ModalMap, shoot_marched
 from gapbeam.solver.periodic.shooting import Fourier, relative_change, shoot
 from gapbeam.solver.supports.layout import with_value
@@ -142,9 +148,6 @@ def varied(start: SteadyModel, key: str, value: float) -> SteadyModel:
     timed = case.time.model_copy(update={"end": period, "step": period / start.steps})
     case = case.model_copy(update={"time": timed})
     return replace(start, case=case, model=model_of(case, start.model.body))
-
-
-HARMONICS_REPORTED = 5
 
 
 @dataclass

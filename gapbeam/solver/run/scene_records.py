@@ -14,7 +14,7 @@ import numpy as np
 
 from gapbeam.solver.case.figure_table import Figure
 from gapbeam.solver.case.solution_tables import Gates
-from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS, ImpactList, approach_speed
+from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS, UNSEEN, ImpactList, approach_speed
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import ESTIMATE, ROUND_OFF_SAFETY, Ledger
 from gapbeam.solver.diagnostics.statistics.batch_interval import MOST, BlockEnds
@@ -36,7 +36,6 @@ from gapbeam.solver.system.slip_modes import closed_part
 
 PATTERN = re.compile(r"-\d+$")
 """End of the name of a load that is one of several patterns."""
-UNSEEN = -1.0  # speed of a contact that began before the march
 EPS = float(np.finfo(float).eps)
 
 

@@ -32,14 +32,12 @@ from gapbeam.solver.scene.linear_scheme import Slabs, euler, rest
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.scene_march import marcher_of
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
-from gapbeam.solver.scene.structure import LARGE, Structure
+from gapbeam.solver.scene.structure import FIRST_GUESS, LARGE, MOST_RIGID, Structure
 from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array
 
 RIGID = 1e-13  # of the largest ratio of stiffness to mass: squares below belong to rigid motions
-FIRST_GUESS = 1e-9  # of the mean ratio
 SHIFT = 1e-3  # of the first elastic square
-MOST_RIGID = 6
 STATIC_BASIS_ROUND_OFF = 1e-13
 PASSES = 30
 MOST_PASSES = 200

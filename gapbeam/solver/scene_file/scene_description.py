@@ -27,7 +27,7 @@ from gapbeam.solver.scene.lagged_force import CoefficientFit
 from gapbeam.solver.scene.recorded_places import turning_places
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.shipped_laws import KelvinVoigt
-from gapbeam.solver.scene.structure import Structure, StructurePoint
+from gapbeam.solver.scene.structure import FIRST_GUESS, Structure, StructurePoint
 from gapbeam.solver.scene_file.feedback_tables import ConnorsCheck, Controller
 from gapbeam.solver.scene_file.scene_reader import ReadScene
 from gapbeam.solver.schema.record_table import unit_where
@@ -138,7 +138,6 @@ def _connors(read: ReadScene, one: ConnorsCheck, supports: Sequence[str]) -> Ite
 
 LINES, WIDTH = 12, 33  # of drawn coefficients
 MOST = 6
-FIRST_GUESS = 1e-9  # of the mean ratio of stiffness to mass
 STILL = 1e-13  # of the largest: squares below belong to rigid motions
 Row = tuple[str, str, str]
 

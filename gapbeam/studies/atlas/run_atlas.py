@@ -30,11 +30,10 @@ from gapbeam.studies.atlas.cycle_search import cycle_atlas, draw_cycles
 from gapbeam.studies.atlas.followed_responses import FollowedResponse, Shaken, follow_responses
 from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, Response, atlas, drawn_starts, single_motions
 from gapbeam.studies.engine.study_journal import StudyJournal
-from gapbeam.studies.printed_results import PrintedResult, table_of
+from gapbeam.studies.printed_results import DOUBTFUL, PrintedResult, table_of
 from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_json, write_table
 from gapbeam.studies.trials.axes import Axis, points_of
 
-DOUBTFUL = 5
 BRANCHES = "branches.csv"
 JOURNAL = "points.jsonl"  # while the atlas is under way
 CYCLE_STEPS = 200

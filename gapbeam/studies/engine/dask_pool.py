@@ -17,11 +17,12 @@ from importlib.machinery import PathFinder
 from importlib.metadata import version
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from gapbeam.solver.memory.memory_check import GIGABYTE
 from gapbeam.solver.messages.errors import OutOfMemory, UserError
 from gapbeam.solver.messages.wording import LOG
-from gapbeam.studies.engine.workers import INSTALL, Workers, computed, hushed, introduced, silence
+from gapbeam.studies.engine.workers import INSTALL, Result, Work, Workers, computed, hushed, introduced, silence
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
 LOSSES = 2  # of workers over one point that are put up with; after a third one the point is a suspect
 ANSWER = 15.0  # s in which a scheduler must answer
 SETUP = "gapbeam.studies.engine.workers"
-GIGABYTE = 1.0e9
 LEAST_MEMORY = 2.0e9  # bytes of a job that is predicted to take less
 SETTINGS: dict[str, Any] = {
     "distributed.scheduler.allowed-failures": LOSSES,
@@ -237,8 +237,6 @@ class JobWatch:
         self._cluster.scale(jobs=self._plan.jobs)
 
 
-Work = TypeVar("Work")
-Result = TypeVar("Result")
 LOOK = 1.0  # s between two looks at what a user may want to know
 CLOSING = 2.0  # s
 RESULTS = 10.0  # s for results to come from their workers

@@ -9,20 +9,18 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
+from gapbeam.solver.memory.memory_check import GIGABYTE
 from gapbeam.solver.memory.memory_estimate import free_here
 from gapbeam.solver.messages.errors import Interrupted
 from gapbeam.solver.messages.wording import LOG
-from gapbeam.studies.engine.workers import Workers
+from gapbeam.studies.engine.workers import Result, Work, Workers
 
 if TYPE_CHECKING:
     from gapbeam.studies.engine.dask_pool import DaskPool
 
-Work = TypeVar("Work")
-Result = TypeVar("Result")
 TERMINATED = 143
-GIGABYTE = 1.0e9
 MARGIN = 2.0  # of the memory that is predicted, within a factor of 2
 LOOK = 1.0  # s
 

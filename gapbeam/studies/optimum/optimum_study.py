@@ -25,11 +25,10 @@ from gapbeam.solver.scene.scene_march import history
 from gapbeam.solver.schema.record_table import unit_where
 from gapbeam.solver.schema.table import Number, Positive, Table, Whole
 from gapbeam.studies.atlas.run_atlas import PeriodicScene, rest_of
-from gapbeam.studies.printed_results import PrintedResult, table_of
+from gapbeam.studies.printed_results import DOUBTFUL, PrintedResult, table_of
 from gapbeam.studies.study_folder import StudyPlan, study_folder, study_written, write_json, write_table
 from gapbeam.studies.uncertain.uncertain_file import read_scene_study
 
-DOUBTFUL = 5
 SEARCH = "search.csv"
 
 

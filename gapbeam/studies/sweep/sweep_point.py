@@ -19,7 +19,8 @@ import xarray as xr
 
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.results.columns_of_run import as_history
-from gapbeam.postprocess.signals.periodicity import NO_CYCLE, NOT_SETTLED
+from gapbeam.postprocess.signals.figure_names import NOT_SETTLED
+from gapbeam.postprocess.signals.periodicity import NO_CYCLE
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import WORD, Steady, WindowFigure, figures_of_record, steady
 from gapbeam.postprocess.study_figures.sweep_branches import RANDOM

@@ -17,6 +17,7 @@ from rich.table import Table
 
 from gapbeam.meshes.rank_zero import on_rank_zero
 from gapbeam.postprocess.display_units import finite_or_none, in_percent
+from gapbeam.postprocess.report.sections.tradeoff_section import TRADEOFF_FILE
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import as_written
 from gapbeam.postprocess.shell_command import shell_command
@@ -48,7 +49,6 @@ from gapbeam.studies.trials.subject import shared_inputs
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-DATA_FILE = "tradeoff.json"
 PICTURE = "tradeoff.png"
 
 
@@ -64,7 +64,7 @@ def write_study(folder: Path, study: TradeoffStudy, key: Mapping[str, Any]) -> l
         The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    write_json(folder / DATA_FILE, as_data(study, key))
+    write_json(folder / TRADEOFF_FILE, as_data(study, key))
     places = [
         Place(one.level.name, one.seconds, one.error, one in study.front, one is study.chosen)
         for one in study.levels
@@ -72,7 +72,7 @@ def write_study(folder: Path, study: TradeoffStudy, key: Mapping[str, Any]) -> l
     ]
     picture = folder / PICTURE
     draw_pareto(places, max(study.grounds.uncertainty.values(), default=0.0), study.tolerance, picture)
-    return [folder / DATA_FILE, picture]
+    return [folder / TRADEOFF_FILE, picture]
 
 
 def as_data(study: TradeoffStudy, key: Mapping[str, Any]) -> dict[str, Any]:
@@ -241,7 +241,7 @@ def stored_choice(folder: Path, case: Case, tolerance: float) -> Taken | None:
         UserError: All fidelity levels of the study failed.
         ResultsError: The study cannot be read.
     """
-    path = folder / DATA_FILE
+    path = folder / TRADEOFF_FILE
     if not path.exists():
         return None
     with as_written(path):

@@ -18,11 +18,10 @@ from gapbeam.postprocess.report.sections.sweep_section import UNCERTAIN_FILE, UN
 from gapbeam.solver.messages.wording import counted
 from gapbeam.solver.scene.argument_checks import checked
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.printed_results import PrintedResult, table_of
+from gapbeam.studies.printed_results import DOUBTFUL, PrintedResult, table_of
 from gapbeam.studies.study_folder import study_written, write_json, write_table
 from gapbeam.studies.uncertain.probability import Indices, IntervalEstimate, RareProbability
 
-DOUBTFUL = 5
 MOST_PANELS = 4
 SPARED = ("deviation", "least", "25 %", "75 %", "largest")
 """Columns of distributions that are in files only."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.postprocess.display_units import shown, shown_by, size_words
+from gapbeam.postprocess.figures.curve_figures import SUFFIX
 from gapbeam.postprocess.report.blocks import (
     Block,
     Cell,
@@ -28,7 +29,6 @@ from gapbeam.postprocess.results.bounded_files import branch_parts, stable_parts
 from gapbeam.postprocess.results.contact_places import distinct
 from gapbeam.postprocess.shell_command import shell_command
 
-SUFFIX = ".peak_to_peak"
 _REPORTED = (
     ("method", "method"), ("periods", "forcing periods of the response"),
     ("forcing_frequency", "forcing frequency (Hz)"),

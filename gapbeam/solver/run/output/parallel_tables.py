@@ -11,13 +11,13 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from gapbeam.meshes.rank_zero import on_rank_zero
+from gapbeam.meshes.rank_zero import Result, on_rank_zero
 from gapbeam.solver.schema.record_table import FIELDS_DATA_FILE, VECTOR_FIELDS
 from gapbeam.solver.system.operators import Array, Indices
 
@@ -129,7 +129,6 @@ def matching(places: Array, wanted: Array) -> Indices:
 PIECE = 2**15  # rows at once
 TAG = 71
 
-Result = TypeVar("Result")
 Values = NDArray[Any]
 
 

@@ -20,10 +20,11 @@ import unicodedata
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gapbeam.meshes.rank_zero import Result
 from gapbeam.solver.messages.errors import UserError
 from gapbeam.solver.messages.wording import LOG
 from gapbeam.solver.run.output.atomic_files import new_file, no_place, part_of
@@ -156,8 +157,6 @@ def _kind(path: Path) -> str | None:
         return None
     return KINDS.get(stat.S_IFMT(mode), "something else")
 
-
-Result = TypeVar("Result")
 
 UNSUPPORTED = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.EINVAL}
 

@@ -1,9 +1,10 @@
-"""One case from Python: check, model, modes, run, scene."""
+"""One case from Python: check, model, modes, run, scene; and the outcome of a run in a Python session."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import fields
+from functools import cached_property
 from itertools import pairwise
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -17,16 +18,17 @@ from gapbeam.interface.case_source import (
     name_of,
     shared_case,
 )
-from gapbeam.interface.run_outcome import UserOutcome
 from gapbeam.meshes.versions.launcher_variables import rank_of_launcher
 from gapbeam.process.launcher import all_ranks
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import is_scene
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.messages.wording import LOG
+from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.scene.argument_checks import checked
 
 if TYPE_CHECKING:
+    import xarray as xr
     from mpi4py import MPI
 
     from gapbeam.solver.march.simulation import Simulation
@@ -34,6 +36,38 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene_file.scene_description import SceneDescription
     from gapbeam.studies.case_description import CaseDescription
     from gapbeam.studies.modes.find_modes import ModesResult
+
+
+class UserOutcome(Outcome):
+    """An outcome from `gapbeam.run`."""
+
+    @classmethod
+    def of(cls, outcome: Outcome) -> UserOutcome:
+        """Return an outcome with the same results; memory of its body goes."""
+        return cls(outcome.folder, outcome.exit_status, outcome.message, outcome.summary)
+
+    @cached_property
+    def history(self) -> xr.Dataset:
+        """The records, see `gapbeam.open_results`.
+
+        Raises:
+            ResultsError: The records cannot be read.
+        """
+        from gapbeam.postprocess.results.results import open_results
+
+        return open_results(self.folder).history
+
+    @property
+    def figures(self) -> list[dict[str, Any]]:
+        """Figures with their errors, one a row, in SI units; none where no errors were estimated."""
+        return [dict(row) for row in (self.summary.get("errors") or {}).get("figures", ())]
+
+    def _repr_html_(self) -> str:
+        from gapbeam.studies.error_estimate.closing_table import closing_lines
+        from gapbeam.studies.printed_results import as_html
+
+        closing = self.summary.get("closing")
+        return as_html([repr(self), *(closing_lines(closing) if closing else ())])
 
 
 @checked

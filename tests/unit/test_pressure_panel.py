@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from gapbeam.postprocess.results.columns_of_run import RunFace, RunSupport, supports_of
-from gapbeam.postprocess.scene.sheet import _DESIGNED_FOR, _DPI, _PRESSURE, ZOOM, PressurePanel, style_of
+from gapbeam.postprocess.scene.sheet import _PRESSURE, DESIGNED_FOR, DPI, ZOOM, PressurePanel, style_of
 from gapbeam.postprocess.scene.support_surface import support_of
 from tests.unit.test_moving_scene import RADIUS, tube
 from tests.unit.test_postprocess_synthetic import plane_beam
@@ -22,15 +22,15 @@ def test_name_of_the_angle_is_not_clipped(size: tuple[float, float]) -> None:
     face = RunFace("hole", False, 1e-4, True)
     support = support_of(points, 3, [RunSupport("baffle", 0.4, 0.6, 1e-4, (face,))])
     touching = np.flatnonzero((points[:, 0] >= 0.4) & (points[:, 0] <= 0.6))
-    large = size[1] * _DPI / _DESIGNED_FOR
+    large = size[1] * DPI / DESIGNED_FOR
     with rc_context(style_of(large)):
-        figure = Figure(figsize=size, dpi=_DPI)
+        figure = Figure(figsize=size, dpi=DPI)
         canvas = FigureCanvasAgg(figure)
         PressurePanel(figure, _PRESSURE, support, points, {"hole": touching}, 1e6, large)
         canvas.draw()
         panel = next(axes for axes in figure.axes if axes.get_ylabel() == "angle (°)")
         name = panel.yaxis.label.get_window_extent()
-        assert name.x0 > (ZOOM[0] + ZOOM[2]) * size[0] * _DPI
+        assert name.x0 > (ZOOM[0] + ZOOM[2]) * size[0] * DPI
         labels = [tick.label1.get_window_extent() for tick in panel.yaxis.get_major_ticks()]
     assert not any(name.overlaps(label) for label in labels)
     assert float(np.ptp(points[:, 1])) == pytest.approx(2 * RADIUS)
@@ -43,14 +43,14 @@ def test_name_of_the_pressure_is_not_clipped(size: tuple[float, float], largest:
     points, _ = plane_beam()
     support = support_of(points, 2, supports_of({}, {"support": {"length": 0.05, "clearance": 1e-4}}))
     faces = {"base": np.flatnonzero(points[:, 1] < -0.0059)}
-    large = size[1] * _DPI / _DESIGNED_FOR
+    large = size[1] * DPI / DESIGNED_FOR
     with rc_context(style_of(large)):
-        figure = Figure(figsize=size, dpi=_DPI)
+        figure = Figure(figsize=size, dpi=DPI)
         canvas = FigureCanvasAgg(figure)
         PressurePanel(figure, _PRESSURE, support, points, faces, largest, large)
         canvas.draw()
         panel = next(axes for axes in figure.axes if axes.get_ylabel() == "contact pressure (MPa)")
         name = panel.yaxis.label.get_window_extent()
-    assert name.x0 > (ZOOM[0] + ZOOM[2]) * size[0] * _DPI
+    assert name.x0 > (ZOOM[0] + ZOOM[2]) * size[0] * DPI
     assert name.y0 > 0.0
-    assert name.y1 < size[1] * _DPI
+    assert name.y1 < size[1] * DPI

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gapbeam.postprocess.display_units import size_words
-from gapbeam.postprocess.results.contact_places import distinct
+from gapbeam.postprocess.results.columns_of_run import distinct
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.signals.probe_analysis import analyze, as_text
 from gapbeam.solver.run.output.progress import ProgressLine

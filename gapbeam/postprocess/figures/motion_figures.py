@@ -32,8 +32,7 @@ from gapbeam.postprocess.figures.figure_style import (
     panels,
     spread,
 )
-from gapbeam.postprocess.results.columns_of_run import PointMap, RunFace, RunSupport, wall_motion_series
-from gapbeam.postprocess.results.contact_places import distinct
+from gapbeam.postprocess.results.columns_of_run import PointMap, RunFace, RunSupport, distinct, wall_motion_series
 from gapbeam.postprocess.signals.signal import (
     display_of,
     enlarged_span,

@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.results.contact_places import means_by_place
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.solver.schema.record_table import (
     HISTORY,
@@ -29,6 +28,7 @@ from gapbeam.solver.schema.record_table import (
 )
 
 LARGEST = 200_000_000  # bytes, more than a run writes
+_DIGITS = 9  # of the largest place: places that differ by less count as one
 
 
 @dataclass(frozen=True)
@@ -114,6 +114,29 @@ class FaceMap:
     def turned(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return directions, degrees, and the mean of values of the points in each of them, by area."""
         return means_by_place(self.angle, values * self.area, self.area)
+
+
+def distinct(places: Sequence[float] | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the different places, ascending, and the number of its place for each point.
+
+    Args:
+        places: Places of the points, (m,), m or degrees.
+    """
+    scale = float(np.abs(places).max(initial=0.0)) or 1.0
+    found, owners = np.unique(np.round(np.asarray(places) / scale, _DIGITS), return_inverse=True)
+    return scale * found, owners
+
+
+def means_by_place(places: np.ndarray, sums: np.ndarray, areas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the different places, ascending, and the sum per area of the points at each.
+
+    Args:
+        places: Places of the points, (m,), m or degrees.
+        sums: Values of the points, (m,).
+        areas: Area that belongs to each point, (m,), m^2.
+    """
+    found, owners = distinct(places)
+    return found, np.bincount(owners, sums) / np.bincount(owners, areas)
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.html_page import sentence
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import branch_parts, stable_parts
-from gapbeam.postprocess.results.contact_places import distinct
+from gapbeam.postprocess.results.columns_of_run import distinct
 from gapbeam.postprocess.shell_command import shell_command
 
 _REPORTED = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,7 @@ from gapbeam.meshes.rank_zero import on_rank_zero, with_mpi
 from gapbeam.meshes.reference_cells import quadrature
 from gapbeam.meshes.sections.section_grid import middles
 from gapbeam.meshes.serial_mesh import LayeredMesh, SerialMesh, layered_mesh
-from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -206,51 +206,13 @@ def _refuse_too_many(count: float) -> None:
         )
 
 
-class Description(TypedDict):
-    """The figures of a mesh; lengths in m."""
-
-    cell: str
-    geometry_order: int
-    cells: int
-    vertices: int
-    facets: dict[str, int]
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
-    smallest_cell: float
-    largest_cell: float
-    mean_contact_facet_length: float
-
-
-def describe(tagged: TaggedMesh) -> Description:
-    """Count and measure a mesh.
-
-    The size of a cell is the largest distance between two of its vertices. The mean contact facet length is
-    the mean extent along x of the facets that face a support.
-
-    Returns:
-        The same figures on all ranks.
-
-    Collective.
-    """
-    mesh, comm = tagged.mesh, tagged.mesh.comm
-    owned = np.arange(mesh.topology.index_map(tagged.dimension).size_local, dtype=np.int32)
-    sizes = mesh.h(tagged.dimension, owned)
-    corners = [facet_corners(mesh, tagged.facets_of(name)) for name in tagged.groups if name not in ENDS]
+def contact_facet_length(tagged: TaggedMesh) -> float:
+    """Return the mean extent along x of the facets that face a support, m, the same on all ranks. Collective."""
+    corners = [facet_corners(tagged.mesh, tagged.facets_of(name)) for name in tagged.groups if name not in ENDS]
     lengths = np.concatenate([np.ptp(one[..., 0], axis=1) for one in corners])
     # gathered and summed alike everywhere: a reduction may round differently on different ranks
-    parts = comm.allgather((math.fsum(lengths), len(lengths)))
-    return Description(
-        cell=mesh.topology.cell_name(),
-        geometry_order=geometry_order(mesh),
-        cells=tagged.cell_count,
-        vertices=tagged.vertex_count,
-        facets=dict(tagged.facet_counts),
-        lower=tagged.lower,
-        upper=tagged.upper,
-        smallest_cell=min(comm.allgather(float(np.min(sizes, initial=np.inf)))),
-        largest_cell=max(comm.allgather(float(np.max(sizes, initial=0.0)))),
-        mean_contact_facet_length=math.fsum(part[0] for part in parts) / sum(part[1] for part in parts),
-    )
+    parts = tagged.mesh.comm.allgather((math.fsum(lengths), len(lengths)))
+    return float(math.fsum(part[0] for part in parts) / sum(part[1] for part in parts))
 
 
 DEGREE = 6

@@ -12,7 +12,8 @@ import pytest
 from mpi4py import MPI
 
 from gapbeam.meshes.mesh_size import BeamSizing
-from gapbeam.meshes.tagged_mesh import build_beam, describe
+from gapbeam.meshes.tagged_mesh import build_beam
+from tests.shared.mesh_figures import described
 from tests.shared.processes import LONGEST
 from tests.unit.test_meshes import CELLS, POINTS_3D, beam, integral
 
@@ -53,7 +54,7 @@ def test_same_mesh_on_ranks(count: int) -> None:
     for cell, line in zip(CELLS, lines, strict=True):
         figures, areas, distance = json.loads(line)
         tagged = build_beam(MPI.COMM_SELF, beam(cell, *POINTS_3D), BeamSizing(cell))
-        alone = json.loads(json.dumps(describe(tagged)))
+        alone = json.loads(json.dumps(described(tagged)))
         for name in alone:
             if isinstance(alone[name], float):
                 assert figures[name] == pytest.approx(alone[name], rel=1e-12), name

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 
 from gapbeam.meshes.mesh_size import BeamSizing
-from gapbeam.meshes.tagged_mesh import build_beam, describe
+from gapbeam.meshes.tagged_mesh import build_beam
+from tests.shared.mesh_figures import described
 from tests.unit.test_meshes import CELLS, COMM, POINTS_3D, beam, integral, nearest_vertex
 
 for cell in CELLS:
@@ -17,7 +18,7 @@ for cell in CELLS:
     facets = COMM.allgather(len(tagged.facets_of("base")))
     assert sum(facets) == tagged.facet_counts["base"], facets
     assert max(facets) <= 2 * min(facets), facets
-    figures = COMM.allgather(json.dumps(describe(tagged)))
+    figures = COMM.allgather(json.dumps(described(tagged)))
     assert len(set(figures)) == 1, figures
     areas = [integral(tagged, name) for name in tagged.groups]
     distances = [nearest_vertex(tagged, point) for point in geometry.points]

@@ -14,9 +14,10 @@ from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry, ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.tagged_mesh import TaggedMesh, describe
+from gapbeam.meshes.tagged_mesh import TaggedMesh
 from gapbeam.meshes.user_mesh import user_mesh
 from gapbeam.meshes.user_mesh.user_mesh import read_mesh
+from tests.shared.mesh_figures import described
 from tests.unit.test_meshes import integral
 
 pytestmark = pytest.mark.versions
@@ -126,7 +127,7 @@ def refused(path: Path, geometry: BeamGeometry | None = None) -> str:
 def test_good_file(tmp_path: Path, dimension: int, layers: int, cell: str, order: int) -> None:
     path = user_file(tmp_path / "good.msh", dimension=dimension, layers=layers, order=order)
     tagged = read(path, dimension)
-    figures = describe(tagged)
+    figures = described(tagged)
     assert (figures["cell"], figures["geometry_order"]) == (cell, order)
     across = WIDTH if dimension == 3 else 1.0
     assert integral(tagged) == pytest.approx(LENGTH * THICKNESS * across, rel=1e-9)
@@ -134,7 +135,7 @@ def test_good_file(tmp_path: Path, dimension: int, layers: int, cell: str, order
     for name in tagged.groups:
         assert integral(tagged, name) == pytest.approx(SUPPORT * across, rel=1e-9)
     if layers:
-        assert figures["mean_contact_facet_length"] == pytest.approx(SUPPORT / layers)
+        assert figures["contact_facet_length"] == pytest.approx(SUPPORT / layers)
 
 
 @pytest.mark.parametrize("options", [{"MshFileVersion": 2.2}, {"Binary": 1}, {"MshFileVersion": 2.2, "Binary": 1}])

@@ -15,11 +15,12 @@ from gapbeam.meshes.distributed_mesh import owners, slices
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.mesh_size import GROWTH, BeamSizing, Cell
 from gapbeam.meshes.rank_zero import on_rank_zero
-from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam, describe
+from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam
 from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
 from gapbeam.solver.case.reading.case_reader import read_case
 from tests.shared.command import PROJECT
 from tests.shared.forms import compiled_form
+from tests.shared.mesh_figures import described
 
 pytestmark = pytest.mark.versions
 
@@ -75,7 +76,7 @@ def test_size_faces_and_points(cell: Cell, points: tuple[tuple[float, float, flo
     """Volume and faces to 1e-12, every point on a vertex to 1e-12 m."""
     geometry = beam(cell, *points)
     tagged = build_beam(COMM, geometry, BeamSizing(cell))
-    assert describe(tagged)["cell"] == cell
+    assert described(tagged)["cell"] == cell
     across = WIDTH if geometry.dimension == 3 else 1.0
     assert integral(tagged) == pytest.approx(LENGTH * THICKNESS * across, rel=1e-12)
     for name, area in (("base", SUPPORT), ("gland", SUPPORT), ("end", THICKNESS), ("tip", THICKNESS)):
@@ -133,7 +134,7 @@ def test_cells_are_small_at_the_edge_and_in_the_support(cell: Cell) -> None:
     assert at_edge.mean() < 0.75 * middle.mean()
     assert at_end.mean() < 0.75 * middle.mean()
     assert at_edge.max() < 1.5 * THICKNESS / 6 * GROWTH
-    assert describe(tagged)["mean_contact_facet_length"] == pytest.approx(lengths.mean(), rel=0.03)
+    assert described(tagged)["contact_facet_length"] == pytest.approx(lengths.mean(), rel=0.03)
 
 
 def test_layers_of_hexahedra_are_those_asked_for() -> None:

@@ -12,7 +12,6 @@ from mpi4py import MPI
 
 from gapbeam.meshes.mesh_readings import vector_space
 from gapbeam.meshes.reference_cells import PRODUCTS, SIMPLICES, LagrangeCell, facets, nodal_rule, quadrature
-from gapbeam.meshes.tagged_mesh import describe
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.assembly.face_quadrature import CornerGradients, body_points
 from gapbeam.solver.assembly.surface_rows import SurfaceRows, rows_at, surface_rows
@@ -23,6 +22,7 @@ from gapbeam.solver.models.bending_stiffness import rigid_motions
 from gapbeam.solver.models.body import MeshedBeam, mesh_beam, point_rule
 from gapbeam.solver.models.solid_body import finite_elements
 from gapbeam.solver.system.operators import Array
+from tests.shared.mesh_figures import described
 
 pytestmark = pytest.mark.versions
 
@@ -91,7 +91,7 @@ def test_readings_agree_with_dolfinx(pair: tuple[Case, MeshedBeam, MeshedBeam]) 
         )  # fmt: skip
     for found, expected in zip(*readings, strict=True):
         assert found == pytest.approx(expected, rel=1e-9, abs=1e-10 * np.abs(expected).max())
-    figures = [describe(meshed.tagged) for meshed in meshes]
+    figures = [described(meshed.tagged) for meshed in meshes]
     assert figures[0].keys() == figures[1].keys()
     for name, value in figures[1].items():
         assert figures[0][name] == (pytest.approx(value) if not isinstance(value, str) else value), name

@@ -17,7 +17,7 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.meshes.mesh_readings import as_arrays, facet_cells, refuse_curved, vector_space
 from gapbeam.meshes.serial_mesh import FacetTags
-from gapbeam.meshes.tagged_mesh import Section, TaggedMesh, describe, mean_section
+from gapbeam.meshes.tagged_mesh import Section, TaggedMesh, contact_facet_length, mean_section
 from gapbeam.solver.assembly.case_mesh import mesh_of_case
 from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.case.analysis_table import NAMES, RigidMotion
@@ -255,7 +255,7 @@ def mesh_beam(case: Case, comm: MPI.Comm) -> MeshedBeam:
         vector_space(mesh, case.mesh.degree),
         {face.name: tagged.facets_of(face.name) for face in case.layout.faces},
         width,
-        describe(tagged)["mean_contact_facet_length"],
+        contact_facet_length(tagged),
         mean_section(tagged, width),
         time.perf_counter() - started,
     )

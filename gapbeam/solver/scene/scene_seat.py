@@ -215,7 +215,7 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
     size = max(float(np.abs(f).max(initial=0.0)), float(np.abs(B.T @ static(slabs, offset)[0]).max(initial=0.0)))
     beyond: Array = np.zeros(len(B))
     for _ in range(MOST_PASSES):
-        q, F, residual = _balanced(RestProblem(K, f, B, slabs, offset + beyond, stiff, size), q)
+        q, F, residual = _balanced(K, f, B, slabs, offset + beyond, stiff, size, q)
         reach = np.abs(B @ q + offset).max(initial=0.0)
         touching = reach * TOUCHING / max(float(np.abs(F[hard > 0.0]).max(initial=0.0)), 1e-300)
         before, beyond = beyond, np.where(hard > 0.0, -F / np.where(hard > 0.0, hard, 1.0) + F * touching, 0.0)
@@ -276,21 +276,21 @@ def _held_by_friction(scene: Scene, state: SceneState, loads: Array, h: float, a
     return replace(state, q=marcher.q.copy(), F=marcher.F.copy()) if left <= accepted else None
 
 
-class RestProblem(NamedTuple):
-    """Springs of structures and contacts: K, loads f, rows B, touches, places at rest, and sizes of K and of forces."""
+def _balanced(
+    K: Array, f: Array, B: Array, slabs: Slabs, offset: Array, stiff: float, size: float, q: Array
+) -> tuple[Array, Array, Array]:
+    """Return coordinates, contact forces and the forces that remain, by proximal points from q on.
 
-    K: Array
-    f: Array
-    B: Array
-    slabs: Slabs
-    offset: Array
-    stiff: float
-    size: float
-
-
-def _balanced(springs: RestProblem, q: Array) -> tuple[Array, Array, Array]:
-    """Return coordinates, contact forces and the forces that remain, by proximal points from q on."""
-    K, f, B, slabs, offset, stiff, size = springs
+    Args:
+        K: Springs of structures.
+        f: Loads.
+        B: Rows of the contacts.
+        slabs: Their touches.
+        offset: Their places at q = 0.
+        stiff: Size of K.
+        size: Size of forces.
+        q: Coordinates to start from.
+    """
     F, residual = static(slabs, B @ q + offset)[0], f
     for outer in range(200):  # each inner problem is strictly convex
         base, shift = q.copy(), stiff * 10.0 ** -(9 + min(outer, 5))

@@ -12,7 +12,6 @@ halves: it finds jumps of W that no slope shows.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,20 +25,13 @@ STEPS = (1e-4, 2.7e-4, 1.9e-3)  # of the place
 CERTAIN = 1e-3  # of the slope: by how much slopes of a place that is judged may differ
 CAUTION = 4.0  # times what is uncertain: how far the functions may differ
 Function = Callable[[Array], Array]
+Flags = NDArray[np.bool_]
 
 
-class Comparison(NamedTuple):
-    """Comparison of two functions: places where they differ, and where they could be compared, (places, ...).
+def compared(function: Function, whole: Function, places: Array, agreed: float) -> tuple[Flags, Flags]:
+    """Return the places where W differs from the integral of e, and those that could be compared, (places, ...).
 
     The last place stands for itself; all others also for the interval to the next one.
-    """
-
-    differ: NDArray[np.bool_]
-    judged: NDArray[np.bool_]
-
-
-def compared(function: Function, whole: Function, places: Array, agreed: float) -> Comparison:
-    """Compare W with the integral of e.
 
     Args:
         function: e, of arrays.
@@ -60,7 +52,7 @@ def compared(function: Function, whole: Function, places: Array, agreed: float) 
     away = np.abs(whole(high) - whole(low) - found)
     both = judged[:-1] & judged[1:] & np.isfinite(away) & np.isfinite(unsure)
     differ[:-1] |= both & ~(away <= agreed * np.abs(found) + CAUTION * (unsure + noise[:-1] + noise[1:]))
-    return Comparison(differ, judged)
+    return differ, judged
 
 
 def _integral(function: Function, low: Array, high: Array) -> Array:
@@ -89,12 +81,12 @@ def check_spring(name: str, depth: float, function: Function, rise: Function, wh
     low = 0.75 * high
     pressure = function(low + SHARES[:, None, None] * (high - low))
     largest = np.abs(pressure).max(axis=0)
-    stored = compared(function, whole, high, AGREES)
-    risen = compared(rise, function, high, AGREES)
+    differs, stored = compared(function, whole, high, AGREES)
+    rises_apart, risen = compared(rise, function, high, AGREES)
     at_touch = np.abs(function(1.0e-12 * high[:1])) + np.zeros_like(largest)
     wrong = {
-        "a potential that is not the integral of the pressure": stored.differ | ~np.any(stored.judged, axis=0),
-        "a slope that is not the derivative of the pressure": risen.differ | ~np.any(risen.judged, axis=0),
+        "a potential that is not the integral of the pressure": differs | ~np.any(stored, axis=0),
+        "a slope that is not the derivative of the pressure": rises_apart | ~np.any(risen, axis=0),
         "a pressure that falls, or is negative": (pressure.min(axis=0) < 0.0) | (rise(high) < 0.0),
         "a pressure at touch": at_touch > AGREES * largest[-1],
     }
